@@ -1,0 +1,185 @@
+"""ContactTable: one row per node pair. The CSV that it is stored as *is* the preload map.
+
+This file alone states the conventions of contact. In the frame of a pair (rows t1 along the damper axis, t2 across,
+n; right-handed) n points from the damper into the blade and
+
+    u = frame @ (u_damper - u_blade),     u_n > 0 closes,     N = max(0, preload + kn u_n).
+"""
+
+import csv
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+from hbm.errors import InputError, nearest
+from hbm.model import ReducedModel
+
+GROUND = "ground"
+
+_TEXT = ("side", "blade_body", "damper_body")
+_WHOLE = ("station", "row", "blade_node", "damper_node")
+_VECTOR = {"position": ("x", "y", "z"), "t1": ("t1x", "t1y", "t1z"), "t2": ("t2x", "t2y", "t2z"),
+           "n": ("nx", "ny", "nz")}
+_NUMBER = ("gap", "kn", "kt", "mu", "preload", "weight")
+COLUMNS = (*_TEXT[:1], "station", "row", "blade_body", "blade_node", "damper_body", "damper_node",
+           *(c for names in _VECTOR.values() for c in names), *_NUMBER)
+_DEFAULT = {"row": 0, "gap": 0.0, "preload": 0.0, "weight": 1.0}
+
+
+@dataclass(frozen=True)
+class ContactTable:
+    """P node pairs between blades and damper.
+
+    side : (P,) str - name of the contact side, e.g. 'left'
+    station, row : (P,) int - index along the axis from 0; index across the side, 0 = lower edge line
+    blade_body, damper_body : (P,) str - 'ground' stands for a fixed counterpart
+    blade_node, damper_node : (P,) int - node numbers of the user's meshes
+    position : (P, 3) m
+    frame : (P, 3, 3) - rows t1, t2, n, orthonormal and right-handed
+    gap : (P,) m - initial gap g0 (crown, wear); 0 where the surfaces touch
+    kn, kt : (P,) N/m - nodal normal and tangential stiffness [Zucca 2016, sec. 7.1]
+    mu : (P,) - friction coefficient
+    preload : (P,) N - signed static normal force; negative = open by -preload/kn
+    weight : (P,) in [0, 1] - 1 carries, 0 is detached; multiplies kn and kt
+    """
+
+    side: np.ndarray
+    station: np.ndarray
+    row: np.ndarray
+    blade_body: np.ndarray
+    blade_node: np.ndarray
+    damper_body: np.ndarray
+    damper_node: np.ndarray
+    position: np.ndarray
+    frame: np.ndarray
+    gap: np.ndarray
+    kn: np.ndarray
+    kt: np.ndarray
+    mu: np.ndarray
+    preload: np.ndarray
+    weight: np.ndarray
+
+    def __post_init__(self):
+        for f in fields(self):
+            kind = str if f.name in _TEXT else np.int64 if f.name in _WHOLE else float
+            object.__setattr__(self, f.name, np.asarray(getattr(self, f.name), dtype=kind))
+        P = len(self.side)
+        for f in fields(self):
+            if len(getattr(self, f.name)) != P:
+                raise InputError(f"contact table: {f.name} has {len(getattr(self, f.name))} rows, side has {P}")
+        self._check_values()
+
+    def _check_values(self):
+        for name, low, high in (("kn", 0, np.inf), ("kt", 0, np.inf), ("mu", 0, np.inf), ("weight", 0, 1),
+                                ("gap", -np.inf, np.inf), ("preload", -np.inf, np.inf)):
+            values = getattr(self, name)
+            bad = ~np.isfinite(values) | (values < low) | (values > high)
+            if bad.any():
+                i = int(np.flatnonzero(bad)[0])
+                allowed = "finite" if np.isinf(low) else f"finite and between {low:g} and {high:g}"
+                raise InputError(f"contact table, pair {i + 1}: {name} = {values[i]:g}, must be {allowed}")
+        off = np.abs(self.frame @ self.frame.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        if (off > 1e-6).any():
+            i = int(off.argmax())
+            raise InputError(f"contact table, pair {i + 1}: t1, t2, n are not orthonormal (off by {off[i]:.1e})")
+
+    def __len__(self) -> int:
+        return len(self.side)
+
+    @property
+    def normal(self) -> np.ndarray:
+        """(P, 3) from the damper into the blade."""
+        return self.frame[:, 2]
+
+    @property
+    def sides(self) -> list[str]:
+        """Names of the sides in the order of the table."""
+        return list(dict.fromkeys(self.side.tolist()))
+
+    @property
+    def carrying(self) -> np.ndarray:
+        """(P,) bool - pairs that are not detached."""
+        return self.weight > 0
+
+    def select(self, rows) -> "ContactTable":
+        """The rows picked by a mask or by indices."""
+        return ContactTable(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+
+    def replace(self, **columns) -> "ContactTable":
+        return replace(self, **columns)
+
+    def save(self, path) -> Path:
+        """One CSV line per pair, numbers with 17 digits so that nothing is lost."""
+        path = Path(path)
+        vectors = {"position": self.position, "t1": self.frame[:, 0], "t2": self.frame[:, 1], "n": self.frame[:, 2]}
+        columns = {name: getattr(self, name) for name in (*_TEXT, *_WHOLE, *_NUMBER)}
+        for name, labels in _VECTOR.items():
+            columns.update({label: vectors[name][:, k] for k, label in enumerate(labels)})
+        with open(path, "w", newline="", encoding="utf-8") as f:
+            writer = csv.writer(f)
+            writer.writerow(COLUMNS)
+            for i in range(len(self)):
+                writer.writerow([_text(columns[c][i]) for c in COLUMNS])
+        return path
+
+    @classmethod
+    def load(cls, path) -> "ContactTable":
+        """Read a CSV with a header line; gap, preload, row and weight may be left out."""
+        path = Path(path)
+        if not path.is_file():
+            raise InputError(f"contact table not found: {path}")
+        with open(path, newline="", encoding="utf-8-sig") as f:
+            lines = list(csv.reader(f))
+        if len(lines) < 2:
+            raise InputError(f"{path}: holds no contact pairs")
+        header = [h.strip() for h in lines[0]]
+        for h in header:
+            if h not in COLUMNS:
+                raise InputError(f"{path}: unknown column '{h}'; {nearest(h, COLUMNS)}")
+        missing = [c for c in COLUMNS if c not in header and c not in _DEFAULT]
+        if missing:
+            raise InputError(f"{path}: column '{missing[0]}' is missing; needed: {', '.join(COLUMNS)}")
+        columns = {c: [_DEFAULT[c]] * (len(lines) - 1) for c in _DEFAULT}
+        for k, name in enumerate(header):
+            columns[name] = [_parse(path, i + 2, name, line[k] if k < len(line) else "")
+                             for i, line in enumerate(lines[1:])]
+        vectors = {name: np.column_stack([columns.pop(label) for label in labels])
+                   for name, labels in _VECTOR.items()}
+        frame = np.stack([vectors["t1"], vectors["t2"], vectors["n"]], axis=1)
+        return cls(position=vectors["position"], frame=frame, **columns)
+
+
+def relative_motion(model: ReducedModel, pairs: ContactTable) -> sp.csr_matrix:
+    """B (3P, r): rows t1, t2, n of each pair in turn, u = B q = frame @ (u_damper - u_blade)."""
+    rows, columns, values = [], [], []
+    for i in range(len(pairs)):
+        for body, node, sign in ((pairs.damper_body[i], pairs.damper_node[i], 1.0),
+                                 (pairs.blade_body[i], pairs.blade_node[i], -1.0)):
+            if body == GROUND:
+                continue
+            dofs = model.dofs(body, node)
+            held = dofs >= 0
+            for k in range(3):
+                rows.extend([3 * i + k] * int(held.sum()))
+                columns.extend(dofs[held])
+                values.extend(sign * pairs.frame[i, k, held])
+    return sp.csr_matrix((values, (rows, columns)), shape=(3 * len(pairs), model.size))
+
+
+def _text(value) -> str:
+    if isinstance(value, str):
+        # a spreadsheet would run a cell that begins like a formula
+        return "'" + value if value[:1] in "=+-@" and value else value
+    return repr(float(value)) if isinstance(value, np.floating | float) else str(value)
+
+
+def _parse(path, line, name, text):
+    text = text.strip()
+    if name in _TEXT:
+        return text.removeprefix("'")
+    try:
+        return int(text) if name in _WHOLE else float(text)
+    except ValueError:
+        raise InputError(f"{path}, line {line}: {name} = '{text}' is not a number") from None

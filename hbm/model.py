@@ -1,0 +1,147 @@
+"""ReducedModel: mass, damping and stiffness of the bodies, and what each of their dofs is.
+
+The matrices may come from `modal.craig_bampton` or from any other code; nothing here knows which.
+"""
+
+import json
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from hbm.errors import InputError
+
+DIRECTIONS = ("x", "y", "z")
+SYMMETRY_TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """M q'' + C q' + K q = f, with a name for every dof.
+
+    M, K : (r, r) kg, N/m - symmetric
+    C : (r, r) N s/m or None - None where damping is given as ratios of the stuck modes
+    body : (r,) str - body that the dof belongs to
+    node : (r,) int - node number in the user's mesh; for modal dofs the number of the mode, from 1
+    direction : (r,) str - 'x', 'y', 'z' or 'mode'
+    position : (r, 3) m - of the node; NaN for modal dofs
+    groups : {"body/group": (n,) int node numbers}
+    provenance : {str: str} - where the matrices came from
+    """
+
+    M: np.ndarray
+    K: np.ndarray
+    C: np.ndarray | None
+    body: np.ndarray
+    node: np.ndarray
+    direction: np.ndarray
+    position: np.ndarray
+    groups: dict = field(default_factory=dict)
+    provenance: dict = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        return self.K.shape[0]
+
+    @classmethod
+    def from_matrices(cls, M, K, C=None, *, body="body", node=None, direction=None, position=None,
+                      groups=None, provenance=None) -> "ReducedModel":
+        """Dense or sparse matrices from anywhere. Without a dof table every dof is modal.
+
+        Raises InputError when shapes disagree, an entry is not finite, or a matrix is not symmetric to 1e-10.
+        """
+        M, K = _square("M", M), _square("K", K)
+        C = None if C is None else _square("C", C)
+        r = K.shape[0]
+        for name, matrix in (("M", M), ("C", C)):
+            if matrix is not None and matrix.shape != K.shape:
+                raise InputError(f"{name} is {matrix.shape}, K is {K.shape}: they must agree")
+        node = np.arange(1, r + 1) if node is None else np.asarray(node, dtype=np.int64)
+        direction = np.full(r, "mode") if direction is None else np.asarray(direction, dtype=str)
+        body = np.full(r, body) if isinstance(body, str) else np.asarray(body, dtype=str)
+        position = np.full((r, 3), np.nan) if position is None else np.asarray(position, dtype=float)
+        for name, column in (("body", body), ("node", node), ("direction", direction), ("position", position)):
+            if len(column) != r:
+                raise InputError(f"dof table: {name} has {len(column)} rows, the matrices have {r}")
+        unknown = sorted(set(direction.tolist()) - set(DIRECTIONS) - {"mode"})
+        if unknown:
+            raise InputError(f"dof table: direction '{unknown[0]}' is unknown; valid: x, y, z, mode")
+        groups = {k: np.asarray(v, dtype=np.int64) for k, v in (groups or {}).items()}
+        return cls(M, K, C, body, node, direction, position, groups, dict(provenance or {}))
+
+    def dofs(self, body: str, node: int) -> np.ndarray:
+        """Rows of the x, y, z displacement of a node, (3,) int; -1 where that direction is not in the model."""
+        rows = self._rows.get((str(body), int(node)))
+        if rows is None:
+            raise InputError(f"node {node} of body '{body}' is not in the reduced model: "
+                             "make it a master node (contact, excitation or response) and reduce again")
+        return rows
+
+    def displacement_row(self, body: str, node: int, direction) -> np.ndarray:
+        """(r,) row that takes the displacement of a node along a direction (3,) out of q."""
+        row = np.zeros(self.size)
+        for rank, component in zip(self.dofs(body, node), np.asarray(direction, dtype=float), strict=True):
+            if component and rank < 0:
+                raise InputError(f"node {node} of body '{body}' has no such direction in the reduced model")
+            if component:
+                row[rank] = component
+        return row
+
+    @property
+    def _rows(self) -> dict:
+        cached = self.__dict__.get("_row_table")
+        if cached is None:
+            cached = {}
+            physical = np.flatnonzero(self.direction != "mode")
+            for i in physical:
+                key = (str(self.body[i]), int(self.node[i]))
+                cached.setdefault(key, np.full(3, -1))[DIRECTIONS.index(self.direction[i])] = i
+            object.__setattr__(self, "_row_table", cached)
+        return cached
+
+    def with_stiffness(self, K: np.ndarray) -> "ReducedModel":
+        """The same dofs with another stiffness matrix, for example with a declared roll stiffness added."""
+        return replace(self, K=_square("K", K))
+
+    def save(self, path) -> Path:
+        """Write one .npz without pickled objects."""
+        path = Path(path)
+        arrays = dict(M=self.M, K=self.K, body=self.body, node=self.node, direction=self.direction,
+                      position=self.position)
+        if self.C is not None:
+            arrays["C"] = self.C
+        arrays["groups"] = np.array(json.dumps({k: v.tolist() for k, v in self.groups.items()}))
+        arrays["provenance"] = np.array(json.dumps(self.provenance))
+        np.savez(path, **arrays)
+        return path
+
+    @classmethod
+    def load(cls, path) -> "ReducedModel":
+        """Read what `save` wrote, or any .npz with M, K (and C, body, node, direction, position)."""
+        path = Path(path)
+        if not path.is_file():
+            raise InputError(f"reduced model not found: {path}")
+        with np.load(path, allow_pickle=False) as z:
+            for key in ("M", "K"):
+                if key not in z:
+                    raise InputError(f"{path}: holds no matrix '{key}', only {', '.join(z.files)}")
+            optional = {k: z[k] for k in ("C", "body", "node", "direction", "position") if k in z}
+            groups = json.loads(str(z["groups"])) if "groups" in z else {}
+            provenance = json.loads(str(z["provenance"])) if "provenance" in z else {"file": path.name}
+            return cls.from_matrices(z["M"], z["K"], groups=groups, provenance=provenance, **optional)
+
+
+def _square(name: str, matrix) -> np.ndarray:
+    matrix = np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=float)
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
+        raise InputError(f"{name} must be a square matrix, got shape {matrix.shape}")
+    if not np.isfinite(matrix).all():
+        i, j = np.argwhere(~np.isfinite(matrix))[0]
+        raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]}: every entry must be finite")
+    gap = np.abs(matrix - matrix.T)
+    scale = np.abs(matrix).max()
+    if gap.max() > SYMMETRY_TOLERANCE * scale:
+        i, j = np.unravel_index(gap.argmax(), gap.shape)
+        raise InputError(f"{name} is not symmetric: |{name}[{i}, {j}] - {name}[{j}, {i}]| is "
+                         f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10")
+    return matrix
