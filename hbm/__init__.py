@@ -1,0 +1,1 @@
+"""Harmonic balance of reduced models with friction contacts; needs numpy, scipy and numba alone."""

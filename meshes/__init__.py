@@ -1,0 +1,1 @@
+"""Generators of the meshes that the studies use."""

@@ -1,0 +1,1 @@
+"""Elastic bodies: stiffness and mass matrices, modes, Craig-Bampton reduction, damping."""

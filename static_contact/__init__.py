@@ -1,0 +1,1 @@
+"""The damper at rest: contact stiffness, pairs of nodes, preload, detachment."""

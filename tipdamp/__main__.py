@@ -1,0 +1,7 @@
+"""`python -m tipdamp`: the same as the command `tipdamp`."""
+
+import sys
+
+from tipdamp.cli import main
+
+sys.exit(main())
