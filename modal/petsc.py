@@ -1,0 +1,18 @@
+"""Start PETSc once, without the options files and environment that could change what a solver does."""
+
+import os
+
+
+def start():
+    """Import and initialise petsc4py; returns the PETSc module, or None where it is not installed."""
+    os.environ.pop("PETSC_OPTIONS", None)
+    for variable in ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"):
+        os.environ.setdefault(variable, "1")
+    try:
+        import petsc4py
+    except ImportError:
+        return None
+    petsc4py.init(["tipdamp", "-skip_petscrc"])
+    from petsc4py import PETSc
+
+    return PETSc
