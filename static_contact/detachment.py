@@ -1,0 +1,129 @@
+"""Which pairs carry: stuck frequencies of any set of pairs, and detachment from the middle until a target is met.
+
+[Zucca 2016, sec. 8: "starting from the middle of the damper sides, contact pairs are progressively detached until
+the resonance frequency of the model at full-stick matches"]
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sl
+
+from hbm.contact import ContactTable, relative_motion
+from hbm.errors import InputError
+from hbm.model import ReducedModel
+
+_MODES = 20
+
+
+@dataclass(frozen=True)
+class StuckModes:
+    """hz : (m,) ascending; shapes : (r, m) mass-normalised; tracked - index of the followed mode
+    likeness - share of the followed shape (mass-weighted, whole assembly) in that mode, 0..1."""
+
+    hz: np.ndarray
+    shapes: np.ndarray
+    tracked: int
+    likeness: float
+
+    @property
+    def tracked_hz(self) -> float:
+        return float(self.hz[self.tracked])
+
+
+@dataclass(frozen=True)
+class Step:
+    """One set of kept stations and its stuck frequency. front counts the stations with the smaller coordinate."""
+
+    front: int
+    back: int
+    hz: float
+    likeness: float
+
+
+@dataclass(frozen=True)
+class Detachment:
+    """pairs - the table with weight 0 on detached pairs; chosen - the step nearest the target; history - all steps."""
+
+    pairs: ContactTable
+    chosen: Step
+    history: tuple
+    target_hz: float
+
+
+class StuckAssembly:
+    """Stuck modes of one model for many sets of pairs: M is factored once."""
+
+    def __init__(self, model: ReducedModel):
+        self.model = model
+        self.L = np.linalg.cholesky(model.M)
+        half = sl.solve_triangular(self.L, model.K, lower=True)
+        self.K = sl.solve_triangular(self.L, half.T, lower=True)
+
+    def modes(self, pairs: ContactTable, follow: np.ndarray, *, count: int = _MODES, extra=None) -> StuckModes:
+        """Lowest modes with every carrying pair stuck (kt, kt, kn).
+
+        follow (r,): mass-normalised shape; the mode that holds most of it, (follow' M phi)^2, is the tracked one:
+        for a shape without damper this is MAC on the blades times their share of kinetic energy.
+        extra : (m, r) rows e with springs e'e added to K (declared roll springs), or None.
+        """
+        K = self.K
+        rows = stuck_rows(self.model, pairs)
+        if extra is not None:
+            rows = np.vstack([rows, extra])
+        if len(rows):
+            half = sl.solve_triangular(self.L, rows.T, lower=True)
+            K = K + half @ half.T
+        count = min(count, len(K))
+        lam, y = sl.eigh((K + K.T) / 2, subset_by_index=(0, count - 1))
+        shapes = sl.solve_triangular(self.L.T, y, lower=False)
+        share = (follow @ self.model.M @ shapes) ** 2
+        best = int(share.argmax())
+        return StuckModes(np.sqrt(np.maximum(lam, 0)) / (2 * np.pi), shapes, best, float(share[best]))
+
+
+def stuck_rows(model: ReducedModel, pairs: ContactTable) -> np.ndarray:
+    """(3P, r) rows b with b'b summing to the stuck stiffness B' diag(kt, kt, kn) B."""
+    B = relative_motion(model, pairs).toarray()
+    k = np.column_stack([pairs.kt, pairs.kt, pairs.kn]) * pairs.weight[:, None]
+    return B * np.sqrt(k.ravel())[:, None]
+
+
+def keep_ends(pairs: ContactTable, front: int, back: int) -> ContactTable:
+    """Detach all but the first `front` and the last `back` stations of every side."""
+    last = np.array([pairs.station[pairs.side == s].max() for s in pairs.side])
+    kept = (pairs.station < front) | (pairs.station > last - back)
+    return pairs.replace(weight=np.where(kept, pairs.weight, 0.0))
+
+
+def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, follow: np.ndarray, *,
+                 springs=None, at_least: int = 2, progress=None) -> Detachment:
+    """Detach stations from the middle, one at a time on all sides, until the tracked stuck frequency passes the target.
+
+    The step nearest the target is chosen. springs(pairs) -> (m, r) extra rows of the kept pairs (roll springs).
+    Raises InputError "not reachable: a..b Hz" when the target lies outside what at_least.. all stations give.
+    """
+    stations = int(pairs.station.max()) + 1
+    assembly = StuckAssembly(model)
+    history = []
+    for kept in range(stations, at_least - 1, -1):
+        step = _step(assembly, pairs, (kept + 1) // 2, kept // 2, follow, springs)
+        history.append(step)
+        if progress:
+            progress(step, (stations - kept + 1) / (stations - at_least + 1))
+        if step.hz <= target_hz:
+            break
+    found = [s.hz for s in history]
+    spread = max(abs(a - b) for a, b in zip(found, found[1:], strict=False)) if len(found) > 1 else 0.0
+    if not min(found) - spread / 2 <= target_hz <= max(found) + spread / 2:
+        raise InputError(f"target {target_hz:g} Hz is not reachable: {min(found):.0f}..{max(found):.0f} Hz with "
+                         f"{at_least}..{stations} stations kept")
+    chosen = min(history, key=lambda s: abs(s.hz - target_hz))
+    return Detachment(keep_ends(pairs, chosen.front, chosen.back), chosen, tuple(history), target_hz)
+
+
+def _step(assembly, pairs, front, back, follow, springs):
+    kept = keep_ends(pairs, front, back)
+    kept = kept.select(kept.carrying)
+    modes = assembly.modes(kept, follow, extra=springs(kept) if springs else None)
+    return Step(front, back, modes.tracked_hz, modes.likeness)

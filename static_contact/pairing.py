@@ -1,0 +1,130 @@
+"""Two meshed surfaces become matched node pairs with their contact frames."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from modal.mesh import Mesh, boundary_faces, node_normals
+
+# a round side meets a flat one along a line, where both normals agree to the angle that a face of the mesh spans
+_LARGEST_ANGLE = 20.0
+
+
+@dataclass(frozen=True)
+class Side:
+    """One contact side of the damper: where it is, and what a node of it is made of.
+
+    name; blade, damper - node groups of the two meshes
+    kn, kt : N/m per node [Zucca 2016, sec. 7.1]; mu - friction coefficient
+    gap : ((y, g0), ...) m - initial gap along the axis, interpolated linearly; empty where the surfaces touch
+    """
+
+    name: str
+    blade: str
+    damper: str
+    kn: float
+    kt: float
+    mu: float
+    gap: tuple = ()
+
+
+def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body: str, axis, pull,
+         tolerance: float) -> ContactTable:
+    """Match the nodes of both groups one to one within `tolerance` m and give each pair its frame.
+
+    axis (3,): along the damper; pull (3,): direction of Fc, which orders the rows: row 0 is the one farthest against
+    it (the lower edge). Raises InputError with the number of unmatched nodes and the tolerance that would match
+    them; when normals do not oppose each other; when stations and rows do not form a grid.
+    """
+    b_nodes, d_nodes = blade.group(side.blade), damper.group(side.damper)
+    b_index, d_index = blade.index(b_nodes), damper.index(d_nodes)
+    match = _match(blade.position[b_index], damper.position[d_index], side, tolerance)
+    d_nodes, d_index = d_nodes[match], d_index[match]
+    axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    b_faces, d_faces = boundary_faces(blade), boundary_faces(damper)
+    normals = np.array([_shared_normal(node_normals(blade, i, b_faces), node_normals(damper, j, d_faces),
+                                       side, number)
+                        for i, j, number in zip(b_index, d_index, b_nodes, strict=True)])
+    frame = _frames(normals, axis, side)
+    position = blade.position[b_index]
+    along = position @ axis
+    station, row = _grid(along, position @ np.asarray(pull, float), side, tolerance)
+    order = np.lexsort((row, station))
+    P = len(order)
+    gap = np.interp(along, *np.array(side.gap).T) if len(side.gap) else np.zeros(P)
+    full = np.full
+    return ContactTable(side=full(P, side.name), station=station, row=row, blade_body=full(P, blade_body),
+                        blade_node=b_nodes, damper_body=full(P, damper_body), damper_node=d_nodes,
+                        position=position, frame=frame, gap=gap, kn=full(P, side.kn), kt=full(P, side.kt),
+                        mu=full(P, side.mu), preload=np.zeros(P), weight=np.ones(P)).select(order)
+
+
+def join(*tables: ContactTable) -> ContactTable:
+    """The sides below each other in one table."""
+    from dataclasses import fields
+
+    return ContactTable(**{f.name: np.concatenate([getattr(t, f.name) for t in tables])
+                           for f in fields(ContactTable)})
+
+
+def _match(blade, damper, side, tolerance):
+    """For each blade node the index of its damper node."""
+    distance, nearest = cKDTree(damper).query(blade)
+    back, _ = cKDTree(blade).query(damper)
+    unmatched = int((distance > tolerance).sum() + (back > tolerance).sum())
+    worst = max(distance.max(), back.max())
+    if unmatched or len(np.unique(nearest)) < len(nearest):
+        advice = (f"tolerance = {1.1 * worst:.2g} m would match them" if len(blade) == len(damper)
+                  else "the two surfaces need the same nodes")
+        raise InputError(f"side '{side.name}': {len(blade)} blade nodes in '{side.blade}' and {len(damper)} damper "
+                         f"nodes in '{side.damper}', {unmatched} without a partner within {tolerance:g} m "
+                         f"(largest distance {worst:.3g} m); {advice}")
+    return nearest
+
+
+def _shared_normal(blade, damper, side, number):
+    """Normal into the blade, from the two faces that oppose each other best (a node may sit on an edge)."""
+    if not len(blade) or not len(damper):
+        raise InputError(f"side '{side.name}': node {number} is not on the surface of its mesh")
+    cosine = blade @ damper.T
+    i, j = np.unravel_index(cosine.argmin(), cosine.shape)
+    angle = np.degrees(np.arccos(np.clip(-cosine[i, j], -1, 1)))
+    if angle > _LARGEST_ANGLE:
+        raise InputError(f"side '{side.name}', blade node {number}: normals of the two faces must oppose each other, "
+                         f"they are {180 - angle:.0f} degrees apart (180 wanted, {_LARGEST_ANGLE:.0f} allowed off)")
+    return -blade[i]
+
+
+def _frames(normals, axis, side):
+    t1 = axis - normals * (normals @ axis)[:, None]
+    length = np.linalg.norm(t1, axis=1)
+    if (length < 1e-3).any():
+        raise InputError(f"side '{side.name}': the damper axis is along a contact normal; state [damper] axis")
+    t1 /= length[:, None]
+    return np.stack([t1, np.cross(normals, t1), normals], axis=1)
+
+
+def _grid(along, up, side, tolerance):
+    """Station and row of each node; every station must hold the same rows."""
+    station = _clusters(along, tolerance)
+    row = np.empty_like(station)
+    for s in range(station.max() + 1):
+        members = np.flatnonzero(station == s)
+        row[members[np.argsort(up[members], kind="stable")]] = np.arange(len(members))
+    rows = np.bincount(station)
+    if (rows != rows[0]).any():
+        odd = int(np.flatnonzero(rows != rows[0])[0])
+        raise InputError(f"side '{side.name}': station {odd} has {rows[odd]} nodes, station 0 has {rows[0]}; "
+                         "every station along the axis needs the same rows")
+    return station, row
+
+
+def _clusters(values, tolerance):
+    order = np.argsort(values)
+    step = np.diff(values[order], prepend=values[order[0]]) > tolerance
+    label = np.empty(len(values), dtype=np.int64)
+    label[order] = np.cumsum(step)
+    return label
