@@ -1,0 +1,131 @@
+"""What a mesh of the rig must satisfy before anything is computed with it. Every failure is one line."""
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from scipy.spatial import cKDTree
+
+from meshes.rig import SIDES, STATIONS, contact
+from meshes.structured import HEX27, SAME_NODE, boundary, faces_of
+
+
+class MeshError(ValueError):
+    """A mesh that must not be used; the message says what is wrong with it."""
+
+
+def check(rig, damper, rows, blades, solid):
+    """All checks on the pair of meshes `blades` and `solid` (the damper); returns {body: volume in m3}."""
+    found = contact(rig, damper, rows)
+    volumes = {}
+    for mesh, expected, tolerance in (
+        (blades, blades_volume(rig, found), 1e-6),
+        (solid, damper_volume(rig, found), 1e-3),  # quadratic cells follow the arcs to about 3e-4
+    ):
+        check_solid(mesh)
+        volumes[mesh.name] = volume = cell_volumes(mesh).sum()
+        if abs(volume - expected) > tolerance * expected:
+            raise MeshError(f"{mesh.name}: volume {volume:.6e} m3, expected {expected:.6e}")
+    _check_groups(rig, found, blades, solid)
+    gap = np.ptp([f(blades.nodes[blades.surfaces[f"cover_{s}"]][..., 0])
+                  for f, s in ((np.max, "left"), (np.min, "right"))])
+    if not gap > 0 or blades.nodes[blades.surfaces["cover_left"]][..., 0].max() >= 0:
+        raise MeshError(f"blades: the covers overlap in the mid-plane (gap {gap:.3e} m)")
+    return volumes
+
+
+def check_solid(mesh):
+    """No node unused, doubled or not finite; no inverted cell; one closed surface and no crack inside."""
+    if not np.isfinite(mesh.nodes).all():
+        raise MeshError(f"{mesh.name}: a node's position is not a number")
+    unused = len(mesh.nodes) - len(np.unique(mesh.cells))
+    if unused:
+        raise MeshError(f"{mesh.name}: {unused} nodes belong to no cell")
+    pairs = cKDTree(mesh.nodes).query_pairs(SAME_NODE)
+    if pairs:
+        raise MeshError(f"{mesh.name}: {len(pairs)} pairs of nodes lie on each other, first {min(pairs)}")
+    worst = jacobians(mesh).min(axis=1)
+    if not worst.min() > 0:
+        raise MeshError(f"{mesh.name}: cell {worst.argmin()} is inverted (smallest Jacobian {worst.min():.3e} m3)")
+    _check_surface(mesh)
+
+
+def _check_surface(mesh):
+    if faces_of(mesh.cells)[1].max() > 2:
+        raise MeshError(f"{mesh.name}: a face belongs to more than two cells")
+    outside = boundary(mesh.cells)
+    edges = np.sort(outside[:, [[0, 1], [1, 2], [2, 3], [3, 0]]].reshape(-1, 2), axis=1)
+    edges, count = np.unique(edges, axis=0, return_counts=True)
+    if (count != 2).any():
+        raise MeshError(f"{mesh.name}: the boundary is not closed at {np.count_nonzero(count != 2)} edges")
+    euler = len(np.unique(outside[:, :4])) - len(edges) + len(outside)
+    if euler != 2:  # a sphere; cells that meet without sharing their face leave a second surface inside
+        raise MeshError(f"{mesh.name}: not conforming, its boundary has Euler characteristic {euler} instead of 2")
+
+
+def _shape_gradients(points):
+    """Gradients (p, 27, 3) of the 27 shape functions at points (p, 3) of [-1, 1]^3."""
+    value = np.stack([points * (points - 1) / 2, 1 - points**2, points * (points + 1) / 2])  # (3, p, 3)
+    slope = np.stack([points - 0.5, -2 * points, points + 0.5])
+    parts = []
+    for axis in range(3):
+        factors = [(slope if axis == k else value)[HEX27[:, k], :, k] for k in range(3)]
+        parts.append((factors[0] * factors[1] * factors[2]).T)
+    return np.stack(parts, axis=-1)
+
+
+def jacobians(mesh, points=None):
+    """Jacobian determinants (m, p), m3; by default at the 27 nodes of each cell, corners included."""
+    points = HEX27 - 1.0 if points is None else points
+    gradients = np.einsum("pia,mib->mpab", _shape_gradients(points), mesh.nodes[mesh.cells], optimize=True)
+    return np.linalg.det(gradients)
+
+
+def cell_volumes(mesh):
+    """Volume of each cell (m,), m3, by 3 x 3 x 3 Gauss points."""
+    x, w = np.polynomial.legendre.leggauss(3)
+    points = np.stack(np.meshgrid(x, x, x, indexing="ij"), -1).reshape(-1, 3)
+    return jacobians(mesh, points) @ np.einsum("i,j,k->ijk", w, w, w).ravel()
+
+
+def damper_volume(rig, found):
+    """Closed form: circle less one circular segment for each flat."""
+    half = np.arcsin(rig.flat_width / (2 * rig.damper_radius))
+    segment = rig.damper_radius**2 * half - rig.flat_distance * rig.flat_width / 2
+    flats = sum(found.shape[s] == "flat" for s in SIDES)
+    return (np.pi * rig.damper_radius**2 - flats * segment) * rig.length
+
+
+def blades_volume(rig, found):
+    """Closed form: fixture block, the cubic thickness integrated, and the covers between blade and face."""
+    q = Polynomial([0.0, 1.0 / rig.height])
+    thickness = (rig.root_thickness + (rig.tip_thickness - rig.root_thickness) * q)
+    thickness = thickness * (1 + 4 * (rig.mid_thickness_factor - 1) * q * (1 - q))
+    area = (rig.pitch + rig.root_thickness + 2 * rig.fixture_overhang) * rig.fixture_height
+    area += 2 * thickness.integ()(rig.height)
+    bottom = rig.height - rig.cover_height
+    for side in SIDES:
+        z = np.array([bottom, found.turn[side], rig.height])
+        to_blade = ((rig.pitch - thickness) / 2).integ()
+        area += to_blade(rig.height) - to_blade(bottom)
+        area -= np.trapz(np.abs(found.face_x(side, z)), z)
+    return area * rig.length
+
+
+def _check_groups(rig, found, blades, solid):
+    expected = {"excitation": 1, "patch_1": 5, "patch_2": 5, "load_points": 4}
+    expected |= {f"contact_{s}": STATIONS * len(found.rows[s]) for s in SIDES}
+    for mesh in (blades, solid):
+        for name, nodes in mesh.node_sets.items():
+            if len(nodes) != expected[name] or len(np.unique(nodes)) != len(nodes):
+                raise MeshError(f"{mesh.name}/{name}: {len(np.unique(nodes))} nodes, expected {expected[name]}")
+        for name, faces in mesh.surfaces.items():
+            if not len(faces):
+                raise MeshError(f"{mesh.name}/{name}: no faces")
+    for side in SIDES:
+        a, b = (m.nodes[m.node_sets[f"contact_{side}"]] for m in (blades, solid))
+        if (distance := np.linalg.norm(a - b, axis=1).max()) > SAME_NODE:
+            raise MeshError(f"contact_{side}: the pairs are up to {distance:.2e} m apart")
+    for name in ("patch_1", "patch_2"):
+        p = blades.nodes[blades.node_sets[name][:4]]  # corners in turn
+        area = np.linalg.norm(np.cross(p[2] - p[0], p[3] - p[1])) / 2
+        if abs(area - rig.patch_area) > 0.01 * rig.patch_area:
+            raise MeshError(f"blades/{name}: area {area:.3e} m2, expected {rig.patch_area:.3e}")

@@ -1,0 +1,127 @@
+"""Meshes of the two-blade rig with an asymmetric, cylindrical or wedge damper.
+
+    python -m meshes.two_blade_rig --damper asymmetric --size 1.0 --out FOLDER [--rows 2] [--height 0.0735 ...]
+
+writes FOLDER/<damper>_blades.msh and FOLDER/<damper>_damper.msh: MSH 4.1, metres, 27-node hexahedra, matching nodes at
+the contacts. Groups, geometry and the origin of the lengths: meshes/README.md.
+"""
+
+import argparse
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+from hbm.errors import InputError
+from meshes import mesh_file
+from meshes.checks import MeshError, check
+from meshes.rig import DAMPERS, SIDES, STATIONS, Cells, Rig, contact
+from meshes.sections import blades_section, damper_section
+from meshes.structured import Mesh, boundary, extrude, find_nodes, select
+
+__all__ = ["Rig", "build", "check", "generate"]
+ON_SURFACE = 1e-9  # m
+
+
+def build(rig, damper, size=1.0, rows=2, cells=None):
+    """The two bodies as `Mesh` records (blades, damper), unchecked; `cells` overrides what `size` implies."""
+    cells = cells or Cells.of_size(size)
+    if cells.axial % 15:
+        raise InputError(f"axial = {cells.axial} cells: must be a multiple of 15, for a node at each of 31 stations")
+    found = contact(rig, damper, rows)
+    y = np.arange(2 * cells.axial + 1) * (rig.length / (2 * cells.axial))
+    return (_blades(rig, found, *extrude(*blades_section(rig, found, cells, rows), y)),
+            _damper(rig, found, *extrude(*damper_section(rig, found, cells, rows), y)))
+
+
+def generate(rig, damper, size=1.0, folder=".", rows=2):
+    """Builds both bodies, writes and reads them back, checks what was read -> {'blades': path, 'damper': path}."""
+    blades, solid = build(rig, damper, size, rows)
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = {m.name: folder / f"{damper}_{m.name}.msh" for m in (blades, solid)}
+    for mesh in (blades, solid):
+        mesh_file.write(paths[mesh.name], mesh)
+    check(rig, damper, rows, *(mesh_file.read(p) for p in paths.values()))
+    return paths
+
+
+def _contact_points(rig, points):
+    """The (x, z) points (R, 2) of a side's rows at all stations -> (R * 31, 3), row by row."""
+    y = np.tile(np.linspace(0.0, rig.length, STATIONS), len(points))
+    x, z = np.repeat(points, STATIONS, axis=0).T
+    return np.column_stack([x, y, z])
+
+
+def _blades(rig, found, nodes, cells):
+    x, _, z = nodes.T
+    outside = boundary(cells)
+    bottom = np.abs(z + rig.fixture_height) < ON_SURFACE
+    surfaces = {"clamp": select(outside, bottom & (np.abs(x) > rig.free_span / 2 - ON_SURFACE))}
+    sets = {}
+    for side in SIDES:
+        face = np.abs(x - found.face_x(side, z)) < ON_SURFACE
+        above = z > rig.height - rig.cover_height - ON_SURFACE
+        surfaces[f"cover_{side}"] = select(outside, face & above & (z < found.turn[side] + ON_SURFACE))
+        sets[f"contact_{side}"] = find_nodes(nodes, _contact_points(rig, found.rows[side]))
+    # The outer edge of blade 1's tip at mid-length: most of the first bending, none of the torsion, and the free side,
+    # where a stinger reaches it.
+    tip = [[-(rig.pitch + rig.tip_thickness) / 2, rig.length / 2, rig.height]]
+    sets["excitation"] = find_nodes(nodes, tip)
+    for number, sign in ((1, -1.0), (2, 1.0)):
+        sets[f"patch_{number}"] = find_nodes(nodes, _patch(rig, sign))
+    return Mesh("blades", nodes, cells, surfaces, sets)
+
+
+def _patch(rig, sign):
+    """Four corners in turn and the centre of the accelerometer's patch, on the outer side right below the cover."""
+    upper, half = rig.height - rig.cover_height, rig.patch_half_length
+    lower = upper - rig.patch_height
+    z = np.array([lower, lower, upper, upper, (lower + upper) / 2])
+    y = rig.length / 2 + np.array([-half, half, half, -half, 0.0])
+    return np.column_stack([sign * (rig.pitch + rig.thickness(z)) / 2, y, z])
+
+
+def _damper(rig, found, nodes, cells):
+    outside = boundary(cells)
+    arm = nodes[:, [0, 2]] - found.centre
+    surfaces, sets = {}, {}
+    for side in SIDES:
+        n = found.normal[side]
+        height, along = arm @ n, np.abs(arm @ [-n[1], n[0]])
+        if found.shape[side] == "flat":
+            inside = np.abs(height - rig.flat_distance) < ON_SURFACE
+        else:  # the part of the cylinder that a flat would cut off
+            inside = (np.abs(np.hypot(*arm.T) - rig.damper_radius) < ON_SURFACE) & (height > 0)
+            inside &= along < rig.flat_width / 2 + ON_SURFACE
+        surfaces[f"side_{side}"] = select(outside, inside)
+        sets[f"contact_{side}"] = find_nodes(nodes, _contact_points(rig, found.rows[side]))
+    y = np.arange(4) * rig.length / 3
+    axis = np.column_stack([np.full(4, found.centre[0]), y, np.full(4, found.centre[1])])
+    sets["load_points"] = find_nodes(nodes, axis)
+    return Mesh("damper", nodes, cells, surfaces, sets)
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m meshes.two_blade_rig", description="Meshes of the two-blade rig.")
+    parser.add_argument("--damper", choices=DAMPERS, default="asymmetric")
+    parser.add_argument("--size", type=float, default=1.0, help="cells along each edge, relative to the default mesh")
+    parser.add_argument("--rows", type=int, default=2, help="lines of contact pairs on a flat side")
+    parser.add_argument("--out", default=".", help="folder for the two files")
+    for f in fields(Rig):
+        parser.add_argument(f"--{f.name.replace('_', '-')}", type=float, default=f.default, metavar=f"{f.default:.6g}")
+    given = parser.parse_args(arguments)
+    try:
+        rig = Rig(**{f.name: getattr(given, f.name) for f in fields(Rig)})
+        paths = generate(rig, given.damper, given.size, given.out, given.rows)
+    except (InputError, MeshError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    for path in paths.values():
+        print(f"{path}: {3 * len(mesh_file.read(path).nodes)} dofs")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
