@@ -133,7 +133,7 @@ def _read_gmsh(path):
     own_session = not _is_running(gmsh)
     if own_session:
         gmsh.initialize(readConfigFiles=False)
-    previous = gmsh.model.getCurrent()
+    previous = "" if own_session else gmsh.model.getCurrent()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.model.add("tipdamp-reader")
@@ -151,14 +151,8 @@ def _read_gmsh(path):
 
 
 def _is_running(gmsh) -> bool:
-    """gmsh.isInitialized exists from 4.9 on; before, any call on a session that is not there fails."""
-    if hasattr(gmsh, "isInitialized"):
-        return bool(gmsh.isInitialized())
-    try:
-        gmsh.model.getCurrent()
-        return True
-    except Exception:  # gmsh raises bare Exception
-        return False
+    """Whether someone else has gmsh open. Before 4.9 gmsh cannot tell, and is taken to be ours."""
+    return hasattr(gmsh, "isInitialized") and bool(gmsh.isInitialized())
 
 
 def _collect(gmsh, path):

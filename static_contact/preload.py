@@ -74,7 +74,7 @@ class StaticContact:
         load = np.asarray(load, dtype=float)
         motions = tuple(Motion(name, unit, float(amount)) for (name, unit), amount
                         in zip(self.names, self.free.T @ load, strict=True))
-        scale = np.abs(self.free).T @ np.abs(load)
+        scale = np.abs(self.free).max(axis=0, initial=0.0) * np.abs(load).sum()
         loaded = [m for m, s in zip(motions, scale, strict=True) if abs(m.load) > 1e-9 * max(s, 1e-300)]
         if loaded and not hold:
             raise InputError("; ".join(f"{m.name} is loaded: {abs(m.load):.3g} {m.unit}, and no contact resists it"
