@@ -1,0 +1,136 @@
+"""Each trouble that the doctor knows, as facts; and the doctor on the machine at hand, with and without dolfinx."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tipdamp.doctor import DEBIAN, FROM_MATRICES, MODULES, OURS, Facts, Module, _import_all, checks, look, report
+
+ROOT = Path(__file__).parents[2]
+HEALTHY = Facts(
+    modules={name: Module("1.0", f"{DEBIAN}/{name}/__init__.py") for name in MODULES},
+    blas=("/usr/lib/x86_64-linux-gnu/openblas-pthread/libblas.so.3",),
+    scalar="float64",
+    debian_numpy="1.24.2",
+    origins={name: f"/home/anna/tipdamp/{name}" for name in OURS},
+    providers={name: ["tipdamp"] for name in OURS},
+    python="/usr",
+    root="/home/anna/tipdamp",
+)
+
+
+def with_module(name, **changes):
+    return replace(HEALTHY, modules={**HEALTHY.modules, name: replace(HEALTHY.modules[name], **changes)})
+
+
+def troubles(facts):
+    return {check.name: check for check in checks(facts) if check.status != "ok"}
+
+
+def only(facts):
+    """The one trouble of these facts: nothing else may be touched by it."""
+    (check,) = troubles(facts).values()
+    return check
+
+
+def test_healthy_machine_has_no_troubles():
+    assert troubles(HEALTHY) == {}
+    assert report(checks(HEALTHY)).endswith("everything is in place")
+
+
+def test_reference_blas():
+    check = only(replace(HEALTHY, blas=("/usr/lib/x86_64-linux-gnu/blas/libblas.so.3.11.0",)))
+    assert (check.name, check.status, check.repair) == ("BLAS", "warn", "./dev setup")
+
+
+def test_pips_own_openblas_is_no_reference_blas():
+    path = "/home/anna/tipdamp/.venv/lib/python3.11/site-packages/numpy.libs/libscipy_openblas64_-ff651d7f.so"
+    assert troubles(replace(HEALTHY, blas=(path,))) == {}
+
+
+@pytest.mark.parametrize("version", ["1.25.0", "2.4.1"])
+def test_numpy_newer_than_debians(version):
+    check = only(with_module("numpy", version=version))
+    assert check.status == "fail" and version in check.what and "pip uninstall numpy" in check.repair
+
+
+def test_numpy_may_be_new_where_debian_has_none():
+    assert troubles(replace(with_module("numpy", version="2.4.1"), debian_numpy="")) == {}
+
+
+@pytest.mark.parametrize("name", ["dolfinx", "petsc4py", "slepc4py", "gmsh"])
+def test_without_finite_elements_matrices_still_work(name):
+    check = only(with_module(name, error=f"ModuleNotFoundError: No module named '{name}'"))
+    assert (check.name, check.status, check.works, check.repair) == (name, "warn", FROM_MATRICES, "./dev setup")
+
+
+def test_another_python_does_not_see_debians_packages():
+    facts = replace(with_module("dolfinx", error="ModuleNotFoundError: No module named 'dolfinx'"), python="/opt/py")
+    assert only(facts).repair.startswith("rm -rf .venv")
+
+
+def test_h5py_from_pip_beside_dolfinx():
+    check = only(with_module("h5py", file="/home/anna/tipdamp/.venv/lib/python3.11/site-packages/h5py/__init__.py"))
+    assert check.status == "fail" and "pip uninstall h5py" in check.repair
+
+
+def test_complex_petsc():
+    assert only(replace(HEALTHY, scalar="complex128")).status == "fail"
+
+
+@pytest.mark.parametrize("name", ["plotly", "matplotlib"])
+def test_without_report_packages_the_rest_works(name):
+    check = only(with_module(name, error=f"ModuleNotFoundError: No module named '{name}'"))
+    assert check.status == "warn" and "not the report" in check.works and f"install {name}" in check.repair
+
+
+def test_numba_is_needed():
+    assert only(with_module("numba", error="ImportError: Numba needs NumPy 1.22 or greater")).status == "fail"
+
+
+def test_foreign_package_imported_instead_of_ours():
+    elsewhere = "/home/anna/tipdamp/.venv/lib/python3.11/site-packages/modal"
+    check = only(replace(HEALTHY, origins={**HEALTHY.origins, "modal": elsewhere}))
+    assert check.name == "modal" and check.status == "fail" and elsewhere in check.what
+
+
+def test_foreign_project_that_claims_our_name():
+    check = only(replace(HEALTHY, providers={**HEALTHY.providers, "modal": ["modal", "tipdamp"]}))
+    assert check.name == "modal" and check.status == "warn" and "uninstall modal" in check.repair
+
+
+def test_report_names_trouble_repair_and_what_works():
+    text = report(checks(with_module("dolfinx", error="ModuleNotFoundError: No module named 'dolfinx'")))
+    assert f"still works: {FROM_MATRICES}" in text and "repair: ./dev setup" in text
+    assert text.endswith("0 failed, 1 warned, 19 looked at")
+
+
+def test_import_that_aborts_the_process_is_named_and_the_rest_goes_on(tmp_path, monkeypatch):
+    (tmp_path / "aborts.py").write_text("import os\nos.abort()\n")
+    (tmp_path / "raises.py").write_text("raise ImportError('built for another numpy')\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    rows = _import_all(["json", "aborts", "raises", "math"])
+    assert "ended the process (exit status -6)" in rows["aborts"]["error"]  # SIGABRT is 6
+    assert rows["raises"]["error"] == "ImportError: built for another numpy"
+    assert "error" not in rows["json"] and "error" not in rows["math"]
+
+
+def test_this_machine_imports_our_own_packages():
+    facts = look()
+    assert set(facts.modules) == set(MODULES)
+    assert facts.origins == {name: str(ROOT / name) for name in OURS}
+    assert not facts.modules["numpy"].error and facts.blas
+
+
+def test_runs_where_dolfinx_cannot_be_imported(tmp_path):
+    for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh"):
+        (tmp_path / f"{name}.py").write_text("raise ImportError('taken away by the test')\n")
+    script = "from tipdamp import doctor; print(doctor.report(doctor.checks()))"
+    child = subprocess.run([sys.executable, "-c", script], cwd=ROOT, text=True, capture_output=True,
+                           env={"PYTHONPATH": str(tmp_path), "PATH": "/usr/bin"})  # fmt: skip
+    assert child.returncode == 0, child.stderr
+    assert child.stdout.count("taken away by the test") == 4
+    assert f"still works: {FROM_MATRICES}" in child.stdout

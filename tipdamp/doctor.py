@@ -1,0 +1,253 @@
+"""What is missing or wrong on this machine, which jobs still work, and the command that repairs it.
+
+`look()` gathers the facts, the small check functions judge them, `report()` writes them up. Imports that may abort the
+process (mixed HDF5 or numpy builds do) happen in a child process, so that the doctor outlives its patients.
+"""
+
+import importlib.util
+import json
+import re
+import site
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+OURS = ("hbm", "meshes", "modal", "static_contact", "tipdamp")
+DEBIAN = "/usr/lib/python3/dist-packages"
+# In this order: what each job needs first, and h5py after dolfinx, the order in which a foreign HDF5 aborts.
+MODULES = ("numpy", "scipy", "scipy.linalg", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "meshio", "h5py",
+           "plotly", "matplotlib")  # fmt: skip
+AFRESH = "rm -rf .venv && ./dev setup"
+FROM_MATRICES = "every job that starts from reduced matrices"
+NO_REPORT = "everything up to the forced responses; not the report"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One finding: `status` is ok, warn (some jobs still work) or fail (none does, or results cannot be trusted)."""
+
+    name: str
+    status: str
+    what: str
+    repair: str = ""  # the command
+    works: str = ""  # the jobs that still work
+
+
+@dataclass(frozen=True)
+class Module:
+    """An imported module, or why it could not be imported."""
+
+    version: str = ""
+    file: str = ""
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What `look` found; tests make their own."""
+
+    modules: Mapping[str, Module]
+    blas: tuple[str, ...] = ()  # libraries that numpy, scipy and PETSc loaded
+    scalar: str = ""  # of PETSc: float64, complex128
+    debian_numpy: str = ""  # version that Debian's compiled packages were built with
+    origins: Mapping[str, str] | None = None  # folder from which each of our packages is imported
+    providers: Mapping[str, list[str]] | None = None  # installed projects that claim each of our package names
+    python: str = sys.base_prefix  # Debian's packages are seen from /usr alone
+    root: str = str(Path(__file__).resolve().parents[1])
+
+
+def checks(facts: Facts | None = None) -> list[Check]:
+    """All findings about this machine, or about given facts."""
+    facts = look() if facts is None else facts
+    return [
+        *(_needed(facts, name) for name in ("numpy", "scipy", "numba")),
+        _numpy_age(facts),
+        _blas(facts),
+        *(_finite_elements(facts, name) for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh")),
+        _scalar(facts),
+        _mesh_files(facts),
+        _h5py(facts),
+        *(_report_package(facts, name) for name in ("plotly", "matplotlib")),
+        *(_own_package(facts, name) for name in OURS),
+    ]
+
+
+def report(found: list[Check]) -> str:
+    """The findings as text, troubles with their way out, and one closing line."""
+    width = max(len(check.name) for check in found)
+    lines = []
+    for check in found:
+        lines.append(f"{check.status:<4}  {check.name:<{width}}  {check.what}")
+        for label, text in (("still works", check.works), ("repair", check.repair)):
+            if text:
+                lines.append(" " * (width + 8) + f"{label}: {text}")
+    counts = {status: sum(check.status == status for check in found) for status in ("fail", "warn")}
+    if not any(counts.values()):
+        return "\n".join([*lines, "everything is in place"])
+    return "\n".join([*lines, f"{counts['fail']} failed, {counts['warn']} warned, {len(found)} looked at"])
+
+
+# ---- judging -----------------------------------------------------------------------------------------------------
+
+
+def _pip(command: str) -> str:
+    return f"{sys.executable} -m pip {command}"
+
+
+def _present(name: str, module: Module) -> Check:
+    return Check(name, "ok", f"{module.version} ({Path(module.file).parent})")
+
+
+def _needed(facts: Facts, name: str) -> Check:
+    module = facts.modules[name]
+    if not module.error:
+        return _present(name, module)
+    return Check(name, "fail", module.error, AFRESH, "none")
+
+
+def _numpy_age(facts: Facts) -> Check:
+    numpy = facts.modules["numpy"]
+    name, debian = "numpy's age", facts.debian_numpy
+    if numpy.error or not debian or _minor(numpy.version) <= _minor(debian):
+        return Check(name, "ok", f"not newer than Debian's {debian}" if debian else "no Debian packages to agree with")
+    what = f"numpy {numpy.version} hides Debian's {debian}, for which scipy, petsc4py and dolfinx were compiled"
+    in_home = numpy.file.startswith(site.getusersitepackages())
+    return Check(name, "fail", what, "export PYTHONNOUSERSITE=1" if in_home else _pip("uninstall numpy scipy"), "none")
+
+
+def _minor(version: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in re.findall(r"\d+", version)[:2])
+
+
+def _blas(facts: Facts) -> Check:
+    # Debian's reference BLAS lives in .../blas/, tuned ones in folders or files of their own name
+    slow = [path for path in facts.blas if re.search(r"/blas/libblas\.so", path)]
+    if slow:
+        what = f"the reference BLAS ({slow[0]}): factorisations take 5 to 12 times longer"
+        return Check("BLAS", "warn", what, "./dev setup", "all, slowly")
+    if not facts.blas:
+        return Check("BLAS", "warn", "no BLAS library seen: its speed is unknown", works="all")
+    return Check("BLAS", "ok", ", ".join(facts.blas))
+
+
+def _finite_elements(facts: Facts, name: str) -> Check:
+    module = facts.modules[name]
+    if not module.error:
+        return _present(name, module)
+    return Check(name, "warn", module.error, "./dev setup" if facts.python == "/usr" else AFRESH, FROM_MATRICES)
+
+
+def _scalar(facts: Facts) -> Check:
+    if facts.scalar.startswith("complex"):
+        return Check("PETSc's scalars", "fail", "complex: the meshes need the real build", "unset PETSC_DIR SLEPC_DIR",
+                     FROM_MATRICES)  # fmt: skip
+    return Check("PETSc's scalars", "ok", facts.scalar or "no PETSc")
+
+
+def _mesh_files(facts: Facts) -> Check:
+    module = facts.modules["meshio"]
+    if not module.error:
+        return _present("meshio", module)
+    return Check("meshio", "warn", module.error, "./dev setup",
+                 "all with meshes of gmsh; not other mesh formats")  # fmt: skip
+
+
+def _h5py(facts: Facts) -> Check:
+    module = facts.modules["h5py"]
+    if not module.error and (module.file.startswith(DEBIAN) or facts.modules["dolfinx"].error):
+        return _present("h5py", module)
+    if module.error.startswith("ModuleNotFoundError"):
+        return Check("h5py", "warn", "not found: meshes stored in HDF5 cannot be read",
+                     "./dev setup", "all with meshes of gmsh")  # fmt: skip
+    what = module.error or f"{module.version} from {Path(module.file).parent} aborts beside dolfinx"
+    return Check("h5py", "fail", what, f"{_pip('uninstall h5py')}; ./dev setup",
+                 FROM_MATRICES)  # fmt: skip
+
+
+def _report_package(facts: Facts, name: str) -> Check:
+    module = facts.modules[name]
+    if not module.error:
+        return _present(name, module)
+    return Check(name, "warn", module.error, _pip(f"install {name}"), NO_REPORT)
+
+
+def _own_package(facts: Facts, name: str) -> Check:
+    """Other people's projects carry our package names too; theirs hide ours or overwrite it, and pip keeps silent."""
+    origin = (facts.origins or {}).get(name, "")
+    strangers = sorted(set((facts.providers or {}).get(name, [])) - {"tipdamp"})
+    away = f"{_pip('uninstall ' + ' '.join(strangers or [name]))}; {_pip('install --force-reinstall --no-deps -e .')}"
+    if not origin:
+        return Check(name, "fail", "not found", _pip("install -e ."), "none")
+    if origin != str(Path(facts.root, name)):
+        return Check(name, "fail", f"imported from {origin}, which is not this project ({facts.root})", away, "none")
+    if strangers:
+        return Check(name, "warn", f"also claimed by the installed project {', '.join(strangers)}", away, "unknown")
+    return Check(name, "ok", origin)
+
+
+# ---- looking -----------------------------------------------------------------------------------------------------
+
+_CHILD = r"""
+import importlib, json, re, sys
+for name in sys.argv[1:]:
+    row = {"module": name}
+    print("\n?" + json.dumps(row), flush=True)
+    try:
+        if name == "petsc4py":
+            import petsc4py
+            petsc4py.init(["doctor", "-skip_petscrc"])
+            from petsc4py import PETSc
+            row["scalar"] = PETSc.ScalarType.__name__
+        module = importlib.import_module(name)
+        if name == "slepc4py":
+            from slepc4py import SLEPc
+        row["version"] = str(getattr(module, "__version__", ""))
+        row["file"] = getattr(module, "__file__", None) or ""
+    except BaseException as error:
+        row["error"] = f"{type(error).__name__}: {error}".splitlines()[0]
+    with open("/proc/self/maps") as maps:
+        paths = {line.split()[-1] for line in maps if "/" in line}
+    row["blas"] = sorted(p for p in paths if re.match("lib.*(blas|mkl_rt|blis)", p.rsplit("/", 1)[-1]))
+    print("\n!" + json.dumps(row), flush=True)
+"""
+
+
+def look() -> Facts:
+    """Import everything in a child process and find out where our own packages come from."""
+    rows = _import_all(list(MODULES))
+    return Facts(
+        modules={n: Module(r.get("version", ""), r.get("file", ""), r.get("error", "")) for n, r in rows.items()},
+        blas=tuple(sorted({path for row in rows.values() for path in row.get("blas", ()) if "gslcblas" not in path})),
+        scalar=rows["petsc4py"].get("scalar", ""),
+        debian_numpy=next((d.version for d in metadata.distributions(name="numpy", path=[DEBIAN])), ""),
+        origins={name: _origin(name) for name in OURS},
+        providers={name: found for name, found in metadata.packages_distributions().items() if name in OURS},
+    )
+
+
+def _import_all(names: list[str]) -> dict[str, dict]:
+    """{module: row of the child}; a module that takes the child down is noted, and a new child goes on behind it."""
+    rows = {}
+    while names:
+        try:
+            child = subprocess.run([sys.executable, "-c", _CHILD, *names], capture_output=True, text=True, timeout=120)
+            output, end = child.stdout, f"the import ended the process (exit status {child.returncode})"
+        except subprocess.TimeoutExpired as late:
+            output, end = (late.stdout or b"").decode(), "the import did not end within 120 s"
+        for line in output.splitlines():
+            if line[:1] in "?!" and line[1:2] == "{":
+                row = json.loads(line[1:])
+                rows[row["module"]] = {"error": end} if line[0] == "?" else row
+        if names[0] not in rows:  # the child never started
+            rows[names[0]] = {"error": end}
+        names = [name for name in names if name not in rows]
+    return rows
+
+
+def _origin(name: str) -> str:
+    spec = importlib.util.find_spec(name)
+    places = list(spec.submodule_search_locations or []) if spec else []
+    return str(Path(places[0]).resolve()) if places else (spec.origin or "" if spec else "")
