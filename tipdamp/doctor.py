@@ -19,7 +19,7 @@ OURS = ("hbm", "meshes", "modal", "static_contact", "tipdamp")
 DEBIAN = "/usr/lib/python3/dist-packages"
 # In this order: what each job needs first, and h5py after dolfinx, the order in which a foreign HDF5 aborts.
 MODULES = ("numpy", "scipy", "scipy.linalg", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "meshio", "h5py",
-           "plotly", "matplotlib")  # fmt: skip
+           "plotly", "matplotlib")
 AFRESH = "rm -rf .venv && ./dev setup"
 FROM_MATRICES = "every job that starts from reduced matrices"
 NO_REPORT = "everything up to the forced responses; not the report"
@@ -143,7 +143,7 @@ def _finite_elements(facts: Facts, name: str) -> Check:
 def _scalar(facts: Facts) -> Check:
     if facts.scalar.startswith("complex"):
         return Check("PETSc's scalars", "fail", "complex: the meshes need the real build", "unset PETSC_DIR SLEPC_DIR",
-                     FROM_MATRICES)  # fmt: skip
+                     FROM_MATRICES)
     return Check("PETSc's scalars", "ok", facts.scalar or "no PETSc")
 
 
@@ -152,7 +152,7 @@ def _mesh_files(facts: Facts) -> Check:
     if not module.error:
         return _present("meshio", module)
     return Check("meshio", "warn", module.error, "./dev setup",
-                 "all with meshes of gmsh; not other mesh formats")  # fmt: skip
+                 "all with meshes of gmsh; not other mesh formats")
 
 
 def _h5py(facts: Facts) -> Check:
@@ -161,10 +161,10 @@ def _h5py(facts: Facts) -> Check:
         return _present("h5py", module)
     if module.error.startswith("ModuleNotFoundError"):
         return Check("h5py", "warn", "not found: meshes stored in HDF5 cannot be read",
-                     "./dev setup", "all with meshes of gmsh")  # fmt: skip
+                     "./dev setup", "all with meshes of gmsh")
     what = module.error or f"{module.version} from {Path(module.file).parent} aborts beside dolfinx"
     return Check("h5py", "fail", what, f"{_pip('uninstall h5py')}; ./dev setup",
-                 FROM_MATRICES)  # fmt: skip
+                 FROM_MATRICES)
 
 
 def _report_package(facts: Facts, name: str) -> Check:

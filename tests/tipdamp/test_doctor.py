@@ -130,7 +130,7 @@ def test_runs_where_dolfinx_cannot_be_imported(tmp_path):
         (tmp_path / f"{name}.py").write_text("raise ImportError('taken away by the test')\n")
     script = "from tipdamp import doctor; print(doctor.report(doctor.checks()))"
     child = subprocess.run([sys.executable, "-c", script], cwd=ROOT, text=True, capture_output=True,
-                           env={"PYTHONPATH": str(tmp_path), "PATH": "/usr/bin"})  # fmt: skip
+                           env={"PYTHONPATH": str(tmp_path), "PATH": "/usr/bin"})
     assert child.returncode == 0, child.stderr
     assert child.stdout.count("taken away by the test") == 4
     assert f"still works: {FROM_MATRICES}" in child.stdout

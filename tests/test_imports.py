@@ -1,0 +1,138 @@
+"""Who may import whom: read from the source of every file, and tried where the finite-element stack is absent.
+
+    tipdamp -> static_contact -> modal -> hbm          meshes stands aside: it may use all, none uses it
+"""
+
+import ast
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+MAY_USE = {
+    "hbm": {"hbm"},
+    "modal": {"hbm", "modal"},
+    "static_contact": {"hbm", "modal", "static_contact"},
+    "tipdamp": {"hbm", "modal", "static_contact", "tipdamp"},
+    "meshes": {"hbm", "modal", "static_contact", "tipdamp", "meshes"},
+}
+KERNEL = {"numpy", "scipy", "numba"}  # all that hbm may ask of a machine
+DOLFINX = {"dolfinx", "ufl", "basix", "ffcx"}
+HEAVY = DOLFINX | {"petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio"}  # only inside the function that needs it
+DOLFINX_FILES = {"modal/elasticity.py"}
+
+FILES = sorted(path for package in MAY_USE for path in (ROOT / package).rglob("*.py"))
+NAMES = [path.relative_to(ROOT).as_posix() for path in FILES]
+each_file = pytest.mark.parametrize("path", FILES, ids=NAMES)
+
+
+def imports(path):
+    """[(absolute dotted name, whether it happens when the file itself is imported)] of a source file."""
+    package = path.relative_to(ROOT).parent.parts
+    found = []
+
+    def visit(node, at_import):
+        if isinstance(node, ast.Import):
+            found.extend((alias.name, at_import) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
+            module = ".".join(part for part in (base, node.module) if part)
+            found.extend((f"{module}.{alias.name}", at_import) for alias in node.names)
+        inside = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        for child in ast.iter_child_nodes(node):
+            visit(child, at_import and not inside)
+
+    visit(ast.parse(path.read_text(encoding="utf-8"), str(path)), True)
+    return found
+
+
+def tops(path):
+    return {name.split(".")[0] for name, _ in imports(path)}
+
+
+def test_reader_of_imports(tmp_path, monkeypatch):
+    """Relative imports are resolved, imports in functions told apart from those of the file."""
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    path = tmp_path / "tipdamp" / "report" / "page.py"
+    path.parent.mkdir(parents=True)
+    path.write_text("import numpy as np\nfrom .. import study\nfrom . import figures\n"
+                    "from ..stages import run\ndef draw():\n    import gmsh\n    from modal.body import Body\n")
+    assert imports(path) == [
+        ("numpy", True), ("tipdamp.study", True), ("tipdamp.report.figures", True), ("tipdamp.stages.run", True),
+        ("gmsh", False), ("modal.body.Body", False),
+    ]
+
+
+@each_file
+def test_direction(path):
+    package = path.relative_to(ROOT).parts[0]
+    wrong = tops(path) & set(MAY_USE) - MAY_USE[package]
+    assert not wrong, f"{package} must not import {wrong}"
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if p.parent.name == "hbm"], ids=lambda path: path.name)
+def test_hbm_needs_numpy_scipy_numba_alone(path):
+    assert tops(path) - {"hbm"} - KERNEL <= sys.stdlib_module_names
+
+
+def test_continuation_imports_nothing_of_ours():
+    path = ROOT / "hbm" / "continuation.py"
+    if not path.exists():
+        pytest.skip("there is no hbm/continuation.py")
+    assert not tops(path) & set(MAY_USE)
+
+
+@each_file
+def test_dolfinx_has_one_home(path):
+    assert path.relative_to(ROOT).as_posix() in DOLFINX_FILES or not tops(path) & DOLFINX
+
+
+@each_file
+def test_heavy_imports_wait_inside_functions(path):
+    early = {name for name, at_import in imports(path) if at_import and name.split(".")[0] in HEAVY}
+    assert not early, f"import inside the function that needs it: {early}"
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if p.name == "__init__.py"], ids=lambda path: path.parent.name)
+def test_package_init_imports_nothing_heavy(path):
+    assert tops(path) <= sys.stdlib_module_names
+
+
+def test_every_package_is_declared():
+    """A folder that is not named in pyproject.toml would be missing from an installed copy."""
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
+    present = {path.parent.relative_to(ROOT).as_posix().replace("/", ".") for path in FILES}
+    assert sorted(declared) == sorted(present)
+
+
+WITHOUT_FINITE_ELEMENTS = """
+import importlib, sys, traceback
+
+class Blocker:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in BLOCKED:
+            raise ModuleNotFoundError(f"No module named {name!r} (taken away by the test)", name=name)
+
+BLOCKED = set(sys.argv[1].split(","))
+sys.meta_path.insert(0, Blocker())
+for name in sys.argv[2:]:
+    try:
+        importlib.import_module(name)
+    except Exception:
+        print(f"--- {name}")
+        traceback.print_exc(file=sys.stdout)
+"""
+
+
+@pytest.mark.parametrize("package", ["hbm", "modal", "static_contact", "tipdamp"])
+def test_imports_where_finite_elements_are_absent(package):
+    """From reduced matrices onward nothing may need dolfinx, PETSc, SLEPc, gmsh or MPI."""
+    modules = [name[:-3].replace("/", ".") for name in NAMES if name.startswith(f"{package}/")]
+    modules = [name.removesuffix(".__init__") for name in modules if not name.endswith("__main__")]
+    child = subprocess.run([sys.executable, "-c", WITHOUT_FINITE_ELEMENTS, ",".join(sorted(HEAVY)), *modules],
+                           cwd=ROOT, capture_output=True, text=True)
+    assert child.returncode == 0, child.stderr
+    assert child.stdout == ""
