@@ -1,0 +1,71 @@
+"""Alternating frequency-time: harmonics of the relative motion in, harmonics of the contact forces out.
+
+The forces come as the bracket g = f - K_c u (see `located`), whose derivative vanishes on every pair that sticks
+through the cycle with its slider at a fixed place.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hbm import fourier, located
+from hbm.errors import InputError
+from hbm.laws import PairSettings
+
+STARTS = ("zero_force", "zero_slider")
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """Harmonics (real coefficients, nh = 2H+1) of f - K_c u and their derivatives.
+
+    g : (P, nd, nh) N
+    pair : (a,) int - pairs with a derivative; D : (a, nd, nh, nd, nh) dg/du of these, N/m
+    row : (P, nd) bool - components with a nonzero derivative
+    by_preload : (P, nd, nh) dg/dpreload
+    shares : (P, 3) share of the cycle in stick, slip, open
+    """
+
+    g: np.ndarray
+    pair: np.ndarray
+    D: np.ndarray
+    row: np.ndarray
+    by_preload: np.ndarray
+    shares: np.ndarray
+
+
+def default_samples(H: int) -> int:
+    """Samples that separate the transitions; the result does not depend on them."""
+    return max(64, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
+
+
+def sample_grid(H: int, samples: int):
+    """Instants (samples + 1,), and the basis and its rate at all but the last."""
+    tau = np.linspace(0.0, 2 * np.pi, samples + 1)
+    return tau, fourier.basis(tau[:-1], H), fourier.basis_rate(tau[:-1], H)
+
+
+def slider_start(start, P: int, tangents: int):
+    """(positions (P, nt), from_position): 'zero_force', 'zero_slider' or positions (P, nt) in m."""
+    if isinstance(start, str):
+        if start not in STARTS:
+            raise InputError(f"start = '{start}': must be 'zero_force', 'zero_slider' or slider positions ({P}, 2) in m")
+        return np.zeros((P, max(tangents, 1))), start == "zero_force"
+    w = np.asarray(start, dtype=float)
+    if w.shape != (P, tangents) or not np.isfinite(w).all():
+        raise InputError(f"start: slider positions must be finite with shape ({P}, {tangents}), got {w.shape}")
+    return w, False
+
+
+def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
+    """Bracket of a law at the relative motion x (P, nd, nh); start from `slider_start`, grid from `sample_grid`."""
+    P, nd, nh = x.shape
+    tau, E, E_rate = grid
+    x = np.ascontiguousarray(x)
+    g, gp = np.empty((P, nd, nh)), np.empty((P, nd, nh))
+    D = np.empty((P, nd, nh, nd, nh))
+    moves, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))
+    located.brackets(x, x @ E.T, x @ E_rate.T, tau, law.tangents, law.has_normal, pairs.kt, pairs.kn, pairs.mu,
+                     pairs.preload, *start, g, D, gp, moves, shares)
+    active = np.flatnonzero(moves.any(axis=1))
+    return Bracket(g, active, D[active], moves, gp, shares)

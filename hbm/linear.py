@@ -1,0 +1,169 @@
+"""Linear side of the contact problem: modes of the stuck system and its receptance.
+
+The receptance is q = shapes diag(d(w)) shapes' f. With damping ratios of the stuck modes (phi' K phi = I)
+
+    d_r(w) = 1 / (1 - w^2/w_r^2 + 2 i zeta_r w/w_r),
+
+with a general damping matrix d_r(w) = 1/(i w - s_r) over the poles of the state-space pencil, diagonalised once.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+
+from hbm.contact import relative_motion
+from hbm.errors import InputError
+
+HELD = 1e-13     # smallest eigenvalue of the stiffness, scaled to a unit diagonal, that is not rounding
+
+
+@dataclass(frozen=True)
+class Receptance:
+    """q = shapes diag(d(w)) shapes.T f.
+
+    shapes : (r, m), real with damping ratios, complex with a general damping matrix
+    period2 : (m,) 1/w_r^2 in s^2, and ratio : (m,) damping ratios - or None
+    poles : (m,) 1/s - or None
+    """
+
+    shapes: np.ndarray
+    period2: np.ndarray | None = None
+    ratio: np.ndarray | None = None
+    poles: np.ndarray | None = None
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Natural frequencies in Hz, lowest first (with poles: |s|/2 pi of each)."""
+        if self.poles is not None:
+            return np.sort(np.abs(self.poles)) / (2 * np.pi)
+        with np.errstate(divide="ignore"):
+            return np.sort(1 / np.sqrt(np.maximum(self.period2, 0.0))) / (2 * np.pi)
+
+    def factors(self, w: np.ndarray):
+        """d and dd/dw, each (m, n) complex, at the angular frequencies w (n,)."""
+        w = np.atleast_1d(np.asarray(w, dtype=float))
+        if self.poles is not None:
+            d = 1 / (1j * w - self.poles[:, None])
+            return d, -1j * d * d
+        a, b = self.period2[:, None], 2j * (self.ratio * np.sqrt(self.period2))[:, None]
+        d = 1 / (1 - a * w**2 + b * w)
+        return d, (2 * a * w - b) * d * d
+
+    def respond(self, rows: np.ndarray, force: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """(n, k) response of the rows (k, r) to a force (r,) at the angular frequencies w (n,)."""
+        return ((rows @ self.shapes) @ (self.factors(w)[0] * (self.shapes.T @ force)[:, None])).T
+
+
+def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
+    """Receptance of (K, M) with a damping matrix C or with damping ratios of its modes.
+
+    damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes above.
+    describe : function of a motion (r,) that names it, for the error about a motion that nothing holds.
+    Raises InputError when K leaves a motion free, or when no damping or both kinds are given.
+    """
+    r = K.shape[0]
+    if (C is None) == (damping_ratio is None):
+        both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
+        raise InputError(f"damping: {both} given, exactly one is needed")
+    _check_held(K, describe)
+    period2, shapes = la.eigh(M, K)
+    period2, shapes = np.maximum(period2[::-1], 0.0), shapes[:, ::-1]
+    if C is None:
+        return Receptance(shapes, period2, _ratios(damping_ratio, r))
+    modal = shapes.T @ C @ shapes
+    ratio = 0.5 * np.diag(modal) / np.sqrt(np.maximum(period2, 1e-300))
+    off = modal - np.diag(np.diag(modal))
+    if np.abs(off).max() <= 1e-12 * np.abs(modal).max():
+        return Receptance(shapes, period2, ratio)
+    return _pencil(shapes, period2, modal)
+
+
+def _ratios(damping_ratio, r):
+    ratio = np.atleast_1d(np.asarray(damping_ratio, dtype=float))
+    if ratio.ndim != 1 or not 1 <= len(ratio) <= r or not np.isfinite(ratio).all() or (ratio < 0).any() \
+            or (ratio >= 1).any():
+        raise InputError(f"damping_ratio = {damping_ratio}: must be a number or up to {r} numbers, each 0 <= ratio < 1")
+    return np.r_[ratio, np.full(r - len(ratio), ratio[-1])]
+
+
+def _check_held(K, describe):
+    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(K)), np.abs(K).max() * 1e-30))
+    values, vectors = la.eigh(scale[:, None] * K * scale, subset_by_index=[0, 0])
+    if values[0] < HELD * K.shape[0]:
+        motion = scale * vectors[:, 0]
+        named = describe(motion) if describe else f"mostly dof {np.abs(motion).argmax() + 1}"
+        raise InputError(f"a motion is held by nothing even when every pair sticks: {named}; "
+                         "keep more contact pairs or support the body")
+
+
+def _pencil(shapes, period2, C):
+    """Poles and shapes of s^2 diag(period2) + s C + I, scaled so that the receptance is sum z z'/(i w - s)."""
+    m = len(period2)
+    A = np.block([[C, np.diag(period2)], [np.diag(period2), np.zeros((m, m))]])
+    B = np.diag(np.r_[np.ones(m), -period2])
+    if period2.min() <= 1e-14 * period2.max():
+        raise InputError("a general damping matrix with massless dofs is not supported: give damping_ratio instead")
+    scale = np.sqrt(np.r_[np.ones(m), period2])
+    poles, Z = la.eig(-B / np.outer(scale, scale), A / np.outer(scale, scale))
+    Z = Z / scale[:, None]
+    norm = np.einsum("ij,ij->j", Z, A @ Z)
+    Z = Z[:m] / np.sqrt(norm)
+    w = 1 / np.sqrt(period2[:1])
+    system = np.diag(1 - period2 * w**2) + 1j * w * C
+    error = np.abs(system @ ((Z / (1j * w - poles)) @ Z.T) - np.eye(m)).max()
+    if not error < 1e-8:
+        raise InputError(f"the damping matrix has no full set of modes (defect {error:.1e}): "
+                         "change it a little, or give damping_ratio instead")
+    return Receptance(shapes @ Z, poles=poles)
+
+
+def assembled(model, pairs):
+    """K + B' diag(weight kt, weight kt, weight kn) B of a model whose pairs all stick; K where pairs is None."""
+    if pairs is None or not len(pairs):
+        return model.K
+    B = relative_motion(model, pairs)
+    k = (pairs.weight[:, None] * np.stack([pairs.kt, pairs.kt, pairs.kn], axis=1)).ravel()
+    return model.K + (B.T @ B.multiply(k[:, None])).toarray()
+
+
+def linear_response(model, pairs, forcing, frequencies, damping_ratio=None, outputs=None) -> np.ndarray:
+    """(n, m) complex harmonic 1 of the outputs when every pair sticks, or without damper where pairs is None.
+
+    forcing : (r,) real or complex, N, amplitude F of Re F exp(i w t); frequencies : (n,) Hz
+    damping_ratio : of the modes of this linear system; None takes the model's C
+    outputs : {name: (r,) row}
+    """
+    C = model.C if damping_ratio is None else None
+    receptance = stuck_receptance(model.M, C, assembled(model, pairs), damping_ratio,
+                                  lambda v: describe_motion(model, v))
+    rows = np.array([np.asarray(row.todense()).ravel() if hasattr(row, "todense") else np.asarray(row, dtype=float)
+                     for row in outputs.values()])
+    return receptance.respond(rows, np.asarray(forcing), 2 * np.pi * np.asarray(frequencies, dtype=float))
+
+
+def describe_motion(model, motion: np.ndarray) -> str:
+    """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis."""
+    share = {body: np.sum(motion[model.body == body] ** 2) for body in dict.fromkeys(model.body.tolist())}
+    body = max(share, key=share.get)
+    rows = np.flatnonzero((model.body == body) & (model.direction != "mode") & np.isfinite(model.position[:, 0]))
+    if len(rows) < 3:
+        return f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}"
+    axis = np.array(["xyz".index(d) for d in model.direction[rows]])
+    arm = model.position[rows] - model.position[rows].mean(axis=0)
+    rigid = np.zeros((len(rows), 6))
+    rigid[np.arange(len(rows)), axis] = 1.0
+    for k in range(3):
+        rigid[:, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
+    size = np.linalg.norm(rigid, axis=0)
+    size[size == 0] = 1.0
+    part = np.linalg.lstsq(rigid / size, motion[rows], rcond=None)[0]
+    kind = int(np.abs(part).argmax())
+    vector = part[:3] if kind < 3 else (part / size)[3:]
+    vector = vector / np.linalg.norm(vector)
+    verb = "slides along" if kind < 3 else "rotates about"
+    return f"body '{body}' {verb} ({', '.join(f'{v + 0.0:.2f}' for v in vector)})"
+
+
+def _dof_name(model, i) -> str:
+    return f"dof {i + 1} (node {model.node[i]}, {model.direction[i]})"

@@ -1,0 +1,283 @@
+"""Harmonic balance condensed to the relative motion at the contact pairs.
+
+    u_k + G(k w) [f_k(u) - K_c u_k] = G-response to the external force,        k = 0..H
+
+G is the receptance of the stuck system at the pairs and the bracket is that of `aft`. Its derivative D vanishes on
+pairs that stick through the cycle, so with dg = D du Newton's system is (I + D G) dg = -D R: it lives on the rows of
+the bracket that move.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+
+from hbm import aft, fourier
+from hbm.errors import InputError
+from hbm.laws import CorridorLaw, PairSettings
+from hbm.linear import Receptance, stuck_receptance
+
+SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
+SERIES_TERMS = 18        # 4^-18 is below 1e-10
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """M q'' + C q' + K q + B' f(B q) = F0 + Re sum F_k exp(i k w t), with a contact law f on P pairs.
+
+    B : (P nd, r) dense or sparse - components of each pair in turn, in the order of the law
+    static : (r,) N or None - constant force beside the one that balances the preload
+    preloaded : True when q = 0 is the preloaded state (the force sum B_n' preload is implied), False when q = 0 is the
+        unloaded one and `static` carries all static loads
+    damping_ratio : of the modes of the stuck system; None takes C
+    describe : names a motion (r,) for messages, or None
+    """
+
+    M: np.ndarray
+    C: np.ndarray | None
+    K: np.ndarray
+    B: np.ndarray | sp.spmatrix
+    law: CorridorLaw
+    pairs: PairSettings
+    static: np.ndarray | None = None
+    preloaded: bool = True
+    damping_ratio: float | np.ndarray | None = None
+    describe: object = None
+
+    def __post_init__(self):
+        nd, r = len(self.law.components), self.K.shape[0]
+        if not len(self.pairs):
+            raise InputError("no contact pairs: use linear_response for a model without contact")
+        if self.B.shape != (len(self.pairs) * nd, r):
+            raise InputError(f"B is {self.B.shape}: law {self.law.name} on {len(self.pairs)} pairs of a model with "
+                             f"{r} dofs needs ({len(self.pairs) * nd}, {r})")
+        if self.static is not None and (np.shape(self.static) != (r,) or not np.isfinite(self.static).all()):
+            raise InputError(f"static load: must be finite with shape ({r},), got {np.shape(self.static)}")
+
+    @property
+    def stuck_stiffness(self) -> np.ndarray:
+        """(r, r) K + B' K_c B."""
+        k = self.law.stuck_stiffness(self.pairs).ravel()
+        B = self.B.toarray() if sp.issparse(self.B) else np.asarray(self.B, dtype=float)
+        return self.K + (B.T * k) @ B
+
+    def receptance(self) -> Receptance:
+        """Of the stuck system; raises InputError when a motion is left free."""
+        C = self.C if self.damping_ratio is None else None
+        return stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe)
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """Residual at one point with everything that Newton and the outputs need. Lengths n = P nd nh, pair-major."""
+
+    residual: np.ndarray
+    by_parameter: np.ndarray
+    bracket: aft.Bracket
+    modal: np.ndarray          # (m, H+1) coordinates: q_k = shapes @ modal[:, k]
+    balance: "HarmonicBalance"
+    factors: np.ndarray        # (m, H+1)
+    w: float
+    parts: list = field(default_factory=list)
+
+    def solve(self, row, corner, value):
+        """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], through the rows of the bracket that move."""
+        R, Rp, hb = self.residual, self.by_parameter, self.balance
+        nh, nc = hb.nh, hb.n_components
+        DG, rows, local = self._condensed()
+        n = len(rows) * nh
+        if not n:
+            dp = (value + row @ R) / (corner - row @ Rp)
+            return -R - Rp * dp, dp
+        bordered = hb.force_on_row(row, rows, self.factors) if row.any() else np.zeros(n)
+        system = np.empty((n + 1, n + 1))
+        system[:n, :n] = DG
+        system[np.arange(n), np.arange(n)] += 1.0
+        system[:n, n] = self._apply(local, Rp)
+        system[n, :n] = -bordered
+        system[n, n] = corner - row @ Rp
+        right = np.r_[-self._apply(local, R), value + row @ R]
+        size = max(np.abs(system[n]).max(), 1e-300)          # the border in the units of the rest
+        system[n] /= size
+        right[n] /= size
+        scale = max(np.abs(system[:, n]).max(), 1e-300)
+        system[:, n] /= scale
+        try:
+            y = np.linalg.solve(system, right)
+        except np.linalg.LinAlgError:
+            return np.full(nc * nh, np.nan), np.nan
+        y[n] /= scale
+        dg = np.zeros((nc, nh))
+        dg[rows] = y[:n].reshape(-1, nh)
+        return -R - Rp * y[n] - hb.apply(dg, rows, self.factors), y[n]
+
+    def _condensed(self):
+        if not self.parts:
+            self.parts.extend(self.balance.condensed(self.bracket, self.factors, self.w))
+        return self.parts
+
+    def _apply(self, local, x):
+        """D x on the moving rows, flat."""
+        b, hb = self.bracket, self.balance
+        nd, nh = hb.nd, hb.nh
+        X = x.reshape(-1, nd * nh)[b.pair]
+        y = np.matmul(b.D.reshape(len(b.pair), nd * nh, nd * nh), X[:, :, None])[:, :, 0]
+        return y.reshape(-1, nh)[local].ravel()
+
+    def smallest_motion(self):
+        """(singular value, q (r, H+1)) of the direction in which the Jacobian is most nearly singular."""
+        hb = self.balance
+        DG, rows, _ = self._condensed()
+        n = len(rows) * hb.nh
+        if not n:
+            return 1.0, None
+        _, s, Vt = la.svd(DG + np.eye(n))
+        dg = np.zeros((hb.n_components, hb.nh))
+        dg[rows] = Vt[-1].reshape(-1, hb.nh)
+        modal = self.factors * (hb.shapes.T @ fourier.to_complex(dg))
+        return s[-1] / s[0], hb.receptance.shapes @ modal
+
+
+class HarmonicBalance:
+    """Residual of a ContactProblem under forces {harmonic: (r,) complex} for harmonics 0..H.
+
+    x (P nd nh,) are the real coefficients of the relative motion, pair by pair, component by component.
+    """
+
+    def __init__(self, problem: ContactProblem, forces: dict, H: int, start="zero_slider", samples: int | None = None):
+        law, pairs = problem.law, problem.pairs
+        self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
+        self.n_components = len(pairs) * self.nd
+        self.receptance = problem.receptance()
+        self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
+        self.start = aft.slider_start(start, len(pairs), law.tangents)
+        self.grid = aft.sample_grid(H, samples or aft.default_samples(H))
+        self.static, self.preload_force = self._static_parts()
+        self.force = np.zeros((self.receptance.shapes.shape[1], H + 1), dtype=complex)
+        for k, F in forces.items():
+            self.force[:, k] = self.receptance.shapes.T @ F
+        self._series = None
+
+    def _static_parts(self):
+        """Modal constant force: given, and that by which the preload pushes the stuck springs."""
+        p, pairs = self.problem, self.problem.pairs
+        m = self.receptance.shapes.shape[1]
+        static = np.zeros(m) if p.static is None else self.receptance.shapes.T @ p.static
+        push = np.zeros(m)
+        if p.law.has_normal and not p.preloaded:
+            push = -self.shapes.reshape(len(pairs), self.nd, m)[:, -1].T @ pairs.preload
+        return static, push
+
+    def linear(self, w: float) -> np.ndarray:
+        """x of the stuck system, the solution when no bracket acts."""
+        factors = self._factors(w)[0]
+        return fourier.to_real(self.shapes @ (factors * self._force(1.0))).ravel()
+
+    def _factors(self, w):
+        return self.receptance.factors(w * np.arange(self.H + 1))
+
+    def _force(self, level):
+        force = level * self.force
+        force[:, 0] += self.static + self.preload_force
+        return force
+
+    def evaluate(self, x: np.ndarray, w: float, level: float = 1.0, by: str = "w") -> Linearisation:
+        """Residual at angular frequency w and force level; `by` is the parameter of the derivative: 'w' or 'level'."""
+        p = self.problem
+        u = x.reshape(len(p.pairs), self.nd, self.nh)
+        bracket = aft.evaluate(p.law, p.pairs, u, self.start, self.grid)
+        d, d_rate = self._factors(w)
+        push = self._force(level)
+        rows = np.flatnonzero(np.any(bracket.g.reshape(-1, self.nh) != 0, axis=1))
+        if len(rows):
+            push = push - _real_times(self.shapes[rows].T, fourier.to_complex(bracket.g.reshape(-1, self.nh)[rows]))
+        modal = d * push
+        rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
+        both = _real_times(self.shapes, np.concatenate([modal, rate], axis=1))
+        residual = x - fourier.to_real(both[:, :self.H + 1]).ravel()
+        return Linearisation(residual, -fourier.to_real(both[:, self.H + 1:]).ravel(), bracket, modal, self, d, w)
+
+    def apply(self, g, rows, factors) -> np.ndarray:
+        """G g, flat, for g (nc, nh) that is nonzero on `rows` only."""
+        modal = factors * _real_times(self.shapes[rows].T, fourier.to_complex(g[rows]))
+        return fourier.to_real(_real_times(self.shapes, modal)).ravel()
+
+    def force_on_row(self, row, rows, factors) -> np.ndarray:
+        """row' G restricted to the columns `rows`, flat: G is symmetric."""
+        c = np.conj(fourier.to_complex(row.reshape(self.n_components, self.nh)))
+        z = _real_times(self.shapes[rows], factors * _real_times(self.shapes.T, c))
+        return fourier.to_real(np.conj(z)).ravel()
+
+    def condensed(self, bracket, factors, w):
+        """D G on the moving rows (flat n x n), the rows (component numbers), and their places among the pairs with D."""
+        nd, nh, H = self.nd, self.nh, self.H
+        a = len(bracket.pair)
+        moving = bracket.row[bracket.pair]
+        local = np.flatnonzero(moving.ravel())
+        rows = (bracket.pair[:, None] * nd + np.arange(nd))[moving]
+        n = len(rows)
+        if not n:
+            return np.zeros((0, 0)), rows, local
+        columns = (bracket.pair[:, None] * nd + np.arange(nd)).ravel()
+        left = bracket.D[moving] if n < a * nd else bracket.D.reshape(n, nh, nd, nh)
+        owner = np.repeat(np.arange(a), moving.sum(axis=1))
+        G = self.between(columns, rows, factors, w)
+        DG = np.empty((n, nh, n, nh))
+        for k in range(H + 1):
+            Gk = G[k].reshape(a, nd, n)[owner]
+            if k == 0:
+                DG[:, :, :, 0] = np.matmul(np.ascontiguousarray(left[:, :, :, 0]), Gk.real)
+                continue
+            Z = np.matmul(left[:, :, :, 2 * k - 1] - 1j * left[:, :, :, 2 * k], Gk)
+            DG[:, :, :, 2 * k - 1], DG[:, :, :, 2 * k] = Z.real, -Z.imag
+        return DG.reshape(n * nh, n * nh), rows, local
+
+    def between(self, to, at, factors, w) -> np.ndarray:
+        """(H+1, len(to), len(at)) receptance between components: low modes one by one, the others by a series."""
+        low, powers = self._series_terms(w)
+        left, right = self.shapes[to][:, low], self.shapes[at][:, low].T
+        G = np.empty((self.H + 1, len(to), len(at)), dtype=complex)
+        for k in range(self.H + 1):
+            f = factors[low, k, None]
+            if np.iscomplexobj(left):
+                G[k] = left @ (f * right)
+            else:
+                G[k].real, G[k].imag = left @ (f.real * right), left @ (f.imag * right)
+        if powers is not None:
+            S = powers[:, to[:, None], at]
+            x = np.power.outer(1j * w * np.arange(self.H + 1), np.arange(len(powers)))
+            flat = S.reshape(len(powers), -1)
+            G.real += (x.real @ flat).reshape(G.shape)
+            G.imag += (x.imag @ flat).reshape(G.shape)
+        return G
+
+    def _series_terms(self, w):
+        """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for the others.
+
+        1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of Chebyshev's U_n).
+        """
+        r = self.receptance
+        if r.poles is not None or r.shapes.shape[1] < 60:
+            return slice(None), None
+        top = w * max(self.H, 1)
+        if self._series is None or not 0.5 * self._series[0] <= top <= self._series[0]:
+            reach = 1.1 * top
+            high = (np.sqrt(r.period2) * reach * SERIES_REACH < 1) & (r.ratio < 0.3)
+            low = np.flatnonzero(~high)
+            P, zeta, s = self.shapes[:, high], r.ratio[high], np.sqrt(r.period2[high])
+            powers = np.empty((SERIES_TERMS, self.n_components, self.n_components))
+            before, now = np.zeros_like(zeta), np.ones_like(zeta)
+            for n in range(SERIES_TERMS):
+                powers[n] = (P * (now * s**n)) @ P.T
+                before, now = now, -2 * zeta * now - before
+            self._series = (reach, low, powers)
+        return self._series[1], self._series[2]
+
+
+def _real_times(A, B):
+    """A @ B for complex B; a real A is not turned into a complex one."""
+    if np.iscomplexobj(A) or not np.iscomplexobj(B):
+        return A @ B
+    B = np.ascontiguousarray(B)
+    return np.ascontiguousarray(A @ B.view(float)).view(complex)
