@@ -11,14 +11,14 @@ import site
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 
 OURS = ("hbm", "meshes", "modal", "static_contact", "tipdamp")
 DEBIAN = "/usr/lib/python3/dist-packages"
 # In this order: what each job needs first, and h5py after dolfinx, the order in which a foreign HDF5 aborts.
-MODULES = ("numpy", "scipy", "scipy.linalg", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "meshio", "h5py",
+MODULES = ("numpy", "scipy", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "meshio", "h5py",
            "plotly", "matplotlib")
 AFRESH = "rm -rf .venv && ./dev setup"
 FROM_MATRICES = "every job that starts from reduced matrices"
@@ -62,17 +62,24 @@ class Facts:
 def checks(facts: Facts | None = None) -> list[Check]:
     """All findings about this machine, or about given facts."""
     facts = look() if facts is None else facts
-    return [
+    debian = "./dev setup" if facts.python == "/usr" else AFRESH
+    age = _numpy_age(facts)
+    found = [
+        age,
         *(_needed(facts, name) for name in ("numpy", "scipy", "numba")),
-        _numpy_age(facts),
         _blas(facts),
-        *(_finite_elements(facts, name) for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh")),
+        *(_optional(facts, name, debian, FROM_MATRICES) for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh")),
         _scalar(facts),
-        _mesh_files(facts),
+        _optional(facts, "meshio", debian, "all with meshes of gmsh; not other mesh formats"),
         _h5py(facts),
-        *(_report_package(facts, name) for name in ("plotly", "matplotlib")),
+        *(_optional(facts, name, _pip(f"install {name}"), NO_REPORT) for name in ("plotly", "matplotlib")),
         *(_own_package(facts, name) for name in OURS),
     ]
+    if age.status == "ok":
+        return found
+    # a numpy of the wrong age explains whatever else is found but does not import
+    present = {name for name, module in facts.modules.items() if not module.error.startswith("ModuleNotFound")}
+    return [replace(c, repair=age.repair) if c.status != "ok" and c.name in present else c for c in found]
 
 
 def report(found: list[Check]) -> str:
@@ -105,7 +112,7 @@ def _needed(facts: Facts, name: str) -> Check:
     module = facts.modules[name]
     if not module.error:
         return _present(name, module)
-    return Check(name, "fail", module.error, AFRESH, "none")
+    return Check(name, "fail", module.error, AFRESH)
 
 
 def _numpy_age(facts: Facts) -> Check:
@@ -115,7 +122,7 @@ def _numpy_age(facts: Facts) -> Check:
         return Check(name, "ok", f"not newer than Debian's {debian}" if debian else "no Debian packages to agree with")
     what = f"numpy {numpy.version} hides Debian's {debian}, for which scipy, petsc4py and dolfinx were compiled"
     in_home = numpy.file.startswith(site.getusersitepackages())
-    return Check(name, "fail", what, "export PYTHONNOUSERSITE=1" if in_home else _pip("uninstall numpy scipy"), "none")
+    return Check(name, "fail", what, "export PYTHONNOUSERSITE=1" if in_home else _pip("uninstall numpy scipy"))
 
 
 def _minor(version: str) -> tuple[int, ...]:
@@ -133,11 +140,9 @@ def _blas(facts: Facts) -> Check:
     return Check("BLAS", "ok", ", ".join(facts.blas))
 
 
-def _finite_elements(facts: Facts, name: str) -> Check:
+def _optional(facts: Facts, name: str, repair: str, works: str) -> Check:
     module = facts.modules[name]
-    if not module.error:
-        return _present(name, module)
-    return Check(name, "warn", module.error, "./dev setup" if facts.python == "/usr" else AFRESH, FROM_MATRICES)
+    return Check(name, "warn", module.error, repair, works) if module.error else _present(name, module)
 
 
 def _scalar(facts: Facts) -> Check:
@@ -145,14 +150,6 @@ def _scalar(facts: Facts) -> Check:
         return Check("PETSc's scalars", "fail", "complex: the meshes need the real build", "unset PETSC_DIR SLEPC_DIR",
                      FROM_MATRICES)
     return Check("PETSc's scalars", "ok", facts.scalar or "no PETSc")
-
-
-def _mesh_files(facts: Facts) -> Check:
-    module = facts.modules["meshio"]
-    if not module.error:
-        return _present("meshio", module)
-    return Check("meshio", "warn", module.error, "./dev setup",
-                 "all with meshes of gmsh; not other mesh formats")
 
 
 def _h5py(facts: Facts) -> Check:
@@ -167,22 +164,15 @@ def _h5py(facts: Facts) -> Check:
                  FROM_MATRICES)
 
 
-def _report_package(facts: Facts, name: str) -> Check:
-    module = facts.modules[name]
-    if not module.error:
-        return _present(name, module)
-    return Check(name, "warn", module.error, _pip(f"install {name}"), NO_REPORT)
-
-
 def _own_package(facts: Facts, name: str) -> Check:
     """Other people's projects carry our package names too; theirs hide ours or overwrite it, and pip keeps silent."""
     origin = (facts.origins or {}).get(name, "")
     strangers = sorted(set((facts.providers or {}).get(name, [])) - {"tipdamp"})
     away = f"{_pip('uninstall ' + ' '.join(strangers or [name]))}; {_pip('install --force-reinstall --no-deps -e .')}"
     if not origin:
-        return Check(name, "fail", "not found", _pip("install -e ."), "none")
+        return Check(name, "fail", "not found", _pip("install -e ."))
     if origin != str(Path(facts.root, name)):
-        return Check(name, "fail", f"imported from {origin}, which is not this project ({facts.root})", away, "none")
+        return Check(name, "fail", f"imported from {origin}, which is not this project ({facts.root})", away)
     if strangers:
         return Check(name, "warn", f"also claimed by the installed project {', '.join(strangers)}", away, "unknown")
     return Check(name, "ok", origin)
@@ -204,6 +194,8 @@ for name in sys.argv[1:]:
         module = importlib.import_module(name)
         if name == "slepc4py":
             from slepc4py import SLEPc
+        if name == "scipy":
+            import scipy.linalg, scipy.sparse.linalg
         row["version"] = str(getattr(module, "__version__", ""))
         row["file"] = getattr(module, "__file__", None) or ""
     except BaseException as error:

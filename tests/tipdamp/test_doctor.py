@@ -57,6 +57,14 @@ def test_numpy_newer_than_debians(version):
     assert check.status == "fail" and version in check.what and "pip uninstall numpy" in check.repair
 
 
+def test_numpy_too_new_explains_the_other_failed_imports():
+    modules = {**HEALTHY.modules, "numpy": replace(HEALTHY.modules["numpy"], version="2.4.1"),
+               "dolfinx": Module(error="ValueError: numpy.dtype size changed"),
+               "plotly": Module(error="ModuleNotFoundError: No module named 'plotly'")}
+    found = troubles(replace(HEALTHY, modules=modules))
+    assert "uninstall numpy" in found["dolfinx"].repair and "install plotly" in found["plotly"].repair
+
+
 def test_numpy_may_be_new_where_debian_has_none():
     assert troubles(replace(with_module("numpy", version="2.4.1"), debian_numpy="")) == {}
 
