@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError
+from hbm.errors import InputError, nearest
 
 DIRECTIONS = ("x", "y", "z")
 SYMMETRY_TOLERANCE = 1e-10
@@ -26,6 +26,7 @@ class ReducedModel:
     direction : (r,) str - 'x', 'y', 'z' or 'mode'
     position : (r, 3) m - of the node; NaN for modal dofs
     groups : {"body/group": (n,) int node numbers}
+    loads : {name: (r,) N} - static loads, for example "pull": the pull of 1 N on the damper, condensed
     provenance : {str: str} - where the matrices came from
     """
 
@@ -37,6 +38,7 @@ class ReducedModel:
     direction: np.ndarray
     position: np.ndarray
     groups: dict = field(default_factory=dict)
+    loads: dict = field(default_factory=dict)
     provenance: dict = field(default_factory=dict)
 
     @property
@@ -45,7 +47,7 @@ class ReducedModel:
 
     @classmethod
     def from_matrices(cls, M, K, C=None, *, body="body", node=None, direction=None, position=None,
-                      groups=None, provenance=None) -> "ReducedModel":
+                      groups=None, loads=None, provenance=None) -> "ReducedModel":
         """Dense or sparse matrices from anywhere. Without a dof table every dof is modal.
 
         Raises InputError when shapes disagree, an entry is not finite, or a matrix is not symmetric to 1e-10.
@@ -67,7 +69,11 @@ class ReducedModel:
         if unknown:
             raise InputError(f"dof table: direction '{unknown[0]}' is unknown; valid: x, y, z, mode")
         groups = {k: np.asarray(v, dtype=np.int64) for k, v in (groups or {}).items()}
-        return cls(M, K, C, body, node, direction, position, groups, dict(provenance or {}))
+        loads = {k: np.asarray(v, dtype=float) for k, v in (loads or {}).items()}
+        for name, load in loads.items():
+            if load.shape != (r,) or not np.isfinite(load).all():
+                raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
+        return cls(M, K, C, body, node, direction, position, groups, loads, dict(provenance or {}))
 
     def dofs(self, body: str, node: int) -> np.ndarray:
         """Rows of the x, y, z displacement of a node, (3,) int; -1 where that direction is not in the model."""
@@ -99,6 +105,18 @@ class ReducedModel:
             object.__setattr__(self, "_row_table", cached)
         return cached
 
+    def part(self, *bodies: str) -> "ReducedModel":
+        """The dofs of the named bodies only."""
+        for name in bodies:
+            if name not in self.body:
+                raise InputError(f"the model has no body '{name}'; {nearest(name, dict.fromkeys(self.body.tolist()))}")
+        rows = np.flatnonzero(np.isin(self.body, bodies))
+        block = np.ix_(rows, rows)
+        return ReducedModel(self.M[block], self.K[block], None if self.C is None else self.C[block], self.body[rows],
+                            self.node[rows], self.direction[rows], self.position[rows],
+                            {k: v for k, v in self.groups.items() if k.split("/")[0] in bodies},
+                            {k: v[rows] for k, v in self.loads.items()}, self.provenance)
+
     def with_stiffness(self, K: np.ndarray) -> "ReducedModel":
         """The same dofs with another stiffness matrix, for example with a declared roll stiffness added."""
         return replace(self, K=_square("K", K))
@@ -111,6 +129,7 @@ class ReducedModel:
         if self.C is not None:
             arrays["C"] = self.C
         arrays["groups"] = np.array(json.dumps({k: v.tolist() for k, v in self.groups.items()}))
+        arrays.update({f"load/{k}": v for k, v in self.loads.items()})
         arrays["provenance"] = np.array(json.dumps(self.provenance))
         np.savez(path, **arrays)
         return path
@@ -126,9 +145,11 @@ class ReducedModel:
                 if key not in z:
                     raise InputError(f"{path}: holds no matrix '{key}', only {', '.join(z.files)}")
             optional = {k: z[k] for k in ("C", "body", "node", "direction", "position") if k in z}
+            loads = {k.removeprefix("load/"): z[k] for k in z.files if k.startswith("load/")}
             groups = json.loads(str(z["groups"])) if "groups" in z else {}
             provenance = json.loads(str(z["provenance"])) if "provenance" in z else {"file": path.name}
-            return cls.from_matrices(z["M"], z["K"], groups=groups, provenance=provenance, **optional)
+            return cls.from_matrices(z["M"], z["K"], groups=groups, loads=loads, provenance=provenance,
+                                    **optional)
 
 
 def _square(name: str, matrix) -> np.ndarray:

@@ -32,6 +32,19 @@ class Reduction:
     omega: np.ndarray
     rigid: int
 
+    def condense(self, numbers, forces) -> np.ndarray:
+        """Nodal forces (n, 3) N on any nodes of the mesh as a load on the reduced dofs, (b + m,).
+
+        f_B + Psi' f_I is exact for the static displacement of the master nodes.
+        """
+        body = self.body
+        full = np.zeros((len(body.node), 3))
+        index = {int(n): i for i, n in enumerate(body.node)}
+        for number, force in zip(numbers, forces, strict=True):
+            full[index[int(number)]] += force
+        f = full[body.dof_node, body.dof_direction]
+        return np.concatenate([f[self.boundary] + self.Psi.T @ f[self.interior], self.Phi.T @ f[self.interior]])
+
     def recover(self, q: np.ndarray) -> np.ndarray:
         """Displacement of every node of the mesh, (n, 3) m, from this body's part of the reduced vector, (b + m,)."""
         b = len(self.boundary)
@@ -112,5 +125,15 @@ def assemble(*models: ReducedModel) -> ReducedModel:
         sl.block_diag(*(m.M for m in models)), sl.block_diag(*(m.K for m in models)), C,
         body=join([m.body for m in models]), node=join([m.node for m in models]),
         direction=join([m.direction for m in models]), position=join([m.position for m in models]),
-        groups={k: v for m in models for k, v in m.groups.items()},
+        groups={k: v for m in models for k, v in m.groups.items()}, loads=_side_by_side(models),
         provenance={k: v for m in models for k, v in m.provenance.items()})
+
+
+def _side_by_side(models):
+    """Loads of every model on the joined dofs; a name that several bodies carry is one load case."""
+    loads, start, size = {}, 0, sum(m.size for m in models)
+    for m in models:
+        for name, load in m.loads.items():
+            loads.setdefault(name, np.zeros(size))[start:start + m.size] += load
+        start += m.size
+    return loads

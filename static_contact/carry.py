@@ -56,25 +56,49 @@ def _moment(pairs, axis):
     return float((np.cross(pairs.position, force) @ axis).sum())
 
 
-def roll_springs(model: ReducedModel, whole: ContactTable, kept: ContactTable, side: str, width: float,
-                 stiffness: float | None) -> np.ndarray:
-    """Rows e (stations, r), springs e'e: the resistance to roll that a flat of this width has and one row lacks.
+@dataclass(frozen=True)
+class RollSpring:
+    """k : N m/rad on theta = (u_n[high] - u_n[low]) / distance, the relative roll of two faces at one station.
 
-    At each kept station k_roll theta with theta = (u_n,top - u_n,bottom) / distance the relative roll of the two
-    faces, and k_roll = kn w^2 / 12 with the kn of the kept pair (stiffness=None), or the given total (N m/rad)
-    shared equally.
+    low, high - rows of the contact table; distance : m between them."""
+
+    k: float
+    low: int
+    high: int
+    distance: float
+
+
+def roll_springs(pairs: ContactTable, side: str, width: float, stiffness: float | None) -> list[RollSpring]:
+    """The resistance to roll that a flat of this width has and one row of pairs that stands for it lacks.
+
+    pairs - the full patch, with weight 0 on what is detached. One spring at each station that carries: kn w^2 / 12
+    with the kn of its carrying pairs (stiffness=None), or the given total (N m/rad) shared equally.
     """
-    mine = whole.select(whole.side == side)
-    stations = np.unique(kept.station[kept.side == side])
-    rows = []
-    B = relative_motion(model, mine)[2::3]
+    mine = np.flatnonzero(pairs.side == side)
+    stations = np.unique(pairs.station[mine][pairs.carrying[mine]])
+    springs = []
     for s in stations:
-        members = np.flatnonzero(mine.station == s)
+        members = mine[pairs.station[mine] == s]
         if len(members) < 2:
-            raise InputError(f"side '{side}': a roll stiffness needs at least two rows of nodes across the flat")
-        low, high = members[mine.row[members].argmin()], members[mine.row[members].argmax()]
-        distance = np.linalg.norm(mine.position[high] - mine.position[low])
-        kn = kept.kn[(kept.side == side) & (kept.station == s)].sum()
-        k_roll = kn * width**2 / 12 if stiffness is None else stiffness / len(stations)
-        rows.append(np.sqrt(k_roll) / distance * (B[high] - B[low]).toarray().ravel())
-    return np.array(rows)
+            raise InputError(f"side '{side}': a roll stiffness needs at least two rows of nodes across the flat; "
+                             "set roll_stiffness = 0 or mesh the flat with more rows")
+        low, high = members[pairs.row[members].argmin()], members[pairs.row[members].argmax()]
+        kn = (pairs.kn * pairs.weight)[members].sum()
+        k = kn * width**2 / 12 if stiffness is None else stiffness / len(stations)
+        springs.append(RollSpring(float(k), int(low), int(high),
+                                  float(np.linalg.norm(pairs.position[high] - pairs.position[low]))))
+    return springs
+
+
+def spring_rows(model: ReducedModel, pairs: ContactTable, springs: list[RollSpring]) -> np.ndarray:
+    """(m, r) rows e of the springs: e'e sums to their stiffness in the reduced dofs."""
+    if not springs:
+        return np.zeros((0, model.size))
+    B = relative_motion(model, pairs)[2::3].toarray()
+    return np.array([np.sqrt(s.k) / s.distance * (B[s.high] - B[s.low]) for s in springs])
+
+
+def with_springs(model: ReducedModel, pairs: ContactTable, springs: list[RollSpring]) -> ReducedModel:
+    """The model with the declared roll springs in its stiffness."""
+    e = spring_rows(model, pairs, springs)
+    return model.with_stiffness(model.K + e.T @ e)

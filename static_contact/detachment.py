@@ -84,6 +84,7 @@ class StuckAssembly:
 
 def stuck_rows(model: ReducedModel, pairs: ContactTable) -> np.ndarray:
     """(3P, r) rows b with b'b summing to the stuck stiffness B' diag(kt, kt, kn) B."""
+    pairs = pairs.select(pairs.carrying)
     B = relative_motion(model, pairs).toarray()
     k = np.column_stack([pairs.kt, pairs.kt, pairs.kn]) * pairs.weight[:, None]
     return B * np.sqrt(k.ravel())[:, None]
@@ -124,6 +125,5 @@ def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, fol
 
 def _step(assembly, pairs, front, back, follow, springs):
     kept = keep_ends(pairs, front, back)
-    kept = kept.select(kept.carrying)
     modes = assembly.modes(kept, follow, extra=springs(kept) if springs else None)
     return Step(front, back, modes.tracked_hz, modes.likeness)

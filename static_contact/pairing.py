@@ -1,6 +1,6 @@
 """Two meshed surfaces become matched node pairs with their contact frames."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,25 +15,23 @@ _LARGEST_ANGLE = 20.0
 
 @dataclass(frozen=True)
 class Side:
-    """One contact side of the damper: where it is, and what a node of it is made of.
+    """One contact side of the damper.
 
     name; blade, damper - node groups of the two meshes
-    kn, kt : N/m per node [Zucca 2016, sec. 7.1]; mu - friction coefficient
     gap : ((y, g0), ...) m - initial gap along the axis, interpolated linearly; empty where the surfaces touch
     """
 
     name: str
     blade: str
     damper: str
-    kn: float
-    kt: float
-    mu: float
     gap: tuple = ()
 
 
 def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body: str, axis, pull,
          tolerance: float) -> ContactTable:
     """Match the nodes of both groups one to one within `tolerance` m and give each pair its frame.
+
+    kn, kt and mu of the table are still 0: they come from the study or from `halfspace`.
 
     axis (3,): along the damper; pull (3,): direction of Fc, which orders the rows: row 0 is the one farthest against
     it (the lower edge). Raises InputError with the number of unmatched nodes and the tolerance that would match
@@ -58,14 +56,12 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body:
     full = np.full
     return ContactTable(side=full(P, side.name), station=station, row=row, blade_body=full(P, blade_body),
                         blade_node=b_nodes, damper_body=full(P, damper_body), damper_node=d_nodes,
-                        position=position, frame=frame, gap=gap, kn=full(P, side.kn), kt=full(P, side.kt),
-                        mu=full(P, side.mu), preload=np.zeros(P), weight=np.ones(P)).select(order)
+                        position=position, frame=frame, gap=gap, kn=np.zeros(P), kt=np.zeros(P),
+                        mu=np.zeros(P), preload=np.zeros(P), weight=np.ones(P)).select(order)
 
 
 def join(*tables: ContactTable) -> ContactTable:
     """The sides below each other in one table."""
-    from dataclasses import fields
-
     return ContactTable(**{f.name: np.concatenate([getattr(t, f.name) for t in tables])
                            for f in fields(ContactTable)})
 

@@ -1,0 +1,47 @@
+"""Stuck modes of the full finite-element model: the second opinion on every reduced frequency."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from hbm.contact import GROUND, ContactTable
+from modal.body import Body
+from modal.eigen import Factor
+
+
+def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs=()) -> np.ndarray:
+    """(count,) Hz: lowest modes of the unreduced bodies joined by the stuck springs of the pairs.
+
+    springs : RollSpring records on rows of `pairs`.
+    """
+    size = sum(b.dofs for b in bodies)
+    K = sp.block_diag([b.K for b in bodies], format="csr")
+    M = sp.block_diag([b.M for b in bodies], format="csr")
+    B = _relative_motion(bodies, pairs, size)
+    k = (np.column_stack([pairs.kt, pairs.kt, pairs.kn]) * pairs.weight[:, None]).ravel()
+    K = K + B.T @ sp.diags(k) @ B
+    for s in springs:
+        row = (B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance
+        K = K + s.k * (row.T @ row)
+    omega, _ = Factor(K.tocsr()).lowest_modes(M, count)
+    return omega / (2 * np.pi)
+
+
+def _relative_motion(bodies, pairs, size):
+    """B (3P, dofs of all bodies); a clamped direction simply has no column."""
+    start = np.concatenate([[0], np.cumsum([b.dofs for b in bodies])])
+    table = {}
+    for body, first in zip(bodies, start, strict=False):
+        number = body.node[body.dof_node]
+        for dof in np.flatnonzero(np.isin(number, np.concatenate([pairs.blade_node, pairs.damper_node]))):
+            table[body.name, int(number[dof]), int(body.dof_direction[dof])] = first + dof
+    rows, columns, values = [], [], []
+    for i in range(len(pairs)):
+        for name, node, sign in ((pairs.damper_body[i], pairs.damper_node[i], 1.0),
+                                 (pairs.blade_body[i], pairs.blade_node[i], -1.0)):
+            for d in range(3):
+                column = table.get((str(name), int(node), d)) if name != GROUND else None
+                if column is not None:
+                    rows += [3 * i, 3 * i + 1, 3 * i + 2]
+                    columns += [column] * 3
+                    values += list(sign * pairs.frame[i, :, d])
+    return sp.csr_matrix((values, (rows, columns)), shape=(3 * len(pairs), size))

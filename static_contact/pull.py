@@ -1,0 +1,46 @@
+"""Where the pull Fc acts on the damper: the load points, or positions along the line through them."""
+
+import numpy as np
+
+from hbm.errors import InputError
+from modal.mesh import Mesh
+
+
+def pull_forces(mesh: Mesh, group: str, axis, direction, *, shares=(), positions=()) -> tuple[np.ndarray, np.ndarray]:
+    """Node numbers (n,) and forces (n, 3) N of a pull of 1 N.
+
+    shares : part of each load point, ordered along the axis; default equal
+    positions : 0..1 along the damper; each takes an equal share (or its own of `shares`) on the mesh nodes beside it
+    on the line through the load points. Raises InputError when shares do not match or do not add to 1.
+    """
+    axis = np.asarray(axis, float) / np.linalg.norm(axis)
+    points = mesh.group(group)
+    points = points[np.argsort(mesh.position[mesh.index(points)] @ axis)]
+    count = len(positions) or len(points)
+    shares = np.asarray(shares if len(shares) else np.full(count, 1 / count), dtype=float)
+    if len(shares) != count or abs(shares.sum() - 1) > 1e-9:
+        raise InputError(f"[damper] shares = {shares.tolist()}: {count} numbers that add to 1 are needed")
+    if len(positions):
+        points, shares = _on_line(mesh, points, axis, np.asarray(positions, float), shares)
+    return points, shares[:, None] * np.asarray(direction, float)
+
+
+def _on_line(mesh, points, axis, positions, shares):
+    """Lever rule between the two nodes beside each position, on the line through the load points."""
+    origin = mesh.position[mesh.index(points)].mean(axis=0)
+    arm = mesh.position - origin
+    off = np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1)
+    line = np.flatnonzero(off < 1e-6)
+    line = line[np.argsort(mesh.position[line] @ axis)]
+    along = mesh.position[line] @ axis
+    low, high = (mesh.position @ axis).min(), (mesh.position @ axis).max()
+    weight = np.zeros(len(line))
+    for place, share in zip(low + positions * (high - low), shares, strict=True):
+        if not along[0] - 1e-9 <= place <= along[-1] + 1e-9:
+            raise InputError(f"[damper] positions: {place:.4g} m lies outside the line of nodes through the load points")
+        k = int(np.clip(np.searchsorted(along, place) - 1, 0, len(line) - 2))
+        t = (place - along[k]) / (along[k + 1] - along[k])
+        weight[k] += (1 - t) * share
+        weight[k + 1] += t * share
+    used = weight != 0
+    return mesh.node[line[used]], weight[used]

@@ -1,0 +1,97 @@
+"""Command line: `tipdamp VERB STUDY`. The only place that prints results and sets exit codes.
+
+0 done; 1 done, but points of a curve failed; 2 the input cannot be used; 130 interrupted.
+"""
+
+import argparse
+import logging
+import sys
+import time
+
+import tipdamp
+from hbm.errors import InputError
+
+
+def main(argv=None) -> int:
+    """Run the command line; returns the exit code."""
+    arguments = _parser().parse_args(argv)
+    logging.getLogger().setLevel(logging.WARNING)  # compilers of forms and kernels talk on the root logger
+    try:
+        return arguments.run(arguments)
+    except InputError as error:
+        print(f"tipdamp: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except ModuleNotFoundError as error:
+        print(f"tipdamp: {error.name} is not installed, and this job needs it; run: tipdamp doctor", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("tipdamp: interrupted; finished stages are kept, run the same command to go on", file=sys.stderr)
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    from tipdamp.stages import STAGES
+
+    parser = argparse.ArgumentParser(prog="tipdamp", description="Friction pin dampers between turbine blade tips: "
+                                     "preload map, detachment tuning, forced response.")
+    parser.add_argument("--version", action="version", version=f"tipdamp {tipdamp.__version__}")
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    for name, text, run in [*((s.name, s.text, _one_stage) for s in STAGES.values()),
+                            ("run", "all stages, from the meshes to the report", _all_stages)]:
+        verb = verbs.add_parser(name, help=text, description=text)
+        verb.add_argument("study", help="study file (.toml)")
+        verb.add_argument("--out", help="results folder (default: results/<study name> beside the study)")
+        verb.add_argument("--force", action="store_true", help="run even when nothing has changed")
+        verb.add_argument("--quiet", action="store_true", help="no progress")
+        verb.set_defaults(run=run)
+    doctor = verbs.add_parser("doctor", help="what is missing or wrong on this machine, with the repair")
+    doctor.set_defaults(run=_doctor)
+    return parser
+
+
+def _doctor(_) -> int:
+    from tipdamp.doctor import checks, report
+
+    found = checks()
+    print(report(found))
+    return 1 if any(c.status == "fail" for c in found) else 0
+
+
+def _one_stage(arguments) -> int:
+    from tipdamp.stages import results_folder, run_stage
+    from tipdamp.study import load_study
+
+    study = load_study(arguments.study)
+    store = results_folder(study, arguments.out)
+    how = run_stage(arguments.verb, study, store, force=arguments.force, quiet=arguments.quiet)
+    print(_line(arguments.verb, how, store))
+    return _partial(store) if arguments.verb == "respond" else 0
+
+
+def _all_stages(arguments) -> int:
+    from tipdamp.stages import STAGES, results_folder, run_stage
+    from tipdamp.study import load_study
+
+    study = load_study(arguments.study)
+    store = results_folder(study, arguments.out)
+    began = time.perf_counter()
+    for name in STAGES:
+        how = run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet)
+        print(_line(name, how, store), flush=True)
+    print(f"report: {store.path('report.html')}  ({time.perf_counter() - began:.1f} s)")
+    return _partial(store)
+
+
+def _line(name, how, store) -> str:
+    from tipdamp.highlights import highlight
+
+    seconds = store.record(name)["seconds"]
+    when = "up to date" if how == "skipped" else f"{seconds:.1f} s"
+    return f"{name:8s} {when:>10s}  {highlight(name, store)}"
+
+
+def _partial(store) -> int:
+    failed = sum(r["failed_points"] + (not r["complete"]) for r in store.read_json("respond.json")["responses"])
+    if failed:
+        print("tipdamp: curves are incomplete, see the report", file=sys.stderr)
+    return 1 if failed else 0

@@ -1,0 +1,44 @@
+"""The one line that each stage says of what it found."""
+
+
+def highlight(stage: str, store) -> str:
+    """Figures of a finished stage for the command line."""
+    return _LINES[stage](store)
+
+
+def _inspect(store):
+    bodies = store.read_json("inspect.json")["bodies"]
+    return ", ".join(f"{name}: {b.get('free_dofs', b.get('dofs'))} dofs" for name, b in bodies.items())
+
+
+def _reduce(store):
+    found = store.read_json("reduce.json")
+    r, free = found["reduction"], found["free_hz"]
+    return (f"{r['dofs']} dofs to {r['masters']} masters + {sum(r['modes'].values())} modes; free: out of phase "
+            f"{free['out_of_phase']:.1f} Hz, in phase {free['in_phase']:.1f} Hz")
+
+
+def _preload(store):
+    return "; ".join(f"{side}: {s['sum_N']:.2f} N, {s['min_N']:.2f}..{s['max_N']:.2f} N, {s['detached']} open"
+                     for side, s in store.read_json("preload.json")["sides"].items())
+
+
+def _tune(store):
+    found = store.read_json("tune.json")
+    stuck, kept = found["stuck_hz"], found["tuned_pairs"]
+    return (f"stuck: area {stuck['full_area']:.0f} Hz, line {stuck['full_line']:.0f} Hz, "
+            f"{kept['front']} + {kept['back']} stations {stuck['tuned']:.0f} Hz")
+
+
+def _respond(store):
+    found = store.read_json("respond.json")["responses"]
+    failed = sum(r["failed_points"] for r in found)
+    return f"{len(found)} curves, {sum(r['points'] for r in found)} points, {failed} failed"
+
+
+def _report(store):
+    return str(store.path("report.html"))
+
+
+_LINES = {"inspect": _inspect, "reduce": _reduce, "preload": _preload, "tune": _tune, "respond": _respond,
+          "report": _report}

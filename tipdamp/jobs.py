@@ -1,0 +1,296 @@
+"""What each stage does: from the study and the files of the stages before it to files of its own.
+
+Every function has the form job(study, store, tick) and returns nothing: what it found is in its files, which the
+table in `stages.py` names. From `preload` on only reduced matrices and contact tables are used.
+"""
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError, nearest
+from hbm.laws import DryFriction2T
+from hbm.linear import linear_response
+from hbm.model import ReducedModel
+from hbm.response import contact_problem, follow_band
+from static_contact.carry import carry_scaled, roll_springs, spring_rows, with_springs
+from static_contact.detachment import Detachment, StuckAssembly, detach_until
+from static_contact.equilibrium import side_forces, side_normals
+from static_contact.preload import StaticContact
+from tipdamp import bodies
+
+BLADES, DAMPER = bodies.BLADES, bodies.DAMPER
+CHECK_BELOW_HZ = 5000.0
+
+
+# ---- what the study says, in the model's terms -----------------------------------------------------------------
+
+def driver(study) -> dict:
+    """Section that holds axis, pull and pull_direction: [damper] with meshes, [model] with matrices."""
+    return study["model"] if "model" in study else study["damper"]
+
+
+def pull(study) -> np.ndarray:
+    """Fc as a vector, (3,) N."""
+    return driver(study)["pull"] * np.array(driver(study)["pull_direction"])
+
+
+def equilibrium(study, pairs) -> dict:
+    return side_forces(side_normals(pairs), pull(study))
+
+
+def line_of(study, pairs: ContactTable) -> ContactTable:
+    """The line model: rows that the study does not keep get weight 0."""
+    edge = [name for name, side in study.sides.items() if side["rows"] == "edge"]
+    detached = np.isin(pairs.side, edge) & (pairs.row > 0)
+    return pairs.replace(weight=np.where(detached, 0.0, pairs.weight))
+
+
+def declared_springs(study, pairs: ContactTable) -> list:
+    """Roll springs of the flat sides of which one row stands for several."""
+    springs = []
+    for name, side in study.sides.items():
+        mine = pairs.select(pairs.side == name)
+        one_row = len(np.unique(mine.row[mine.carrying])) == 1
+        if side["shape"] == "flat" and side["rows"] == "edge" and one_row and side["roll_stiffness"] != 0:
+            springs += roll_springs(pairs, name, side["width"], side["roll_stiffness"])
+    return springs
+
+
+def group(model: ReducedModel, study, name: str) -> np.ndarray:
+    """Nodes of a group of the blades that the study names."""
+    key = f"{BLADES}/{name}"
+    if key not in model.groups:
+        names = [k.split("/")[1] for k in model.groups if k.startswith(f"{BLADES}/")]
+        raise InputError(f"{study.path}: the blades have no group '{name}'; {nearest(name, names)}")
+    return model.groups[key]
+
+
+def excitation(study, model: ReducedModel) -> np.ndarray:
+    """(r,) force of 1 N, shared equally by the nodes of the excitation group."""
+    nodes = group(model, study, study["respond"]["excitation"])
+    rows = [model.displacement_row(BLADES, n, study["respond"]["direction"]) for n in nodes]
+    return np.mean(rows, axis=0)
+
+
+def outputs(study, model: ReducedModel) -> dict:
+    """{"patch:node": (r,) row} displacement along the direction of the force."""
+    return {f"{patch}:{n}": model.displacement_row(BLADES, n, study["respond"]["direction"])
+            for patch in study["respond"]["patches"] for n in group(model, study, patch)}
+
+
+def ratio(values):
+    """One damping ratio for all modes, or one per mode."""
+    return values[0] if len(values) == 1 else np.array(values)
+
+
+# ---- the stages ------------------------------------------------------------------------------------------------
+
+def inspect(study, store, tick):
+    """What is in the meshes (or matrices), before anything is computed with it."""
+    content = bodies.describe_model(study) if "model" in study else bodies.describe_meshes(study, tick)
+    store.write_json("inspect.json", content)
+
+
+def reduce(study, store, tick):
+    """Meshes to a reduced model and the contact pairs of the whole patch; free modes and linear response."""
+    if "model" in study:
+        model, pairs, facts = bodies.given_model(study)
+    else:
+        model, pairs, facts = bodies.reduced_model(study, tick)
+    blades = model.part(BLADES)
+    free = free_modes(study, blades)
+    with store.writing("model.npz") as path:
+        model.save(path)
+    with store.writing("pairs.csv") as path:
+        pairs.save(path)
+    store.write_json("reduce.json", {
+        **facts, "free_hz": {k: free[k][0] for k in ("out_of_phase", "in_phase")}, "free_modes_hz": free["hz"],
+        "free_response": free_response(study, blades)})
+
+
+def free_modes(study, blades: ReducedModel) -> dict:
+    """Free modes of the blades: {"out_of_phase": (Hz, shape), "in_phase": (Hz, shape), "hz": lowest ten}.
+
+    The mode that contributes most to the static compliance of the difference (sum) of the two patches' mean motion
+    is the out-of-phase (in-phase) one: found by shape, whatever its number.
+    """
+    from scipy.linalg import eigh
+
+    lam, shapes = eigh(blades.K, blades.M, subset_by_index=(0, min(20, blades.size) - 1))
+    direction = study["respond"]["direction"]
+    patches = study["respond"]["patches"]
+    if len(patches) != 2:
+        raise InputError(f"{study.path}: [respond] patches: two groups are needed, one on each blade")
+    one, two = (np.mean([blades.displacement_row(BLADES, n, direction) for n in group(blades, study, p)], axis=0)
+                @ shapes for p in patches)
+    hz = np.sqrt(np.maximum(lam, 0)) / (2 * np.pi)
+    found = {"hz": hz[:10]}
+    for name, motion in (("out_of_phase", one - two), ("in_phase", one + two)):
+        best = int((motion**2 / lam).argmax())
+        found[name] = (float(hz[best]), shapes[:, best])
+    return found
+
+
+def free_response(study, blades: ReducedModel) -> dict:
+    """Linear response without damper, per newton: largest over each patch.          [Zucca 2016, figure 2]"""
+    hz = np.linspace(*study["free"]["band"], 801)
+    rows = outputs(study, blades)
+    x = np.abs(linear_response(blades, None, excitation(study, blades), hz,
+                               ratio(study["free"]["damping_ratio"]), rows))
+    names = np.array([name.split(":")[0] for name in rows])
+    return {"hz": hz, "m_per_N": {p: x[:, names == p].max(axis=1) for p in study["respond"]["patches"]}}
+
+
+def preload(study, store, tick):
+    """Unilateral static contact of the whole patch under the pull: the preload map."""
+    model, pairs = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("pairs.csv"))
+    if "pull" not in model.loads:
+        raise InputError(f"{study.path}: the model holds no load named 'pull'")
+    forces = equilibrium(study, pairs)
+    tick(0.2, f"{len(pairs)} pairs")
+    result = StaticContact(model, pairs).solve(driver(study)["pull"] * model.loads["pull"])
+    with store.writing("preload.csv") as path:
+        result.pairs.save(path)
+    store.write_json("preload.json", {
+        "sides": side_figures(result.pairs, forces, result.balance), "residual": result.residual,
+        "iterations": result.iterations, "method": result.method,
+        "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in result.motions]})
+
+
+def side_figures(pairs: ContactTable, forces: dict, balance: float) -> dict:
+    """{side: sum_N of the closed pairs, min_N, max_N, detached, equilibrium_N, balance_error}."""
+    figures = {}
+    for side in pairs.sides:
+        p = pairs.preload[(pairs.side == side) & pairs.carrying]
+        figures[side] = {"sum_N": p[p > 0].sum(), "min_N": p.min(), "max_N": p.max(), "detached": int((p <= 0).sum()),
+                         "equilibrium_N": forces[side], "balance_error": balance}
+    return figures
+
+
+def tune(study, store, tick):
+    """Detach stations from the middle until the stuck frequency meets the target; the kept pairs carry the pull."""
+    model, whole = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("preload.csv"))
+    blades = model.part(BLADES)
+    follow = np.zeros(model.size)
+    follow[model.body == BLADES] = free_modes(study, blades)[study["tune"]["follow"]][1]
+    line = line_of(study, whole)
+
+    def rows(pairs):
+        return spring_rows(model, pairs, declared_springs(study, pairs))
+
+    def report(step, share):
+        tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
+
+    found = detach_until(model, line, study["tune"]["target_hz"], follow, springs=rows, progress=report)
+    assembly = StuckAssembly(model)
+    sets = {"full_area": whole, "full_line": line, "tuned": found.pairs}
+    stuck = {name: assembly.modes(pairs, follow, extra=rows(pairs)) for name, pairs in sets.items()}
+    tick(0.8, "full model")
+    check = {} if "model" in study else bodies.full_check(
+        study, {n: (p, declared_springs(study, p), stuck[n].hz[stuck[n].hz < CHECK_BELOW_HZ])
+                for n, p in sets.items()}, tick)
+    kept, carried = kept_pairs(study, model, whole, found)
+    with store.writing("kept.csv") as path:
+        kept.save(path)
+    store.write_json("tune.json", {
+        **tuning_figures(found, stuck), "full_model_check": check, **carried,
+        "roll_stiffness_Nm_per_rad": sum(s.k for s in declared_springs(study, found.pairs))})
+
+
+def tuning_figures(found: Detachment, stuck: dict) -> dict:
+    return {"target_hz": found.target_hz, "tuned_pairs": {"front": found.chosen.front, "back": found.chosen.back},
+            "history": [vars(s) for s in found.history],
+            "stuck_hz": {name: modes.tracked_hz for name, modes in stuck.items()},
+            "likeness": {name: modes.likeness for name, modes in stuck.items()},
+            "stuck_modes_hz": {name: modes.hz[modes.hz < 2 * CHECK_BELOW_HZ] for name, modes in stuck.items()}}
+
+
+def kept_pairs(study, model, whole, found) -> tuple[ContactTable, dict]:
+    """The full table with weight 0 on detached pairs and, on the kept ones, the preload that carries the pull."""
+    forces = equilibrium(study, whole)
+    if study["tune"]["preload"] == "resolved":
+        stiff = with_springs(model, found.pairs, declared_springs(study, found.pairs))
+        result = StaticContact(stiff, found.pairs).solve(driver(study)["pull"] * model.loads["pull"], hold=True)
+        kept, facts = result.pairs, {"held": result.held, "residual": result.residual}
+        balance = result.balance
+    else:
+        carrying = np.flatnonzero(found.pairs.carrying)
+        done = carry_scaled(whole, found.pairs.select(carrying), forces, driver(study)["axis"])
+        preload = found.pairs.preload.copy()
+        preload[carrying] = done.pairs.preload
+        kept, facts = found.pairs.replace(preload=preload), {"scale": done.scale, "moment_Nm": done.moment}
+        balance = balance_error(kept.select(carrying), pull(study))
+    kept_only = kept.select(kept.carrying)
+    return kept, {"preload_kept": side_figures(kept_only, forces, balance), "carried": facts}
+
+
+def balance_error(pairs: ContactTable, load: np.ndarray) -> float:
+    """|pull - sum N n| / |pull|."""
+    return float(np.linalg.norm(load - np.maximum(pairs.preload, 0) @ pairs.normal) / np.linalg.norm(load))
+
+
+def respond(study, store, tick):
+    """Forced response of the kept pairs at every excitation level and every number of harmonics."""
+    model, table = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
+    model = with_springs(model, table, declared_springs(study, table))
+    settings = study["respond"]
+    kept = table.select(table.carrying)
+    problem, _ = contact_problem(model, kept, DryFriction2T(), damping_ratio=ratio(settings["damping_ratio"]))
+    force, rows = excitation(study, model), outputs(study, model)
+    cases = [(H, Fe) for H in settings["harmonics"] for Fe in settings["levels"]]
+    low, high = settings["band"]
+    found = []
+    for i, (H, Fe) in enumerate(cases):
+        def report(hz, step, iterations, i=i, H=H, Fe=Fe):
+            tick((i + (hz - low) / (high - low)) / len(cases),
+                 f"Fe = {Fe:g} N, H = {H}  {hz:.1f} Hz  step {step:.2g}  {iterations} it")
+
+        curve = follow_band(problem, Fe * force, (low, high), harmonics=H, outputs=rows, progress=report)
+        name = f"responses/Fe_{Fe:g}N_H{H}.npz"
+        with store.writing(name) as path:
+            curve.save(path)
+        back = None
+        if settings["both_ways"]:
+            back = follow_band(problem, Fe * force, (high, low), harmonics=H, outputs=rows)
+        found.append({"file": name, **response_figures(study, curve, back, kept, Fe, H)})
+    with store.writing("stuck.npz") as path:
+        hz = np.linspace(low, high, 801)
+        x = linear_response(model, kept, force, hz, ratio(settings["damping_ratio"]), rows)
+        np.savez(path, frequency=hz, response=x, output_names=np.array(list(rows)))
+    store.write_json("respond.json", {"responses": found, "zeta": settings["damping_ratio"],
+                                      "stuck_difference": stuck_difference(study, model, kept, store, found)})
+
+
+def stuck_difference(study, model, kept, store, found) -> dict:
+    """{file: largest |curve - linear stuck response| / largest response} of the curves on which no pair slips."""
+    from hbm.response import ForcedResponse
+
+    out = {}
+    for case in found:
+        if not case["slipping_pairs"]:
+            curve = ForcedResponse.load(store.path(case["file"]))
+            good = curve.converged
+            x = linear_response(model, kept, case["Fe_N"] * excitation(study, model), curve.frequency[good],
+                                ratio(study["respond"]["damping_ratio"]), outputs(study, model))
+            out[case["file"]] = float(np.abs(curve.harmonics[good, :, 1] - x).max() / np.abs(x).max())
+    return out
+
+
+def response_figures(study, curve, back, kept, Fe, H) -> dict:
+    """Peak over the patch of the first blade, half of peak-to-peak along the force; smallest node peak; counts."""
+    first = study["respond"]["patches"][0]
+    names = [n for n in curve.output_names if n.split(":")[0] == first]
+    peaks = [curve.peak(n) for n in names]
+    hz, top = max(peaks, key=lambda p: p[1])
+    slipping = curve.slipping_pairs
+    figures = {"Fe_N": Fe, "H": H, "peak_hz": hz, "peak_m": top, "min_peak_m": min(p[1] for p in peaks),
+               "points": len(curve.frequency), "failed_points": int((~curve.converged).sum()),
+               "slipping_pairs": [f"{kept.side[i]} {kept.station[i]}" for i in slipping],
+               "seconds": curve.seconds, "residual_calls": curve.residual_calls, "complete": curve.complete,
+               "ended": curve.ended, "origin": curve.origin, "start": curve.start,
+               "peak_inside_band": bool(min(study["respond"]["band"]) < hz < max(study["respond"]["band"]))}
+    if back is not None:
+        hz_back, top_back = max((back.peak(n) for n in names), key=lambda p: p[1])
+        figures["back"] = {"peak_hz": hz_back, "peak_m": top_back, "complete": back.complete, "ended": back.ended,
+                           "failed_points": int((~back.converged).sum()), "seconds": back.seconds}
+    return figures

@@ -1,0 +1,100 @@
+"""The stages of a run: what each needs, depends on and leaves behind; and how they are run one after the other."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import tipdamp
+from hbm.errors import InputError
+from tipdamp import jobs
+from tipdamp.progress import progress
+from tipdamp.store import Store, fingerprint
+from tipdamp.study import Study
+
+
+@dataclass(frozen=True)
+class Stage:
+    """needs - stages whose files it reads; sections - parts of the study that it depends on; outputs - its files."""
+
+    name: str
+    text: str
+    job: Callable
+    needs: tuple
+    sections: tuple
+    outputs: tuple
+    reads_meshes: bool = False
+
+
+def _report(study, store, tick):
+    from tipdamp.report.page import write_report
+
+    write_report(study, store, tick)
+
+
+_BODIES = ("material", "blades", "damper", "model")
+STAGES = {stage.name: stage for stage in (
+    Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
+          (*_BODIES, "contact", "sides"), ("inspect.json",), True),
+    Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", jobs.reduce, (),
+          (*_BODIES, "contact", "sides", "respond", "free"), ("model.npz", "pairs.csv", "reduce.json"), True),
+    Stage("preload", "unilateral static contact under the pull: the preload map", jobs.preload, ("reduce",),
+          ("damper", "model"), ("preload.csv", "preload.json")),
+    Stage("tune", "detach pairs from the middle until the stuck frequency meets the target", jobs.tune,
+          ("reduce", "preload"), ("tune", "sides", "respond"), ("kept.csv", "tune.json"), True),
+    Stage("respond", "forced response at every level and number of harmonics", jobs.respond, ("reduce", "tune"),
+          ("respond", "sides"), ("respond.json", "stuck.npz")),
+    Stage("report", "the HTML page, the figures and summary.json", _report,
+          ("inspect", "reduce", "preload", "tune", "respond"), ("title", "reference"),
+          ("report.html", "summary.json")),
+)}
+
+
+def run_stage(name: str, study: Study, store: Store, *, force: bool = False, quiet: bool = False) -> str:
+    """Run one stage, or skip it when nothing that it depends on has changed: "done" or "skipped".
+
+    Raises InputError when the study lacks a section for it, or a stage that it needs is absent or out of date.
+    """
+    stage = STAGES[name]
+    _need_sections(stage, study)
+    for need in stage.needs:
+        _need_stage(stage, STAGES[need], study, store)
+    key = stage_key(stage, study)
+    if not force and store.is_current(name, key):
+        return "skipped"
+    began = time.perf_counter()
+    with progress(name, quiet=quiet) as tick:
+        stage.job(study, store, tick)
+    store.finish(name, key, list(stage.outputs), time.perf_counter() - began)
+    return "done"
+
+
+def stage_key(stage: Stage, study: Study) -> str:
+    """Fingerprint of all that the stage depends on: program, study values, files, and the stages before it."""
+    values = {s: study.part(s) for s in stage.sections}
+    files = [f for f in study.input_files() if stage.reads_meshes and f.is_file()]
+    before = [stage_key(STAGES[need], study) for need in stage.needs]
+    return fingerprint(stage.name, tipdamp.__version__, values, *files, before)
+
+
+def _need_sections(stage, study):
+    wanted = {"reduce": ("respond",), "tune": ("tune", "respond"), "respond": ("respond",), "report": ()}
+    for section in wanted.get(stage.name, ()):
+        if section not in study:
+            raise InputError(f"{study.path}: section [{section}] is missing, the stage '{stage.name}' needs it")
+
+
+def _need_stage(stage, need, study, store):
+    command = f"run: tipdamp {need.name} {study.path}"
+    if store.record(need.name) is None:
+        raise InputError(f"'{stage.name}' needs the stage '{need.name}', which has not been run; {command}")
+    if not store.is_current(need.name, stage_key(need, study)):
+        raise InputError(f"'{stage.name}' needs the stage '{need.name}', which is out of date (the study or a mesh "
+                         f"has changed, or a file is gone); {command}")
+
+
+def results_folder(study: Study, out: str | None) -> Store:
+    folder = Path(out) if out else study.results
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"results folder {folder}: is a file")
+    return Store(folder)

@@ -1,0 +1,341 @@
+"""Study files: one TOML that names the meshes, the contact, the pull and the excitation.
+
+The tables below are the whole language: section, key, kind, unit, default and what it means. Anything else in a file
+is refused with the nearest valid name; a value out of range is answered with file, key, value and range.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hbm.errors import InputError, nearest
+
+UNITS = {"length": {"m": 1.0, "mm": 1e-3}, "force": {"N": 1.0, "kN": 1e3},
+         "stress": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
+         "density": {"kg/m3": 1.0, "t/mm3": 1e12, "g/cm3": 1e3}}
+REQUIRED = object()
+
+
+@dataclass(frozen=True)
+class Key:
+    """kind - how the value is read (see _READ); unit - a name in UNITS or force/length; low, high - allowed range."""
+
+    kind: str
+    text: str
+    default: object = REQUIRED
+    unit: str = ""
+    low: float = -np.inf
+    high: float = np.inf
+    choices: tuple = ()
+    open_low: bool = False
+
+
+STUDY = {
+    "title": Key("text", "shown on the report", ""),
+    "results": Key("text", "folder of the results, relative to the study file; default: results/<study name>", ""),
+}
+MATERIAL = {
+    "E": Key("number", "Young's modulus", unit="stress", low=0, open_low=True),
+    "nu": Key("number", "Poisson's ratio", low=0, high=0.4999),
+    "density": Key("number", "density", unit="density", low=0, open_low=True),
+}
+BLADES = {
+    "mesh": Key("text", "gmsh file of both blades on their fixture"),
+    "clamp": Key("text", "group of nodes that are fixed"),
+    "modes": Key("count", "fixed-interface modes kept", 40, low=0, high=2000),
+}
+DAMPER = {
+    "mesh": Key("text", "gmsh file of the damper"),
+    "modes": Key("count", "fixed-interface modes kept", 20, low=0, high=2000),
+    "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
+    "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
+    "pull_direction": Key("vector", "direction of the pull", (0.0, 0.0, 1.0)),
+    "load_points": Key("text", "group of nodes that carry the pull", "load_points"),
+    "shares": Key("numbers", "part of the pull on each load point, in the order of the axis; default: equal", (),
+                  low=0, high=1),
+    "positions": Key("numbers", "where the pull acts along the axis (0..1 of the damper's length), carried by the two "
+                     "load points beside each; default: at the load points", (), low=0, high=1),
+}
+MODEL = {
+    "matrices": Key("text", ".npz with M, K, the dof table, groups and the load 'pull', instead of meshes"),
+    "pairs": Key("text", "CSV of the contact pairs of the whole patch"),
+    "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
+    "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
+    "pull_direction": Key("vector", "direction of the pull", (0.0, 0.0, 1.0)),
+}
+CONTACT = {
+    "mu": Key("number", "friction coefficient", None, low=0, high=2),
+    "tolerance": Key("number", "largest distance of the two nodes of a pair", 1e-6, unit="length", low=0,
+                     open_low=True),
+    "stiffness": Key("choice", "'given': kn, kt of each side; 'halfspace': from the analytical model", "given",
+                     choices=("given", "halfspace")),
+}
+SIDE = {
+    "blade": Key("text", "node group of the blades' mesh", ""),
+    "damper": Key("text", "node group of the damper's mesh", ""),
+    "shape": Key("choice", "form of the damper's side", choices=("cylinder", "flat")),
+    "kn": Key("number", "normal stiffness per node", None, unit="force/length", low=0, open_low=True),
+    "kt": Key("number", "tangential stiffness per node", None, unit="force/length", low=0, open_low=True),
+    "radius": Key("number", "radius of a cylindrical side (for the half-space stiffness)", None, unit="length",
+                  low=0, open_low=True),
+    "width": Key("number", "width of a flat side", None, unit="length", low=0, open_low=True),
+    "rows": Key("choice", "rows kept in the line model: 'edge' (row 0, the lower edge line) or 'all'", "all",
+                choices=("edge", "all")),
+    "roll_stiffness": Key("roll", "resistance to roll that the kept edge line lacks: 'from_flat' (sum kn w^2/12), "
+                          "a number (N m/rad) or 0", "from_flat"),
+    "gap": Key("table", "initial gap g0 along the axis: [[coordinate, gap], ...]", (), unit="length"),
+}
+TUNE = {
+    "target_hz": Key("number", "measured stuck frequency", low=0, open_low=True),
+    "follow": Key("choice", "free mode that is tracked", "out_of_phase", choices=("out_of_phase", "in_phase")),
+    "preload": Key("choice", "'scaled': the whole map's part on the kept stations carries the whole pull; "
+                   "'resolved': the static problem is solved again on them", "scaled", choices=("scaled", "resolved")),
+}
+RESPOND = {
+    "excitation": Key("text", "group (one node) where the force acts", "excitation"),
+    "direction": Key("vector", "direction of the excitation and of the response", (1.0, 0.0, 0.0)),
+    "patches": Key("texts", "groups of response nodes, blade 1 first", ("patch_1", "patch_2")),
+    "levels": Key("numbers", "Fe, amplitudes of the excitation", unit="force", low=0, open_low=True),
+    "harmonics": Key("counts", "H, highest order kept; several give several curves", (5,), low=1, high=99),
+    "band": Key("band", "first and last frequency in Hz", low=0, open_low=True),
+    "damping_ratio": Key("ratios", "zeta of the stuck modes: one value, or one per mode from the lowest", low=0,
+                         high=0.9999),
+    "both_ways": Key("flag", "follow every curve from the other end too and compare the peaks", True),
+}
+FREE = {
+    "band": Key("band", "first and last frequency of the response without damper, Hz", (1400.0, 1900.0), low=0,
+                open_low=True),
+    "damping_ratio": Key("ratios", "zeta of the modes without damper: one value, or one per mode from the lowest",
+                         (0.005,), low=0, high=0.9999),
+}
+SECTIONS = {"material": MATERIAL, "blades": BLADES, "damper": DAMPER, "model": MODEL, "contact": CONTACT,
+            "tune": TUNE, "free": FREE, "respond": RESPOND}
+# measured or published values that the report sets beside ours
+REFERENCE = ("out_of_phase_hz", "in_phase_hz", "full_line_hz", "tuned_hz", "full_area_hz", "front", "back")
+
+
+@dataclass(frozen=True)
+class Study:
+    """A checked study in SI units. `sections` {name: {key: value}}; sides in the order of the file."""
+
+    path: Path
+    title: str
+    results: Path
+    sections: dict
+    sides: dict
+    reference: dict
+    length_unit: float
+
+    @property
+    def name(self) -> str:
+        return self.path.stem
+
+    def __getitem__(self, section: str) -> dict:
+        return self.sections[section]
+
+    def __contains__(self, section: str) -> bool:
+        return section in self.sections
+
+    def part(self, name: str):
+        """A section, or 'sides', 'title', 'reference': what a stage may depend on."""
+        own = {"sides": self.sides, "title": self.title, "reference": self.reference}
+        return own[name] if name in own else self.sections.get(name)
+
+    def group_name(self, section: str, key: str) -> str:
+        """The node group that a key names, such as ('contact.left', 'blade') or ('respond', 'patches[0]')."""
+        table = self.sides[section.removeprefix("contact.")] if section.startswith("contact.") else self[section]
+        key, _, index = key.partition("[")
+        return table[key][int(index.rstrip("]"))] if index else table[key]
+
+    def input_files(self) -> list[Path]:
+        """Files that the study names: meshes, or matrices and pairs."""
+        names = [("model", "matrices"), ("model", "pairs"), ("blades", "mesh"), ("damper", "mesh")]
+        return [self.file(self[s][k]) for s, k in names if s in self]
+
+    def file(self, relative: str) -> Path:
+        """A file named in the study, relative to the study's own folder."""
+        return self.path.parent / relative
+
+
+def load_study(path) -> Study:
+    """Read and check a study file; InputError names file, section, key, value and what is allowed."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"study file not found: {path} (looked for it as {path.absolute()})")
+    try:
+        raw = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a valid TOML file: {error}") from None
+    known = [*STUDY, "units", *SECTIONS, "reference"]
+    for key in raw:
+        if key not in known:
+            raise InputError(f"{path}: unknown key '{key}'; {nearest(key, known)}")
+    factors = _units(path, raw.pop("units", {}))
+    top = _section(path, "", {k: raw.pop(k) for k in STUDY if k in raw}, STUDY, factors)
+    contact = raw.get("contact", {})
+    sides = {k: contact.pop(k) for k in list(contact) if isinstance(contact[k], dict)} if isinstance(contact, dict) else {}
+    _require(path, raw, sides)
+    sections = {name: _section(path, name, raw[name], SECTIONS[name], factors) for name in SECTIONS if name in raw}
+    if "model" not in raw and sections["contact"]["mu"] is None:
+        raise InputError(f"{path}: [contact] mu is missing: {CONTACT['mu'].text}")
+    sections.setdefault("contact", _section(path, "contact", {}, CONTACT, factors))
+    sections.setdefault("free", _section(path, "free", {}, FREE, factors))
+    sides = {k: _side(path, k, v, factors, sections["contact"], "model" not in raw) for k, v in sides.items()}
+    reference = raw.get("reference", {})
+    for key, value in reference.items():
+        if key not in REFERENCE:
+            raise InputError(f"{path}: [reference] unknown key '{key}'; {nearest(key, REFERENCE)}")
+        _number(f"{path}: [reference] {key} = {value!r}", value, Key("number", "", low=0))
+    results = path.parent / (top["results"] or Path("results") / path.stem)
+    return Study(path, top["title"] or path.stem, results, sections, sides, reference, factors["length"])
+
+
+def _require(path, raw, sides):
+    meshed = [name for name in ("material", "blades", "damper") if name in raw]
+    if "model" in raw and meshed:
+        raise InputError(f"{path}: [model] and [{meshed[0]}] exclude each other: matrices or meshes")
+    for name in ["model"] if "model" in raw else ["material", "blades", "damper", "contact"]:
+        if name not in raw:
+            raise InputError(f"{path}: section [{name}] is missing")
+    if "model" not in raw and len(sides) < 2:
+        raise InputError(f"{path}: {len(sides)} contact sides; a free damper needs two, such as [contact.left] and "
+                         "[contact.right]")
+
+
+def _units(path, given):
+    factors = {}
+    for key in given:
+        if key not in UNITS:
+            raise InputError(f"{path}: [units] unknown key '{key}'; {nearest(key, UNITS)}")
+    for key, allowed in UNITS.items():
+        name = given.get(key, next(iter(allowed)))
+        if name not in allowed:
+            raise InputError(f"{path}: [units] {key} = {name!r}: {nearest(name, allowed)}")
+        factors[key] = allowed[name]
+    factors["force/length"] = factors["force"] / factors["length"]
+    factors[""] = 1.0
+    return factors
+
+
+def _side(path, name, given, factors, contact, meshed):
+    side = _section(path, f"contact.{name}", given, SIDE, factors)
+    where = f"{path}: [contact.{name}]"
+    if meshed and contact["stiffness"] == "given" and (side["kn"] is None or side["kt"] is None):
+        raise InputError(f"{where} kn and kt are missing; give them, or set [contact] stiffness = \"halfspace\"")
+    needs = {"flat": "width", "cylinder": "radius"}[side["shape"]]
+    edge = side["shape"] == "flat" and side["rows"] == "edge"
+    if side[needs] is None and (contact["stiffness"] == "halfspace" or (edge and side["roll_stiffness"] is None)):
+        raise InputError(f"{where} {needs} is missing")
+    return side
+
+
+def _section(path, name, given, keys, factors):
+    where = f"{path}: [{name}]" if name else f"{path}:"
+    if not isinstance(given, dict):
+        raise InputError(f"{where} must be a section, got {given!r}")
+    for key in given:
+        if key not in keys:
+            raise InputError(f"{where} unknown key '{key}'; {nearest(key, keys)}")
+    out = {}
+    for key, spec in keys.items():
+        if key not in given:
+            if spec.default is REQUIRED:
+                raise InputError(f"{where} {key} is missing: {spec.text}")
+            out[key] = None if spec.kind == "roll" and spec.default == "from_flat" else spec.default
+        else:
+            out[key] = _value(f"{where} {key} = {given[key]!r}", given[key], spec, factors[spec.unit])
+    return out
+
+
+def _value(where, value, spec, factor):
+    return _READ[spec.kind](where, value, spec, factor)
+
+
+def _text(where, value, spec, _):
+    if not isinstance(value, str) or not value:
+        raise InputError(f"{where}: must be a text in quotes")
+    if spec.choices and value not in spec.choices:
+        raise InputError(f"{where}: {nearest(value, spec.choices)}")
+    return value
+
+
+def _flag(where, value, *_):
+    if not isinstance(value, bool):
+        raise InputError(f"{where}: must be true or false")
+    return value
+
+
+def _roll(where, value, *_):
+    """'from_flat' becomes None: the value is worked out from the flat."""
+    return None if value == "from_flat" else _number(f"{where} (or 'from_flat')", value, Key("number", "", low=0))
+
+
+def _each(read, alone):
+    """A list of values; a single value stands for a list of one where `alone` allows it."""
+    def many(where, value, spec, factor):
+        items = [value] if alone and not isinstance(value, list) else value
+        if not isinstance(items, list) or not items:
+            raise InputError(f"{where}: must be a list that is not empty")
+        return tuple(read(where, v, spec, factor) for v in items)
+    return many
+
+
+def _number(where, value, spec):
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{where}: must be a number")
+    low_ok = value > spec.low if spec.open_low else value >= spec.low
+    if not (np.isfinite(value) and low_ok and value <= spec.high):
+        bound = f"{'above' if spec.open_low else 'at least'} {spec.low:g}" if np.isfinite(spec.low) else "finite"
+        upper = f" and at most {spec.high:g}" if np.isfinite(spec.high) else ""
+        raise InputError(f"{where}: must be {bound}{upper}")
+    return float(value)
+
+
+def _count(where, value, spec, _=1.0):
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise InputError(f"{where}: must be a whole number from {spec.low:g} to {spec.high:g}")
+    if not spec.low <= value <= spec.high:
+        raise InputError(f"{where}: must lie between {spec.low:g} and {spec.high:g}")
+    return value
+
+
+def _vector(where, value, *_):
+    if not isinstance(value, list) or len(value) != 3:
+        raise InputError(f"{where}: must be three numbers")
+    vector = np.array([_number(where, v, Key("number", "")) for v in value])
+    size = np.linalg.norm(vector)
+    if size == 0:
+        raise InputError(f"{where}: must not be zero")
+    return tuple((vector / size).tolist())
+
+
+def _band(where, value, spec, _=1.0):
+    if not isinstance(value, list) or len(value) != 2:
+        raise InputError(f"{where}: must be two frequencies [first, last] in Hz")
+    a, b = (_number(where, v, spec) for v in value)
+    if a >= b:
+        raise InputError(f"{where}: the band is empty: the first frequency must be below the last")
+    return a, b
+
+
+def _profile(where, value, _, factor):
+    try:
+        table = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        table = np.empty(0)
+    if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2 or not np.isfinite(table).all():
+        raise InputError(f"{where}: must be at least two rows [coordinate, gap]")
+    if (np.diff(table[:, 0]) <= 0).any():
+        raise InputError(f"{where}: the coordinates must ascend")
+    return tuple(map(tuple, (table * factor).tolist()))
+
+
+def _scaled(where, value, spec, factor):
+    return factor * _number(where, value, spec)
+
+
+_READ = {"text": _text, "choice": _text, "flag": _flag, "roll": _roll, "number": _scaled, "count": _count,
+         "texts": _each(_text, False), "numbers": _each(_scaled, False), "ratios": _each(_scaled, True),
+         "counts": _each(_count, True), "vector": _vector, "band": _band, "table": _profile}
