@@ -43,12 +43,13 @@ class Step:
 
 @dataclass(frozen=True)
 class Detachment:
-    """pairs - the table with weight 0 on detached pairs; chosen - the step nearest the target; history - all steps."""
+    """pairs - the table with weight 0 on detached pairs; chosen - the step nearest the target; history - all steps;
+    target_hz - None where the stations were given."""
 
     pairs: ContactTable
     chosen: Step
     history: tuple
-    target_hz: float
+    target_hz: float | None
 
 
 class StuckAssembly:
@@ -121,6 +122,16 @@ def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, fol
                          f"{at_least}..{stations} stations kept")
     chosen = min(history, key=lambda s: abs(s.hz - target_hz))
     return Detachment(keep_ends(pairs, chosen.front, chosen.back), chosen, tuple(history), target_hz)
+
+
+def keep_stations(model: ReducedModel, pairs: ContactTable, front: int, back: int, follow: np.ndarray, *,
+                  springs=None) -> Detachment:
+    """Keep the given numbers of stations at both ends. Raises InputError when there are not so many."""
+    stations = int(pairs.station.max()) + 1
+    if front + back > stations:
+        raise InputError(f"{front} + {back} stations are to be kept, the sides have {stations}")
+    step = _step(StuckAssembly(model), pairs, front, back, follow, springs)
+    return Detachment(keep_ends(pairs, front, back), step, (step,), None)
 
 
 def _step(assembly, pairs, front, back, follow, springs):

@@ -13,7 +13,7 @@ from hbm.linear import linear_response
 from hbm.model import ReducedModel
 from hbm.response import contact_problem, follow_band
 from static_contact.carry import carry_scaled, roll_springs, spring_rows, with_springs
-from static_contact.detachment import Detachment, StuckAssembly, detach_until
+from static_contact.detachment import Detachment, StuckAssembly, detach_until, keep_stations
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
 from tipdamp import bodies
@@ -181,7 +181,10 @@ def tune(study, store, tick):
     def report(step, share):
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
-    found = detach_until(model, line, study["tune"]["target_hz"], follow, springs=rows, progress=report)
+    if study["tune"]["stations"]:
+        found = keep_stations(model, line, *study["tune"]["stations"], follow, springs=rows)
+    else:
+        found = detach_until(model, line, study["tune"]["target_hz"], follow, springs=rows, progress=report)
     assembly = StuckAssembly(model)
     sets = {"full_area": whole, "full_line": line, "tuned": found.pairs}
     stuck = {name: assembly.modes(pairs, follow, extra=rows(pairs)) for name, pairs in sets.items()}

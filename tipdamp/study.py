@@ -88,7 +88,9 @@ SIDE = {
     "gap": Key("table", "initial gap g0 along the axis: [[coordinate, gap], ...]", (), unit="length"),
 }
 TUNE = {
-    "target_hz": Key("number", "measured stuck frequency", low=0, open_low=True),
+    "target_hz": Key("number", "measured stuck frequency that the kept stations must meet", None, low=0,
+                     open_low=True),
+    "stations": Key("counts", "[front, back]: stations kept at each end, instead of a target", (), low=1, high=9999),
     "follow": Key("choice", "free mode that is tracked", "out_of_phase", choices=("out_of_phase", "in_phase")),
     "preload": Key("choice", "'scaled': the whole map's part on the kept stations carries the whole pull; "
                    "'resolved': the static problem is solved again on them", "scaled", choices=("scaled", "resolved")),
@@ -180,6 +182,8 @@ def load_study(path) -> Study:
     sections = {name: _section(path, name, raw[name], SECTIONS[name], factors) for name in SECTIONS if name in raw}
     if "model" not in raw and sections["contact"]["mu"] is None:
         raise InputError(f"{path}: [contact] mu is missing: {CONTACT['mu'].text}")
+    if "tune" in sections:
+        _check_tune(f"{path}: [tune]", sections["tune"])
     sections.setdefault("contact", _section(path, "contact", {}, CONTACT, factors))
     sections.setdefault("free", _section(path, "free", {}, FREE, factors))
     sides = {k: _side(path, k, v, factors, sections["contact"], "model" not in raw) for k, v in sides.items()}
@@ -202,6 +206,13 @@ def _require(path, raw, sides):
     if "model" not in raw and len(sides) < 2:
         raise InputError(f"{path}: {len(sides)} contact sides; a free damper needs two, such as [contact.left] and "
                          "[contact.right]")
+
+
+def _check_tune(where, tune):
+    if (tune["target_hz"] is None) == (not tune["stations"]):
+        raise InputError(f"{where} needs either target_hz or stations = [front, back]")
+    if tune["stations"] and len(tune["stations"]) != 2:
+        raise InputError(f"{where} stations = {list(tune['stations'])}: must be two numbers [front, back]")
 
 
 def _units(path, given):
