@@ -19,7 +19,8 @@ DAMPERS = {  # shape of the left and of the right side (paper, figure 1b)
     "cylindrical": ("round", "round"),
     "wedge": ("flat", "flat"),
 }
-_DEFAULT = tomllib.loads(Path(__file__).with_name("rig_asymmetric.toml").read_text())
+DEFAULTS = Path(__file__).with_name("rig_asymmetric.toml")
+_DEFAULT = tomllib.loads(DEFAULTS.read_text())
 
 
 @dataclass(frozen=True)
@@ -146,8 +147,8 @@ class Cells:
     """Numbers of quadratic cells in each direction of the mesh."""
 
     axial: int = 15  # along y; a multiple of 15 puts a node at each of the 31 stations
-    height: int = 4  # blade, root to patch
-    patch: int = 1
+    height: int = 8  # blade, root to patch
+    patch: int = 2
     thickness: int = 1  # blade, to each side of the line that ends in the clamp edge
     cover: int = 2  # from blade to contact face
     face: int = 1  # cover, on each piece beside the contact lines (twice below a round side's line)
