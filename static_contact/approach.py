@@ -5,8 +5,12 @@ is 1/C(P) and the secant stiffness P/delta(P). Source: Johnson, Contact Mechanic
 d(delta)/dP = C(P) holds by construction.
 """
 
-from static_contact.graded import graded_nodes
+import numpy as np
+
 from static_contact.moduli import require
+
+PANELS, POINTS = 50, 12
+_NODE, _WEIGHT = np.polynomial.legendre.leggauss(POINTS)
 
 
 def approach(compliance, load, start=0.0):
@@ -25,3 +29,18 @@ def secant(compliance, load):
     """Secant stiffness P / delta(P), N/m (N/m2 for a line); P > 0."""
     require("load", load, 0, open_low=True, unit="N or N/m")
     return load / approach(compliance, load)
+
+
+def graded_nodes(lower, upper):
+    """Gauss nodes and weights, each (..., PANELS * POINTS), on lower..upper (scalars or arrays, 0 <= lower <= upper).
+
+    The panels halve towards zero, so the nearest singularity stays two panel lengths away and 12 points are exact to
+    rounding; the last panel, 0..upper/2^49, counts for nothing. Panels below `lower` get weight zero.
+    """
+    lower, upper = np.broadcast_arrays(np.asarray(lower, float), np.asarray(upper, float))
+    edges = np.append(0.5 ** np.arange(PANELS), 0.0) * upper[..., None]
+    edges = np.maximum(edges, lower[..., None])
+    centre, half = 0.5 * (edges[..., :-1] + edges[..., 1:]), 0.5 * (edges[..., :-1] - edges[..., 1:])
+    nodes = centre[..., None] + half[..., None] * _NODE
+    weights = half[..., None] * _WEIGHT
+    return nodes.reshape(*upper.shape, -1), np.broadcast_to(weights, (*half.shape, POINTS)).reshape(*upper.shape, -1)

@@ -11,6 +11,7 @@ others are detached. docs/theory/contact_stiffness.md has the formulas and what 
 """
 
 from dataclasses import dataclass
+from numbers import Integral
 
 import numpy as np
 
@@ -47,6 +48,8 @@ class ContactSide:
     def __post_init__(self):
         if self.shape not in SHAPES:
             raise InputError(f"shape = {self.shape!r}: {nearest(self.shape, SHAPES)}")
+        if not isinstance(self.pair, MaterialPair):
+            raise InputError(f"pair = {self.pair!r}: allowed is MaterialPair(E1, nu1, E2, nu2)")
         require("length", self.length, 0, open_low=True, unit="m")
         needed = {"cylinder": ("radius",), "flat": ("width",), "rounded": ("width", "radius")}[self.shape]
         for name in ("radius", "width"):
@@ -106,7 +109,7 @@ def nodal_stiffness(side: ContactSide, force, n_nodes, *, model="halfspace_3d", 
     _check_choice("model", model, MODELS)
     _check_choice("kind", kind, KINDS)
     require("scale", scale, 0, open_low=True)
-    if isinstance(n_nodes, bool) or int(n_nodes) != n_nodes or n_nodes < 1:
+    if isinstance(n_nodes, bool) or not isinstance(n_nodes, Integral) or n_nodes < 1:
         raise InputError(f"n_nodes = {n_nodes!r}: allowed are whole numbers from 1")
     if given is not None or model == "given":
         model, total = "given", _given(given).scaled(n_nodes)

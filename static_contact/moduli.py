@@ -14,14 +14,14 @@ from hbm.errors import InputError
 
 def require(name, value, low, high=np.inf, *, open_low=False, unit=""):
     """Return `value` if all of it is a finite number within low..high (above low with open_low), else InputError."""
-    try:
-        number = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r} is not a number") from None
+    number = np.asarray(value)
+    if number.dtype.kind not in "iuf":  # text, None, True: never taken as numbers
+        raise InputError(f"{name} = {value!r} is not a number: allowed are real numbers{' in ' + unit if unit else ''}")
     above = number > low if open_low else number >= low
     if not np.all(np.isfinite(number) & above & (number <= high)):
-        allowed = f"{'>' if open_low else '>='} {low:g}" + (f" and <= {high:g}" if np.isfinite(high) else ", finite")
-        raise InputError(f"{name} = {value!r} is out of range: allowed {allowed}{' ' + unit if unit else ''}")
+        lower = f"{'>' if open_low else '>='} {low:g}" if np.isfinite(low) else "finite numbers"
+        upper = f" and <= {high:g}" if np.isfinite(high) else ""
+        raise InputError(f"{name} = {value!r} is out of range: allowed {lower}{upper}{' ' + unit if unit else ''}")
     return value
 
 

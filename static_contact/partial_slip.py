@@ -13,8 +13,7 @@ Loads in N and C in m/N, or per unit length N/m and m2/N. `compliance(loads (n,)
 
 import numpy as np
 
-from static_contact.approach import approach
-from static_contact.graded import graded_nodes
+from static_contact.approach import approach, graded_nodes
 from static_contact.moduli import require
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from hbm.errors import InputError
-from static_contact.graded import graded_nodes
+from static_contact.approach import graded_nodes
 from static_contact.moduli import require
 
 
@@ -32,70 +32,75 @@ def hertz_peak_pressure(load, half_width):
 
 def punch_load(half_width, flat_half_width, radius, e_star):
     """Load per length P (N/m) that opens the contact to `half_width` a >= b (m); R > 0."""
-    a, b = half_width, flat_half_width
+    a, b = np.asarray(require("half_width", half_width, 0, unit="m"), dtype=float), flat_half_width
+    require("flat_half_width", b, 0, unit="m")
     require("radius", radius, 0, open_low=True, unit="m")
-    if np.any(np.asarray(a) < b):
-        raise InputError(f"half_width = {a!r} is below flat_half_width = {b!r} m: the flat part is always in contact")
+    if np.any(a < b):
+        raise InputError(f"half_width = {half_width!r} is out of range: allowed >= flat_half_width = {b:g} m, "
+                         "the flat part is always in contact")
     s = np.sqrt((a - b) * (a + b))
     if b == 0:
-        return np.pi * e_star * s**2 / (4 * radius)
+        return (np.pi * e_star * s**2 / (4 * radius))[()]
     return e_star * b**2 / (2 * radius) * _opening(s / b)
 
 
 def punch_half_width(load, flat_half_width, radius, e_star):
     """Half-width of contact a (m) under P (N/m), scalar or array; 0 <= b, 0 <= R, not both zero."""
-    b = require("flat_half_width", flat_half_width, 0, unit="m")
-    require("radius", radius, 0, unit="m")
-    load = np.asarray(require("load", load, 0, unit="N/m"), dtype=float)
-    if b == 0 and radius == 0:
-        raise InputError("flat_half_width = 0 and radius = 0: a punch needs one of them above 0 m")
-    if radius == 0:
-        return b + 0 * load
-    target = np.inf if b == 0 else 2 * load * radius / e_star / b / b
-    with np.errstate(invalid="ignore"):
-        sharp = np.asarray(target) > 1e24  # flat part below 1e-12 of the contact: Hertz to rounding
-    width = hertz_half_width(load, radius, e_star)
-    if np.all(sharp):
-        return width
-    return np.where(sharp, width, b * np.hypot(1, _opening_root(np.where(sharp, 1.0, target))))
+    return np.hypot(flat_half_width, _rim(load, flat_half_width, radius, e_star))
 
 
 def punch_pressure(x, load, flat_half_width, radius, e_star):
-    """Pressure (Pa) at `x` (m, scalar or array, measured from the centre) under P (N/m); 0 outside the contact."""
-    a = punch_half_width(load, flat_half_width, radius, e_star)
-    b, x = flat_half_width, np.abs(np.asarray(x, dtype=float))
-    inside = x < a
-    y = np.where(inside, x, 0.0)
+    """Pressure (Pa) at `x` (m, scalar or array, measured from the centre) under P (N/m, scalar); 0 outside."""
+    rim, b = _rim(load, flat_half_width, radius, e_star), flat_half_width
+    x = np.abs(np.asarray(require("x", x, -np.inf, unit="m"), dtype=float))
+    beyond = (x - b) * (x + b)  # x^2 - b^2, below rim^2 inside the contact
+    inside = beyond < rim**2 if radius else x < b
     if radius == 0:
-        return np.where(inside, load / (np.pi * np.sqrt((a - y) * (a + y))), 0.0)
-    over_flat = y < b
+        return np.where(inside, load / (np.pi * np.sqrt(np.where(inside, -beyond, 1.0))), 0.0)[()]
+    over_flat = x < b
     # one variable for both zones, free of the root at its lower end: v^2 = a'^2 - max(b, x)^2
-    top = np.where(over_flat, np.sqrt((a - b) * (a + b)), np.sqrt((a - y) * (a + y)))
-    offset = np.sqrt(np.abs((b - y) * (b + y)))[..., None]
+    top = np.where(over_flat, rim, np.sqrt(np.where(inside & ~over_flat, rim**2 - beyond, 0.0)))
     v, weight = graded_nodes(0.0, top)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        flat_zone = np.arctan2(v, b) * v / np.hypot(v, offset)
-    edge_zone = np.arctan2(np.hypot(v, offset), b)
-    integral = np.sum(weight * np.where(over_flat[..., None], flat_zone, edge_zone), axis=-1)
-    return np.where(inside, e_star / (np.pi * radius) * integral, 0.0)
+    offset = np.sqrt(np.abs(beyond))[..., None]
+    from_edge = np.where(over_flat[..., None], v, np.hypot(v, offset))  # s' = sqrt(a'^2 - b^2)
+    ratio = np.where(over_flat[..., None], v / np.hypot(v, np.where(offset > 0, offset, 1.0)), 1.0)
+    integral = np.sum(weight * np.arctan2(from_edge, b) * ratio, axis=-1)
+    return np.where(inside, e_star / (np.pi * radius) * integral, 0.0)[()]
 
 
 def punch_peak(load, flat_half_width, radius, e_star):
-    """Position x > 0 (m) and value (Pa) of the largest pressure; R > 0 (a sharp edge has no finite peak).
+    """Position x >= 0 (m) and value (Pa) of the largest pressure; R > 0 (a sharp edge has no finite peak).
 
     With w = sqrt(a^2/x^2 - 1) b/s the condition dp/dx = 0 reads  w atanh(w) = (b/s) atan(s/b),  0 < w < 1.
     """
     require("radius", radius, 0, open_low=True, unit="m")
     require("load", load, 0, open_low=True, unit="N/m")
-    b, a = flat_half_width, float(punch_half_width(load, flat_half_width, radius, e_star))
-    s = np.sqrt((a - b) * (a + b))
-    if b == 0:
-        x = 0.0
-    else:
+    b, s = flat_half_width, _rim(load, flat_half_width, radius, e_star)
+    x = 0.0
+    if b > 0:
         level = b / s * np.arctan2(s, b)
         w = brentq(lambda w: w * np.arctanh(w) - level, 0.0, 1 - 1e-15, xtol=1e-300, rtol=1e-14)
-        x = a * b / np.hypot(b, w * s)
-    return x, float(punch_pressure(x, load, flat_half_width, radius, e_star))
+        x = float(np.hypot(b, s) * b / np.hypot(b, w * s))
+    return x, float(punch_pressure(x, load, b, radius, e_star))
+
+
+def _rim(load, flat_half_width, radius, e_star):
+    """s = sqrt(a^2 - b^2), m, without the cancellation of a - b: the flat part b at s = 0, Hertz at s = a."""
+    b = require("flat_half_width", flat_half_width, 0, unit="m")
+    require("radius", radius, 0, unit="m")
+    require("e_star", e_star, 0, open_low=True, unit="Pa")
+    load = np.asarray(require("load", load, 0, unit="N/m"), dtype=float)
+    if b == 0 and radius == 0:
+        raise InputError("flat_half_width = 0 and radius = 0: a punch needs one of them above 0 m")
+    if radius == 0:
+        return (0 * load)[()]
+    cylinder = hertz_half_width(load, radius, e_star)
+    if b == 0:
+        return cylinder[()]
+    with np.errstate(over="ignore"):
+        target = 2 * load * radius / e_star / b / b
+    hertz = target > 1e24  # the flat part is below 1e-12 of the contact
+    return np.where(hertz, cylinder, b * _opening_root(np.where(hertz, 1.0, target)))[()]
 
 
 def _opening(t):

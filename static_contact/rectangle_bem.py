@@ -92,20 +92,22 @@ def _quarter(aspect, n):
     return *_influence(aspect, x_edges, y_edges), area
 
 
-def compliance(aspect, nu=0.0, meshes=MESHES):
-    """Dimensionless compliance (along, across) of the rigid rectangle L x w, aspect = L/w >= 1, and its error.
+def mesh_compliance(aspect, nu, n):
+    """Dimensionless compliances (2,), along and across, of the rigid rectangle L x w, aspect = L/w >= 1, on one mesh.
 
     c = L / (pi Q), Q the total of the traction that displaces the punch by 1: the normal stiffness of a pair is
     Kn = E* L / c(nu=0), the tangential one Kt = 2 L / (c(nu) (1/G1 + 1/G2)).
-    Returns two arrays (2,): values extrapolated over `meshes`, and their change when the finest mesh is left out.
     """
-    values = []
-    for n in meshes:
-        along, across, area = _quarter(float(aspect), n)
-        ones = np.ones(area.size)
-        totals = [4 * area @ np.linalg.solve(first + (1 - nu) * second, ones)
-                  for first, second in ((along, across), (across, along))]
-        values.append(aspect / (np.pi * np.array(totals)))
+    along, across, area = _quarter(float(aspect), n)
+    ones = np.ones(area.size)
+    totals = [4 * area @ np.linalg.solve(first + (1 - nu) * second, ones)
+              for first, second in ((along, across), (across, along))]
+    return aspect / (np.pi * np.array(totals))
+
+
+def compliance(aspect, nu=0.0, meshes=MESHES):
+    """`mesh_compliance` (2,) extrapolated over `meshes`, and its change (2,) when the finest mesh is left out."""
+    values = [mesh_compliance(aspect, nu, n) for n in meshes]
     best = _extrapolate(meshes, values)
     return best, np.abs(best - _extrapolate(meshes[:-1], values[:-1]))
 

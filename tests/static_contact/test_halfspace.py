@@ -1,0 +1,188 @@
+"""The door: nodal values of both sides, the four models, what a result carries, what is refused."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from hbm.errors import InputError
+from static_contact.approach import approach
+from static_contact.ellipse import ellipse_stiffness
+from static_contact.halfspace import ContactSide, NodalStiffness, nodal_stiffness, side_compliance, side_stiffness
+from static_contact.moduli import MaterialPair, Stiffness
+from static_contact.nodal import calibrate_scale, equal_shares, nodal_values, tributary_shares
+from static_contact.plane import plane_stiffness
+from static_contact.punch import hertz_half_width
+from static_contact.rectangle import rectangle_stiffness
+from static_contact.rough import Roughness, rough_stiffness
+
+PAIR = MaterialPair(207e9, 0.3, 207e9, 0.3)
+UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
+ROUND = ContactSide("cylinder", 0.07, PAIR, radius=2e-3)   # the rig's damper: diameter 4 mm, 70 mm long
+FLAT = ContactSide("flat", 0.07, PAIR, width=1.6e-3)
+ROUNDED = ContactSide("rounded", 0.07, PAIR, width=1.6e-3, radius=1e-3)
+FORCE = 79.9  # N on each side: 113 N / (2 sin 45 deg)
+
+
+def test_round_side_is_a_rectangle_of_the_hertz_width():
+    found = nodal_stiffness(ROUND, FORCE, 31)
+    a = hertz_half_width(FORCE / 0.07, 2e-3, PAIR.E_star)
+    assert found.size == a
+    assert found.total == pytest.approx(rectangle_stiffness(PAIR, 0.07, 2 * a), rel=1e-14)
+    assert found.kt == (found.kt_along + found.kt_across) / 2
+    assert (found.model, found.kind, found.load, found.length, found.n_nodes) == (
+        "halfspace_3d", "tangent", FORCE, 0.07, 31)
+    assert (found.depth, found.roughness, found.pair, found.scale) == (None, None, PAIR, 1.0)
+
+
+def test_flat_side_does_not_depend_on_the_force():
+    found = [nodal_stiffness(FLAT, force, 62, kind=kind) for force in (1.0, 100.0) for kind in ("tangent", "secant")]
+    for one in found:
+        assert one.total == pytest.approx(rectangle_stiffness(PAIR, 0.07, 1.6e-3), rel=1e-12)
+        assert one.size == 0.8e-3
+
+
+def test_smooth_theory_is_far_stiffer_than_the_paper():
+    """Paper, section 7.1: 31 nodes of 3.32e6 N/m on the round side; smooth half-spaces give 1.3e9 N/m."""
+    ratio = nodal_stiffness(ContactSide("cylinder", 0.07, MaterialPair(210e9, 0.3, 210e9, 0.3), radius=5e-3),
+                            80.0, 31).total.normal / (31 * 3.32e6)
+    assert 12 < ratio < 14
+
+
+@pytest.mark.parametrize("side", [ROUND, ROUNDED])
+@pytest.mark.parametrize("model", [{"model": "halfspace_3d"}, {"model": "plane_depth", "depth": (5e-3, 1e-3)}])
+def test_tangent_is_the_slope_of_the_approach_and_the_secant_its_chord(side, model):
+    """dP/d(delta) = K(a) to 1e-10 in three dimensions too, by an eighth-order difference."""
+    def displacement(load):
+        return approach(lambda p: side_compliance(side, p, **model), load)
+
+    step = 0.02 * FORCE
+    weights = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+    change = sum(w * (displacement(FORCE + k * step) - displacement(FORCE - k * step)) for k, w in weights.items())
+    tangent = nodal_stiffness(side, FORCE, 31, **model).total
+    chord = nodal_stiffness(side, FORCE, 31, kind="secant", **model).total
+    assert step / change == pytest.approx(tangent, rel=1e-10)
+    assert FORCE / displacement(FORCE) == pytest.approx(chord, rel=1e-12)
+    assert all(c < t for c, t in zip(chord, tangent, strict=True))
+
+
+def test_rounded_side_joins_cylinder_and_flat():
+    nearly_round = ContactSide("rounded", 0.07, PAIR, width=1e-14, radius=2e-3)
+    nearly_flat = ContactSide("rounded", 0.07, PAIR, width=1.6e-3, radius=1e-12)
+    for limit, side in ((ROUND, nearly_round), (FLAT, nearly_flat)):
+        for kind in ("tangent", "secant"):
+            assert nodal_stiffness(side, FORCE, 31, kind=kind).total == pytest.approx(
+                nodal_stiffness(limit, FORCE, 31, kind=kind).total, rel=1e-6)
+
+
+def test_plane_model_takes_its_depths():
+    found = nodal_stiffness(ROUND, FORCE, 31, model="plane_depth", depth=(5e-3, 1e-3))
+    assert found.depth == (5e-3, 1e-3)
+    assert found.total == pytest.approx(plane_stiffness(PAIR, found.size, 5e-3, 1e-3).scaled(0.07), rel=1e-14)
+    with pytest.raises(InputError, match="depth = None.*d1, d2"):
+        nodal_stiffness(ROUND, FORCE, 31, model="plane_depth")
+
+
+def test_roughness_acts_in_series():
+    rough, side = Roughness(h_rms=1e-6, gamma=0.5), ContactSide("flat", 0.07, UNLIKE, width=1e-3)
+    alone, smooth = rough_stiffness(UNLIKE, FORCE, rough), side_stiffness(side, FORCE)
+    assert alone.normal == pytest.approx(FORCE / 0.5e-6)
+    circle = ellipse_stiffness(UNLIKE, 1.0, 1.0)
+    assert alone.along / alone.normal == pytest.approx(circle.along / circle.normal, rel=1e-14)
+    assert rough_stiffness(PAIR, FORCE, rough).across == pytest.approx(FORCE / 0.5e-6 * 2 * 0.7 / 1.7, rel=1e-14)
+    found = nodal_stiffness(side, FORCE, 31, model="rough_series", roughness=rough)
+    assert 1 / np.array(found.total) == pytest.approx(1 / np.array(alone) + 1 / np.array(smooth), rel=1e-13)
+    polished = nodal_stiffness(FLAT, FORCE, 31, model="rough_series", roughness=Roughness(1e-16, 0.5))
+    assert polished.total == pytest.approx(nodal_stiffness(FLAT, FORCE, 31).total, rel=1e-6)
+    with pytest.raises(InputError, match="tangent"):
+        nodal_stiffness(FLAT, FORCE, 31, model="rough_series", roughness=rough, kind="secant")
+    with pytest.raises(InputError, match="Roughness"):
+        nodal_stiffness(FLAT, FORCE, 31, model="rough_series")
+
+
+def test_given_values_win():
+    """The paper's nodal values of the round side (section 7.1), whatever model is asked for beside them."""
+    found = nodal_stiffness(ROUND, FORCE, 31, model="plane_depth", given=(3.32e6, 3.02e6))
+    assert (found.kn, found.kt, found.kt_along, found.kt_across) == pytest.approx((3.32e6, 3.02e6, 3.02e6, 3.02e6))
+    assert (found.model, found.depth, found.load) == ("given", None, FORCE)
+    assert nodal_stiffness(ROUND, FORCE, 31, given=(4.0, 1.0, 2.0)).kt == pytest.approx(1.5)
+    for wrong in ((1.0,), (1.0, -1.0), (np.nan, 1.0), "ab", None):
+        with pytest.raises(InputError, match="given"):
+            nodal_stiffness(ROUND, FORCE, 31, model="given", given=wrong)
+
+
+def test_one_scale_multiplies_everything():
+    plain, scaled = nodal_stiffness(ROUND, FORCE, 31), nodal_stiffness(ROUND, FORCE, 31, scale=0.08)
+    assert scaled.total == pytest.approx(plain.total.scaled(0.08), rel=1e-14)
+    assert scaled.scale == 0.08
+
+
+def test_scale_is_calibrated_to_a_frequency():
+    """A mass on the scaled spring in series with another: f(s) known, its inverse by hand."""
+    def frequency(scale):
+        return np.sqrt(1 / (1 / (2e6 * scale) + 1 / 5e6)) / (2 * np.pi)
+
+    assert calibrate_scale(frequency, frequency(0.37)) == pytest.approx(0.37, rel=1e-10)
+    with pytest.raises(InputError, match="not reachable: .*Hz"):
+        calibrate_scale(frequency, 1e6)
+
+
+def test_shares_of_the_nodes():
+    assert equal_shares(4) == pytest.approx([0.25] * 4)
+    line = np.array([0.0, 1.0, 3.0, 4.0])
+    assert tributary_shares(line) == pytest.approx(np.array([0.5, 1.5, 1.5, 0.5]) / 4)
+    axial, across = (grid.ravel() for grid in np.meshgrid(line, [0.0, 1.0, 2.0]))
+    shares = tributary_shares(axial, across)
+    assert shares.sum() == pytest.approx(1, rel=1e-14)
+    assert shares.reshape(3, 4) == pytest.approx(np.outer([0.25, 0.5, 0.25], [0.125, 0.375, 0.375, 0.125]))
+    mixed = np.random.default_rng(1).permutation(12)
+    assert tributary_shares(axial[mixed], across[mixed]) == pytest.approx(shares[mixed])
+    with pytest.raises(InputError, match="every row"):
+        tributary_shares(axial[:-1], across[:-1])
+
+
+def test_active_nodes_keep_their_share_or_take_the_whole():
+    """Paper, section 7.1: the actual stiffness is proportional to the number of active nodes."""
+    active = np.zeros(31, dtype=bool)
+    active[:5] = active[-4:] = True
+    kept = nodal_values(31 * 3.32e6, equal_shares(31), active)
+    assert kept[active] == pytest.approx(3.32e6, rel=1e-14)
+    assert kept.sum() == pytest.approx(9 * 3.32e6) and np.all(kept[~active] == 0)
+    assert nodal_values(1e8, tributary_shares(np.arange(31.0)), active, conserve=True).sum() == pytest.approx(1e8)
+    for wrong in ({"active": np.ones(30, dtype=bool)}, {"active": np.arange(31)},
+                  {"active": np.zeros(31, dtype=bool), "conserve": True}):
+        with pytest.raises(InputError, match="active"):
+            nodal_values(1e8, equal_shares(31), **wrong)
+    with pytest.raises(InputError, match="add up"):
+        nodal_values(1e8, np.ones(31))
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    ({"force": 0.0}, "force = 0.0.*> 0 N"), ({"force": -5.0}, "force"), ({"force": np.inf}, "force"),
+    ({"n_nodes": 0}, "n_nodes = 0"), ({"n_nodes": 2.5}, "n_nodes"), ({"n_nodes": True}, "n_nodes"),
+    ({"model": "halfspace"}, "did you mean 'halfspace_3d'"), ({"kind": "tangents"}, "did you mean 'tangent'"),
+    ({"scale": 0.0}, "scale"), ({"force": 1e9}, "into an edge of radius"),
+    ({"model": "plane_depth", "depth": (1e-3, 0.0)}, "depth"), ({"model": "plane_depth", "depth": 1e-3}, "depth")])
+def test_bad_values_are_named(change, message):
+    arguments = {"side": ROUND, "force": FORCE, "n_nodes": 31} | change
+    with pytest.raises(InputError, match=message):
+        nodal_stiffness(**arguments)
+
+
+@pytest.mark.parametrize(("fields", "message"), [
+    ({"shape": "cylindre", "radius": 1e-3}, "did you mean 'cylinder'"), ({"shape": "cylinder"}, "radius is missing"),
+    ({"shape": "cylinder", "radius": 0.0}, "radius = 0.0"), ({"shape": "flat", "width": -1.0}, "width"),
+    ({"shape": "flat", "width": 1e-3, "radius": 1e-3}, "no meaning"),
+    ({"shape": "flat", "width": "1e-3"}, "not a number"),
+    ({"shape": "flat", "width": 1e-3, "length": 0.0}, "length"),
+    ({"shape": "flat", "width": 1e-3, "pair": 2e11}, "pair")])
+def test_bad_sides_are_named(fields, message):
+    with pytest.raises(InputError, match=message):
+        ContactSide(**{"length": 0.07, "pair": PAIR} | fields)
+
+
+def test_records_are_frozen():
+    found = nodal_stiffness(FLAT, FORCE, 31)
+    assert isinstance(found, NodalStiffness) and isinstance(found.total, Stiffness)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.kn = 1.0
