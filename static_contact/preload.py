@@ -164,7 +164,7 @@ def _rigid_null_space(model: ReducedModel) -> np.ndarray:
             motions[rows, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
         stiffness = np.linalg.norm(model.K @ motions, axis=0)
         size = np.abs(model.K[rows][:, rows]).max() * np.linalg.norm(motions, axis=0)
-        if (stiffness < 1e-8 * size).all():
+        if (stiffness <= 1e-8 * size).all():
             blocks.append(motions)
     return np.hstack(blocks) if blocks else np.zeros((model.size, 0))
 

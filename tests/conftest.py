@@ -1,0 +1,68 @@
+"""Meshes of the two-blade rig at a small size, made once per test session."""
+
+import pytest
+
+STUDY = """
+[material]
+E = 207e9
+nu = 0.3
+density = 7850
+[blades]
+mesh = "asymmetric_blades.msh"
+clamp = "clamp"
+modes = 30
+[damper]
+mesh = "asymmetric_damper.msh"
+modes = 10
+pull = 113
+[contact]
+mu = 0.6
+[contact.left]
+blade = "contact_left"
+damper = "contact_left"
+shape = "cylinder"
+kn = 3.32e6
+kt = 3.02e6
+[contact.right]
+blade = "contact_right"
+damper = "contact_right"
+shape = "flat"
+width = 1.6e-3
+kn = 1.03e6
+kt = 0.94e6
+rows = "edge"
+[tune]
+stations = [5, 4]
+[respond]
+levels = [1, 20]
+harmonics = [1]
+band = [2300, 3300]
+damping_ratio = 0.022
+"""
+
+
+@pytest.fixture(scope="session")
+def rig(tmp_path_factory):
+    """Folder with the meshes of the asymmetric rig at size 0.5 and a study file."""
+    pytest.importorskip("dolfinx")
+    pytest.importorskip("gmsh")
+    from meshes.two_blade_rig import main
+
+    folder = tmp_path_factory.mktemp("rig")
+    main(["--damper", "asymmetric", "--size", "0.5", "--out", str(folder)])
+    (folder / "rig.toml").write_text(STUDY)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def rig_results(rig):
+    """Store of the rig's study, run up to `respond`; the tests only read it."""
+    from tipdamp.stages import STAGES, results_folder, run_stage
+    from tipdamp.study import load_study
+
+    study = load_study(rig / "rig.toml")
+    store = results_folder(study, None)
+    for name in STAGES:
+        if name != "report":
+            run_stage(name, study, store, quiet=True)
+    return store

@@ -1,0 +1,108 @@
+"""Reduction: statics exact, frequencies from above and converging, rigid motions kept, one answer by both solvers."""
+
+import numpy as np
+import pytest
+import scipy.linalg as sl
+
+from hbm.errors import InputError
+from modal import petsc
+from modal.craig_bampton import assemble, craig_bampton
+from modal.eigen import Factor, SingularStiffness
+from modal.elasticity import Material, elastic_body
+
+pytest.importorskip("dolfinx")
+STEEL = Material(E=207e9, nu=0.3, density=7850.0)
+
+
+@pytest.fixture(scope="module")
+def body(bar):
+    return elastic_body(bar, STEEL, "bar", clamp="clamp")
+
+
+@pytest.fixture(scope="module")
+def free_body(bar):
+    return elastic_body(bar, STEEL, "bar", free=True)
+
+
+def test_statics_of_the_masters_is_exact(body, bar):
+    """Forces on masters and, condensed, on interior nodes: same master displacements as the full model."""
+    reduction = craig_bampton(body, bar.group("tip"), 0)
+    inner = int(bar.node[np.argmin(np.abs(bar.position - [0.05, 0.01, 0.005]).sum(axis=1))])
+    nodes, forces = [bar.group("tip")[3], inner], np.array([[10.0, -5.0, 3.0], [0.0, 7.0, -20.0]])
+    full = np.zeros(body.dofs)
+    for n, f in zip(nodes, forces, strict=True):
+        full[body.node_dofs([n])] = f
+    exact = np.linalg.solve(body.K.toarray(), full)[reduction.boundary]
+    reduced = np.linalg.solve(reduction.model.K, reduction.condense(nodes, forces))[: len(exact)]
+    assert reduced == pytest.approx(exact, rel=1e-8, abs=1e-8 * np.abs(exact).max())
+
+
+def test_frequencies_fall_towards_the_full_model(body, bar):
+    full = sl.eigh(body.K.toarray(), body.M.toarray(), eigvals_only=True, subset_by_index=(0, 4))
+    previous = np.full(5, np.inf)
+    for modes in (2, 6, 20):
+        model = craig_bampton(body, bar.group("tip"), modes).model
+        lam = sl.eigh(model.K, model.M, eigvals_only=True, subset_by_index=(0, 4))
+        assert (lam >= full * (1 - 1e-9)).all() and (lam <= previous * (1 + 1e-9)).all()
+        previous = lam
+    assert previous == pytest.approx(full, rel=1e-3)
+
+
+def test_all_modes_give_the_full_model_back(body, bar):
+    masters = bar.group("tip")
+    interior = body.dofs - len(body.node_dofs(masters))
+    model = craig_bampton(body, masters, interior).model
+    lam = sl.eigh(model.K, model.M, eigvals_only=True)
+    full = sl.eigh(body.K.toarray(), body.M.toarray(), eigvals_only=True)
+    assert lam[:50] == pytest.approx(full[:50], rel=1e-7)
+
+
+def test_free_body_keeps_six_rigid_motions_and_its_mass(free_body, bar):
+    reduction = craig_bampton(free_body, bar.group("tip"), 10)
+    b = len(reduction.boundary)
+    R = free_body.rigid_motions()[reduction.boundary]
+    K, M = reduction.model.K[:b, :b], reduction.model.M[:b, :b]
+    assert np.abs(K @ R).max() < 1e-9 * np.abs(K).max() * np.abs(R).max()
+    mass = 7850 * 0.1 * 0.02 * 0.01  # rho times the volume of the bar
+    assert np.diag(R[:, :3].T @ M @ R[:, :3]) == pytest.approx(np.full(3, mass), rel=1e-8)
+
+
+def test_recovery_moves_every_node_of_a_rigid_body(free_body, bar):
+    reduction = craig_bampton(free_body, bar.group("tip"), 3)
+    q = np.concatenate([free_body.rigid_motions()[reduction.boundary, 5], np.zeros(3)])
+    arm = bar.position - bar.position.mean(axis=0)
+    assert reduction.recover(q) == pytest.approx(np.cross([0, 0, 1], arm), abs=1e-9)
+
+
+def test_scipy_gives_the_same_as_petsc(body, bar, monkeypatch):
+    first = craig_bampton(body, bar.group("tip"), 8)
+    monkeypatch.setattr(petsc, "start", lambda: None)
+    second = craig_bampton(body, bar.group("tip"), 8)
+    assert second.omega == pytest.approx(first.omega, rel=1e-9)
+    assert np.abs(second.model.K - first.model.K).max() < 1e-10 * np.abs(first.model.K).max()
+
+
+def test_singular_stiffness_is_not_taken_for_solved(free_body):
+    with pytest.raises(SingularStiffness):
+        Factor(free_body.K).solve(np.ones(free_body.dofs))
+
+
+@pytest.mark.parametrize("modes", [-1, 10**6])
+def test_number_of_modes_out_of_range(body, bar, modes):
+    with pytest.raises(InputError, match="modes asked for"):
+        craig_bampton(body, bar.group("tip"), modes)
+
+
+def test_masters_must_exist_and_hold_a_free_body(body, free_body, bar):
+    with pytest.raises(InputError, match="master node 999999 does not exist or is clamped"):
+        craig_bampton(body, [999999], 3)
+    with pytest.raises(InputError, match="is clamped"):
+        craig_bampton(body, bar.group("clamp"), 3)
+    with pytest.raises(InputError, match="its master nodes do not hold it"):
+        craig_bampton(free_body, bar.group("tip")[:2], 3)
+
+
+def test_bodies_with_the_same_name_are_refused(body, bar):
+    model = craig_bampton(body, bar.group("tip"), 2).model
+    with pytest.raises(InputError, match="different names"):
+        assemble(model, model)

@@ -1,0 +1,128 @@
+"""The statics of the two-blade rig with the asymmetric damper, on a small mesh."""
+
+import numpy as np
+import pytest
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from hbm.model import ReducedModel
+from static_contact.carry import carry_scaled
+from static_contact.detachment import StuckAssembly, detach_until, keep_ends
+from static_contact.equilibrium import side_forces, side_normals
+from static_contact.preload import StaticContact
+
+EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # Fc / (2 sin 45): frictionless balance between faces at 45 degrees
+
+
+@pytest.fixture(scope="module")
+def model(rig_results):
+    return ReducedModel.load(rig_results.path("model.npz"))
+
+
+@pytest.fixture(scope="module")
+def whole(rig_results):
+    return ContactTable.load(rig_results.path("preload.csv"))
+
+
+@pytest.fixture(scope="module")
+def follow(model):
+    from scipy.linalg import eigh
+
+    blades = model.part("blades")
+    shape = np.zeros(model.size)
+    shape[model.body == "blades"] = eigh(blades.K, blades.M, subset_by_index=(0, 0))[1][:, 0]
+    return shape
+
+
+def test_side_forces_are_the_closed_form(whole):
+    forces = side_forces(side_normals(whole), [0, 0, 113.0])
+    assert forces == pytest.approx({"left": EACH_SIDE, "right": EACH_SIDE}, rel=1e-9)
+
+
+def test_preload_sums_to_the_equilibrium(rig_results, whole):
+    for side, figures in rig_results.read_json("preload.json")["sides"].items():
+        assert figures["sum_N"] == pytest.approx(EACH_SIDE, rel=1e-6), side
+        assert figures["balance_error"] < 1e-6
+        station = np.bincount(whole.station[whole.side == side], whole.preload[whole.side == side])
+        assert station[[0, -1]].min() > 2 * station[15]  # ends loaded, middle less [Zucca 2016, figure 9]
+
+
+def test_frames_are_right_handed_and_face_the_blades(whole):
+    """Rows t1 along the axis, t2 across, n into the blade: up and outwards on both sides."""
+    assert np.allclose(np.linalg.det(whole.frame), 1.0)
+    assert np.allclose(whole.frame[:, 0], [0, 1, 0])
+    outward = np.where(whole.side == "left", -1.0, 1.0) * np.sin(np.pi / 4)
+    assert np.allclose(whole.normal[:, 0], outward, atol=1e-6) and np.allclose(whole.normal[:, 2], np.sin(np.pi / 4))
+
+
+def test_rows_count_from_the_lower_edge(whole):
+    flat = whole.select(whole.side == "right")
+    low, high = flat.select(flat.row == 0), flat.select(flat.row == 1)
+    assert (high.position[:, 2] - low.position[:, 2] == pytest.approx(1.6e-3 * np.sin(np.pi / 4), rel=1e-6))
+
+
+def test_edge_line_alone_leaves_the_roll_unbalanced(model, whole):
+    """Its normal misses the centre by half the flat's width: 79.9 N x 0.8 mm."""
+    line = whole.select(whole.row == 0)
+    statics = StaticContact(model, line)
+    with pytest.raises(InputError, match="roll about y is loaded: 0.0639 N m"):
+        statics.solve(113 * model.loads["pull"])
+    held = statics.solve(113 * model.loads["pull"], hold=True)
+    assert abs(held.held["roll about y"]) == pytest.approx(EACH_SIDE * 0.8e-3, rel=1e-4)
+    assert held.residual < 1e-8
+
+
+def test_crown_opens_the_middle(model, whole):
+    """An initial gap of 60 um in the middle opens pairs there and raises the ends."""
+    y = whole.position[:, 1] / 0.07
+    crowned = StaticContact(model, whole.replace(gap=60e-6 * (1 - (2 * y - 1) ** 2))).solve(113 * model.loads["pull"])
+    left = crowned.pairs.select(crowned.pairs.side == "left")
+    assert 4 <= (left.preload < 0).sum() <= 20 and (left.preload[[0, -1]] > 10).all()
+    assert np.maximum(left.preload, 0).sum() == pytest.approx(EACH_SIDE, rel=1e-6)
+
+
+def test_carried_preload_is_the_whole_pull(whole):
+    kept = keep_ends(whole.replace(weight=(whole.row == 0).astype(float)), 5, 4)
+    kept = kept.select(kept.carrying)
+    done = carry_scaled(whole, kept, {"left": EACH_SIDE, "right": EACH_SIDE}, [0, 1, 0])
+    for side in ("left", "right"):
+        assert done.pairs.preload[kept.side == side].sum() == pytest.approx(EACH_SIDE, rel=1e-12)
+        assert 1.5 < done.scale[side] < 3
+    assert (done.pairs.preload > 0).all()
+    assert abs(done.moment) == pytest.approx(EACH_SIDE * 0.8e-3, rel=1e-3)  # what the edge line cannot balance
+
+
+def test_detachment_is_monotone_and_meets_a_target(model, whole, follow):
+    line = whole.replace(weight=(whole.row == 0).astype(float))
+    every = detach_until(model, line, 2500.0, follow)
+    hz = [s.hz for s in every.history]
+    assert (np.diff(hz) < 0).all()
+    middle = every.history[len(hz) // 2]
+    found = detach_until(model, line, middle.hz + 1.0, follow)
+    assert (found.chosen.front, found.chosen.back) == (middle.front, middle.back)
+    assert found.chosen.front - found.chosen.back in (0, 1)
+    kept = found.pairs.station[found.pairs.carrying & (found.pairs.side == "left")]
+    assert kept.tolist() == [*range(middle.front), *range(31 - middle.back, 31)]
+
+
+def test_target_out_of_reach(model, whole, follow):
+    line = whole.replace(weight=(whole.row == 0).astype(float))
+    with pytest.raises(InputError, match=r"target 9000 Hz is not reachable: \d+\.\.\d+ Hz with 2..31 stations"):
+        detach_until(model, line, 9000.0, follow)
+
+
+def test_removing_a_pair_never_raises_a_stuck_frequency(model, whole, follow):
+    """Weyl: K loses a positive semidefinite term."""
+    assembly = StuckAssembly(model)
+    one = assembly.modes(whole, follow).hz
+    two = assembly.modes(whole.replace(weight=np.where(whole.station == 3, 0.0, 1.0)), follow).hz
+    assert (two <= one * (1 + 1e-9)).all() and (two < one * (1 - 1e-6)).any()
+
+
+def test_reduced_stuck_frequencies_match_the_full_model(rig_results):
+    """Below 5 kHz within 0.1 %, for the whole patch, the line and the kept stations."""
+    check = rig_results.read_json("tune.json")["full_model_check"]
+    assert set(check) == {"full_area", "full_line", "tuned"}
+    for figures in check.values():
+        error = np.array(figures["reduced_hz"]) / figures["full_hz"] - 1
+        assert (error > -1e-6).all() and (error < 1e-3).all()  # from above (Rayleigh), within 0.1 %
