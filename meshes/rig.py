@@ -49,16 +49,17 @@ class Rig:
             if not (isinstance(value, int | float) and np.isfinite(value) and value > 0):
                 raise InputError(f"{f.name} = {value}: a positive number is needed")
         inner, outer = (self.pitch - self.root_thickness) / 2, (self.pitch + self.root_thickness) / 2
-        half_flat = np.degrees(np.arcsin(min(1.0, self.flat_width / (2 * self.damper_radius))))
-        for name, value, low, high in (
-            ("root_thickness", self.root_thickness, 0.0, self.pitch),
-            ("free_span", self.free_span, 2 * inner, 2 * outer),  # the clamp edge cuts the roots
-            ("flat_width", self.flat_width, 0.0, 2 * self.damper_radius),
-            ("contact_angle", self.contact_angle, half_flat, 90.0 - half_flat),
-            ("height", self.height, self.cover_height + self.patch_height, np.inf),
+        widest = 2 * self.damper_radius * np.sin(np.radians(min(self.contact_angle, 90.0 - self.contact_angle)))
+        for name, low, high, why in (
+            ("root_thickness", 0.0, self.pitch, "pitch: the roots stand apart"),
+            ("free_span", 2 * inner, 2 * outer, "the clamp edge lies under the roots"),
+            ("contact_angle", 0.0, 90.0, "degrees"),
+            ("flat_width", 0.0, widest, "by damper_radius and contact_angle"),
+            ("height", self.cover_height + self.patch_height, np.inf, "cover and patch need it"),
         ):
-            if not low < value < high:
-                raise InputError(f"{name} = {value:.6g}: must lie between {low:.6g} and {high:.6g}")
+            if not low < getattr(self, name) < high:
+                value = getattr(self, name)
+                raise InputError(f"{name} = {value:.6g}: must lie between {low:.6g} and {high:.6g} ({why})")
 
     def thickness(self, z):
         """Blade thickness at height z (m), cubic in z."""
@@ -161,8 +162,8 @@ class Cells:
 
     @classmethod
     def of_size(cls, size):
-        """`size` is a density along each edge: 1 the default mesh, 0.5 the coarsest, 2 half the cell length."""
-        if not (isinstance(size, int | float) and 0.5 <= size <= 2.5):
-            raise InputError(f"size = {size}: must lie between 0.5 and 2.5")
+        """`size` is a density along each edge: 1 the default mesh, 0.25 the coarsest, 2 half the cell length."""
+        if not (isinstance(size, int | float) and 0.25 <= size <= 2.0):
+            raise InputError(f"size = {size}: must lie between 0.25 and 2")
         scaled = {f.name: max(1, round(f.default * size)) for f in fields(cls)}
         return cls(**scaled | {"axial": 15 * max(1, round(size))})
