@@ -136,5 +136,7 @@ def keep_stations(model: ReducedModel, pairs: ContactTable, front: int, back: in
 
 def _step(assembly, pairs, front, back, follow, springs):
     kept = keep_ends(pairs, front, back)
+    if not kept.carrying.any():
+        raise InputError("no contact pairs are left: a free damper needs some on both sides")
     modes = assembly.modes(kept, follow, extra=springs(kept) if springs else None)
     return Step(front, back, modes.tracked_hz, modes.likeness)

@@ -37,7 +37,7 @@ def _on_line(mesh, points, axis, positions, shares):
     weight = np.zeros(len(line))
     for place, share in zip(low + positions * (high - low), shares, strict=True):
         if not along[0] - 1e-9 <= place <= along[-1] + 1e-9:
-            raise InputError(f"[damper] positions: {place:.4g} m lies outside the line of nodes through the load points")
+            raise InputError(f"[damper] positions: {place:.4g} m lies off the line of nodes through the load points")
         k = int(np.clip(np.searchsorted(along, place) - 1, 0, len(line) - 2))
         t = (place - along[k]) / (along[k + 1] - along[k])
         weight[k] += (1 - t) * share

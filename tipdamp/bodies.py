@@ -40,7 +40,7 @@ def named_groups(study):
         yield BLADES, "respond", "excitation"
         for i in range(len(study["respond"]["patches"])):
             yield BLADES, "respond", f"patches[{i}]"
-    for name in study.sides:
+    for name in () if study["contact"]["pairs"] else study.sides:
         yield BLADES, f"contact.{name}", "blade"
         yield DAMPER, f"contact.{name}", "damper"
 
@@ -61,12 +61,27 @@ def whole_patch(study, meshes) -> ContactTable:
     from static_contact.pairing import Side, join, pair
 
     damper, contact = study[DAMPER], study["contact"]
+    if contact["pairs"]:
+        return own_pairs(study)
     tables = [pair(meshes[BLADES], meshes[DAMPER], Side(name, side["blade"], side["damper"], side["gap"]),
                    blade_body=BLADES, damper_body=DAMPER, axis=damper["axis"], pull=damper["pull_direction"],
                    tolerance=contact["tolerance"]) for name, side in study.sides.items()]
     pairs = join(*tables)
     kn, kt = node_stiffness(study, pairs)
     return pairs.replace(kn=kn, kt=kt, mu=np.full(len(pairs), contact["mu"]))
+
+
+def own_pairs(study) -> ContactTable:
+    """The person's own table, read and never written to."""
+    pairs = ContactTable.load(study.file(study["contact"]["pairs"]))
+    unknown = sorted(set(study.sides) - set(pairs.sides))
+    if unknown:
+        raise InputError(f"{study.path}: [contact.{unknown[0]}]: the pairs have sides {', '.join(pairs.sides)}")
+    for column, body in (("blade_body", BLADES), ("damper_body", DAMPER)):
+        odd = sorted(set(getattr(pairs, column).tolist()) - {body})
+        if odd:
+            raise InputError(f"{study.path}: [contact] pairs: {column} '{odd[0]}' must be '{body}'")
+    return pairs
 
 
 def node_stiffness(study, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
@@ -146,13 +161,10 @@ def given_model(study) -> tuple[ReducedModel, ContactTable, dict]:
     from hbm.contact import relative_motion
 
     model = ReducedModel.load(study.file(study["model"]["matrices"]))
-    pairs = ContactTable.load(study.file(study["model"]["pairs"]))
+    pairs = own_pairs(study)
     for name in (BLADES, DAMPER):
         if name not in model.body:
             raise InputError(f"{study.path}: the dof table of [model] matrices has no body named '{name}'")
-    unknown = sorted(set(study.sides) - set(pairs.sides))
-    if unknown:
-        raise InputError(f"{study.path}: [contact.{unknown[0]}]: the pairs have sides {', '.join(pairs.sides)}")
     relative_motion(model, pairs)
     modes = {b: int(((model.body == b) & (model.direction == "mode")).sum()) for b in (BLADES, DAMPER)}
     masters = model.size - sum(modes.values())

@@ -1,6 +1,7 @@
 """Command line: `tipdamp VERB STUDY`. The only place that prints results and sets exit codes.
 
-0 done; 1 done, but points of a curve failed; 2 the input cannot be used; 130 interrupted.
+0 done; 1 done, but points of a curve failed; 2 the input cannot be used; 3 a solver gave up;
+130 interrupted.
 """
 
 import argparse
@@ -24,6 +25,9 @@ def main(argv=None) -> int:
     except ModuleNotFoundError as error:
         print(f"tipdamp: {error.name} is not installed, and this job needs it; run: tipdamp doctor", file=sys.stderr)
         return 2
+    except RuntimeError as error:
+        print(f"tipdamp: could not be solved: {' '.join(str(error).split())}", file=sys.stderr)
+        return 3
     except KeyboardInterrupt:
         print("tipdamp: interrupted; finished stages are kept, run the same command to go on", file=sys.stderr)
         return 130

@@ -59,13 +59,15 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
     _need_sections(stage, study)
     for need in stage.needs:
         _need_stage(stage, STAGES[need], study, store)
+    for touched in dict.fromkeys([*stage.needs, name]):
+        _check_untouched(touched, store, force and touched == name)
     key = stage_key(stage, study)
     if not force and store.is_current(name, key):
         return "skipped"
     began = time.perf_counter()
     with progress(name, quiet=quiet) as tick:
         stage.job(study, store, tick)
-    store.finish(name, key, list(stage.outputs), time.perf_counter() - began)
+    store.finish(name, key, stage.outputs, time.perf_counter() - began)
     return "done"
 
 
@@ -91,6 +93,14 @@ def _need_stage(stage, need, study, store):
     if not store.is_current(need.name, stage_key(need, study)):
         raise InputError(f"'{stage.name}' needs the stage '{need.name}', which is out of date (the study or a mesh "
                          f"has changed, or a file is gone); {command}")
+
+
+def _check_untouched(name, store, overwrite):
+    """A table that a person has edited is neither used unseen nor overwritten."""
+    edited = store.edited(name)
+    if edited and not overwrite:
+        raise InputError(f"{store.path(edited[0])} was changed after the stage '{name}' wrote it: copy it and name the "
+                         f"copy in the study ([contact] pairs), or write it anew with: tipdamp {name} --force")
 
 
 def results_folder(study: Study, out: str | None) -> Store:

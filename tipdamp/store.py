@@ -48,11 +48,18 @@ class Store:
         return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
 
     def is_current(self, stage: str, key: str) -> bool:
+        """Finished with this key, and its files are still there."""
         record = self.record(stage)
         return bool(record) and record["key"] == key and all(self.path(o).is_file() for o in record["outputs"])
 
-    def finish(self, stage: str, key: str, outputs: list[str], seconds: float) -> None:
-        self.write_json(f".stages/{stage}.json", {"key": key, "outputs": outputs, "seconds": round(seconds, 3)})
+    def edited(self, stage: str) -> list[str]:
+        """Files of a stage that somebody has changed since it wrote them."""
+        outputs = (self.record(stage) or {"outputs": {}})["outputs"]
+        return [o for o, mark in outputs.items() if self.path(o).is_file() and fingerprint(self.path(o)) != mark]
+
+    def finish(self, stage: str, key: str, outputs, seconds: float) -> None:
+        marks = {o: fingerprint(self.path(o)) for o in outputs}
+        self.write_json(f".stages/{stage}.json", {"key": key, "outputs": marks, "seconds": round(seconds, 3)})
 
 
 def fingerprint(*parts) -> str:

@@ -60,12 +60,12 @@ DAMPER = {
 }
 MODEL = {
     "matrices": Key("text", ".npz with M, K, the dof table, groups and the load 'pull', instead of meshes"),
-    "pairs": Key("text", "CSV of the contact pairs of the whole patch"),
     "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
     "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
     "pull_direction": Key("vector", "direction of the pull", (0.0, 0.0, 1.0)),
 }
 CONTACT = {
+    "pairs": Key("text", "CSV of your own pairs of the whole patch, instead of those matched between the meshes", ""),
     "mu": Key("number", "friction coefficient", None, low=0, high=2),
     "tolerance": Key("number", "largest distance of the two nodes of a pair", 1e-6, unit="length", low=0,
                      open_low=True),
@@ -153,8 +153,8 @@ class Study:
 
     def input_files(self) -> list[Path]:
         """Files that the study names: meshes, or matrices and pairs."""
-        names = [("model", "matrices"), ("model", "pairs"), ("blades", "mesh"), ("damper", "mesh")]
-        return [self.file(self[s][k]) for s, k in names if s in self]
+        names = [("model", "matrices"), ("contact", "pairs"), ("blades", "mesh"), ("damper", "mesh")]
+        return [self.file(self[s][k]) for s, k in names if s in self and self[s][k]]
 
     def file(self, relative: str) -> Path:
         """A file named in the study, relative to the study's own folder."""
@@ -176,17 +176,19 @@ def load_study(path) -> Study:
             raise InputError(f"{path}: unknown key '{key}'; {nearest(key, known)}")
     factors = _units(path, raw.pop("units", {}))
     top = _section(path, "", {k: raw.pop(k) for k in STUDY if k in raw}, STUDY, factors)
-    contact = raw.get("contact", {})
-    sides = {k: contact.pop(k) for k in list(contact) if isinstance(contact[k], dict)} if isinstance(contact, dict) else {}
+    contact = raw.get("contact")
+    contact = contact if isinstance(contact, dict) else {}
+    sides = {k: contact.pop(k) for k in list(contact) if isinstance(contact[k], dict)}
     _require(path, raw, sides)
     sections = {name: _section(path, name, raw[name], SECTIONS[name], factors) for name in SECTIONS if name in raw}
-    if "model" not in raw and sections["contact"]["mu"] is None:
+    if not _own_pairs(raw) and sections["contact"]["mu"] is None:
         raise InputError(f"{path}: [contact] mu is missing: {CONTACT['mu'].text}")
+    if "model" in raw and not _own_pairs(raw):
+        raise InputError(f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV")
     if "tune" in sections:
         _check_tune(f"{path}: [tune]", sections["tune"])
-    sections.setdefault("contact", _section(path, "contact", {}, CONTACT, factors))
     sections.setdefault("free", _section(path, "free", {}, FREE, factors))
-    sides = {k: _side(path, k, v, factors, sections["contact"], "model" not in raw) for k, v in sides.items()}
+    sides = {k: _side(path, k, v, factors, sections["contact"]) for k, v in sides.items()}
     reference = raw.get("reference", {})
     for key, value in reference.items():
         if key not in REFERENCE:
@@ -200,12 +202,17 @@ def _require(path, raw, sides):
     meshed = [name for name in ("material", "blades", "damper") if name in raw]
     if "model" in raw and meshed:
         raise InputError(f"{path}: [model] and [{meshed[0]}] exclude each other: matrices or meshes")
-    for name in ["model"] if "model" in raw else ["material", "blades", "damper", "contact"]:
+    for name in ["model", "contact"] if "model" in raw else ["material", "blades", "damper", "contact"]:
         if name not in raw:
             raise InputError(f"{path}: section [{name}] is missing")
-    if "model" not in raw and len(sides) < 2:
+    if not _own_pairs(raw) and len(sides) < 2:
         raise InputError(f"{path}: {len(sides)} contact sides; a free damper needs two, such as [contact.left] and "
                          "[contact.right]")
+
+
+def _own_pairs(raw) -> bool:
+    """With a table of one's own the pairs are not matched between the meshes: sides only add what it lacks."""
+    return isinstance(raw["contact"], dict) and bool(raw["contact"].get("pairs"))
 
 
 def _check_tune(where, tune):
@@ -230,11 +237,15 @@ def _units(path, given):
     return factors
 
 
-def _side(path, name, given, factors, contact, meshed):
+def _side(path, name, given, factors, contact):
     side = _section(path, f"contact.{name}", given, SIDE, factors)
     where = f"{path}: [contact.{name}]"
-    if meshed and contact["stiffness"] == "given" and (side["kn"] is None or side["kt"] is None):
+    matched = not contact["pairs"]
+    if matched and contact["stiffness"] == "given" and (side["kn"] is None or side["kt"] is None):
         raise InputError(f"{where} kn and kt are missing; give them, or set [contact] stiffness = \"halfspace\"")
+    for key in ("blade", "damper"):
+        if matched and not side[key]:
+            raise InputError(f"{where} {key} is missing: {SIDE[key].text}")
     needs = {"flat": "width", "cylinder": "radius"}[side["shape"]]
     edge = side["shape"] == "flat" and side["rows"] == "edge"
     if side[needs] is None and (contact["stiffness"] == "halfspace" or (edge and side["roll_stiffness"] is None)):

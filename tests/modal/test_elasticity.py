@@ -66,7 +66,8 @@ def test_unsymmetric_matrix_is_refused():
         Body.from_matrices("b", K, np.eye(2), [1], np.zeros((1, 3)), [0, 0], [0, 1])
 
 
-@pytest.mark.parametrize("values, name", [(dict(E=-1.0, nu=0.3, density=1.0), "E"), (dict(E=1.0, nu=0.5, density=1.0), "nu"),
+@pytest.mark.parametrize("values, name", [(dict(E=-1.0, nu=0.3, density=1.0), "E"),
+                                          (dict(E=1.0, nu=0.5, density=1.0), "nu"),
                                           (dict(E=1.0, nu=0.3, density=0.0), "density")])
 def test_material_out_of_range(values, name):
     with pytest.raises(InputError, match=f"material: {name} = "):

@@ -1,0 +1,83 @@
+"""Study files: units, defaults, and one clear line for everything that is wrong."""
+
+from pathlib import Path
+
+import pytest
+
+from hbm.errors import InputError
+from tests.conftest import STUDY
+from tipdamp.study import load_study
+
+STUDIES = sorted((Path(__file__).parents[2] / "docs" / "studies" / "two_blade_rig").glob("*.toml"))
+
+
+def write(tmp_path, text):
+    path = tmp_path / "rig.toml"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda p: p.stem)
+def test_the_projects_own_studies_are_valid(path):
+    study = load_study(path)
+    assert len(study.sides) == 2 and study["damper"]["pull"] == 113.0
+
+
+def test_units_are_converted_once(tmp_path):
+    """The same study in mm, kN, MPa and t/mm3."""
+    si = load_study(write(tmp_path, STUDY))
+    text = '[units]\nlength = "mm"\nforce = "kN"\nstress = "MPa"\ndensity = "t/mm3"\n' + STUDY
+    for old, new in (("207e9", "207e3"), ("density = 7850", "density = 7.85e-9"), ("pull = 113", "pull = 0.113"),
+                     ("3.32e6", "3.32"), ("3.02e6", "3.02"), ("1.03e6", "1.03"), ("0.94e6", "0.94"),
+                     ("1.6e-3", "1.6"), ("levels = [1, 20]", "levels = [1e-3, 20e-3]")):
+        text = text.replace(old, new)
+    mm = load_study(write(tmp_path, text))
+    assert mm["material"] == pytest.approx(si["material"])
+    assert mm["damper"]["pull"] == pytest.approx(113.0)
+    assert mm.sides["right"]["kn"] == pytest.approx(1.03e6) and mm.sides["right"]["width"] == pytest.approx(1.6e-3)
+    assert mm["respond"]["levels"] == pytest.approx((1.0, 20.0)) and mm.length_unit == 1e-3
+
+
+@pytest.mark.parametrize("old, new, message", [
+    ("pull = 113", "pul = 113", r"\[damper\] unknown key 'pul'; did you mean 'pull'"),
+    ("[tune]", "[tunes]", "unknown key 'tunes'; did you mean 'tune'"),
+    ("pull = 113", "pull = -5", r"\[damper\] pull = -5: must be above 0"),
+    ("pull = 113", 'pull = "113"', r"\[damper\] pull = '113': must be a number"),
+    ("pull = 113", "pull = nan", r"\[damper\] pull = nan: must be above 0"),
+    ("mu = 0.6", "mu = -0.1", r"\[contact\] mu = -0.1: must be at least 0 and at most 2"),
+    ("mu = 0.6", "", r"\[contact\] mu is missing"),
+    ("kn = 3.32e6", "kn = 0", r"\[contact.left\] kn = 0: must be above 0"),
+    ("kn = 3.32e6", "", r"\[contact.left\] kn and kt are missing"),
+    ('shape = "flat"', 'shape = "flt"', r"\[contact.right\] shape = 'flt': did you mean 'flat'"),
+    ("width = 1.6e-3", "", r"\[contact.right\] width is missing"),
+    ("band = [2300, 3300]", "band = [3300, 2300]", r"\[respond\] band = \[3300, 2300\]: the band is empty"),
+    ("band = [2300, 3300]", "band = [2300, 2300]", "the band is empty"),
+    ("band = [2300, 3300]", "band = [0, 2300]", "must be above 0"),
+    ("levels = [1, 20]", "levels = []", "must be a list that is not empty"),
+    ("harmonics = [1]", "harmonics = [0]", "must lie between 1 and 99"),
+    ("harmonics = [1]", "harmonics = [1.5]", "must be a whole number"),
+    ("damping_ratio = 0.022", "damping_ratio = 1.2", "must be at least 0 and at most 0.9999"),
+    ("stations = [5, 4]", "", "needs either target_hz or stations"),
+    ("stations = [5, 4]", "stations = [5]", r"must be two numbers \[front, back\]"),
+    ("modes = 30", "modes = -1", r"\[blades\] modes = -1: must lie between 0 and 2000"),
+    ("[material]", "[material]\nE = 1.0", "not a valid TOML file"),
+    ("nu = 0.3", "nu = 0.5", r"\[material\] nu = 0.5"),
+    ("[contact.right]", "[contact.left2]\n[contact.right]", r"\[contact.left2\] shape is missing"),
+    ("pull = 113", "pull = 113\naxis = [0, 0, 0]", "axis = .*must not be zero"),
+])
+def test_one_line_for_each_mistake(tmp_path, old, new, message):
+    assert old in STUDY
+    path = write(tmp_path, STUDY.replace(old, new, 1))
+    with pytest.raises(InputError, match=message) as caught:
+        load_study(path)
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value).strip()
+
+
+def test_matrices_and_meshes_exclude_each_other(tmp_path):
+    with pytest.raises(InputError, match=r"\[model\] and \[material\] exclude each other"):
+        load_study(write(tmp_path, STUDY + '[model]\nmatrices = "m.npz"\npull = 1\n'))
+
+
+def test_missing_study_file(tmp_path):
+    with pytest.raises(InputError, match="study file not found"):
+        load_study(tmp_path / "none.toml")
