@@ -50,7 +50,16 @@ def _parser() -> argparse.ArgumentParser:
         verb.set_defaults(run=run)
     doctor = verbs.add_parser("doctor", help="what is missing or wrong on this machine, with the repair")
     doctor.set_defaults(run=_doctor)
+    keys = verbs.add_parser("keys", help="every key of a study file: unit, default, range and meaning")
+    keys.set_defaults(run=_keys)
     return parser
+
+
+def _keys(_) -> int:
+    from tipdamp.keys import reference
+
+    print(reference(), end="")
+    return 0
 
 
 def _doctor(_) -> int:

@@ -81,3 +81,9 @@ def test_matrices_and_meshes_exclude_each_other(tmp_path):
 def test_missing_study_file(tmp_path):
     with pytest.raises(InputError, match="study file not found"):
         load_study(tmp_path / "none.toml")
+
+
+def test_the_documented_keys_are_the_programs_own():
+    from tipdamp.keys import reference
+
+    assert (Path(__file__).parents[2] / "docs" / "study_files.md").read_text() == reference()
