@@ -10,7 +10,7 @@ by 1e-6 (slender) to 1e-3 (square). Both kernels are sums of x^2/r^3 and y^2/r^3
 rectangle are closed, so the method is collocation with constant cells, a quarter of the punch by symmetry,
 cells refined towards the edges as (cell/n)^2, and Richardson extrapolation over five meshes.
 
-`python -m static_contact.rectangle_bem` writes the table again (about five minutes).
+`python -m static_contact.rectangle_bem` writes the table again (about ten minutes).
 """
 
 from functools import lru_cache
