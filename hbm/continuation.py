@@ -25,7 +25,10 @@ class Settings:
     parameter_share: float = 0.1
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
     most_iterations: int = 12
-    most_points: int = 3000
+    most_points: int = 2000
+    most_gaps: int = 3
+    runaway: float = 1e6          # unknowns this many times those of the start mean that no solution exists further on
+    stall: int = 200              # points within a thousandth of the way
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,10 +164,26 @@ def follow(evaluate, start: Point, end: float, weights, settings=Settings(), on_
         if sense * (new.parameter - begin) < 0:
             branch.ended = f"the branch turned back and left the band where it began, at {begin:.6g}"
             return branch
+        if _lost(branch, new, weights, length, settings):
+            return branch
         order = 3
         step = min(step * _growth(new.iterations), settings.largest_step)
     branch.ended = f"stopped after {settings.most_points} points; widen the steps or narrow the band"
     return branch
+
+
+def _lost(branch, new, weights, length, settings) -> bool:
+    """Set the end of a branch that runs away, or that no longer gets on."""
+    limit = settings.runaway * np.linalg.norm(branch.points[0].x)
+    if np.linalg.norm(new.x) > limit:
+        branch.ended = f"stopped at {new.parameter:.6g}: the solution grows without bound"
+    recent = [p.parameter for p in branch.points[-settings.stall:]]
+    if len(recent) == settings.stall and max(recent) - min(recent) < 1e-3 * length / settings.parameter_share:
+        branch.ended = (f"stopped at {new.parameter:.6g}: no way on in {settings.stall} points; "
+                        "try the other direction or more damping")
+    if sum(not p.converged for p in branch.points) > settings.most_gaps * 12:
+        branch.ended = f"stopped at {new.parameter:.6g}: the branch was lost again and again"
+    return bool(branch.ended)
 
 
 def _growth(iterations):

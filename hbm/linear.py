@@ -1,10 +1,11 @@
 """Linear side of the contact problem: modes of the stuck system and its receptance.
 
-The receptance is q = shapes diag(d(w)) shapes' f. With damping ratios of the stuck modes (phi' K phi = I)
+The receptance is q = shapes diag(d(w)) shapes' f. With damping ratios of the modes, phi' K phi = k, phi' M phi = m,
 
-    d_r(w) = 1 / (1 - w^2/w_r^2 + 2 i zeta_r w/w_r),
+    d_r(w) = 1 / (k_r - m_r w^2 + 2 i zeta_r sqrt(k_r m_r) w),
 
-with a general damping matrix d_r(w) = 1/(i w - s_r) over the poles of the state-space pencil, diagonalised once.
+scaled to k_r = 1 so that massless dofs do no harm (to m_r = 1 where rigid motions are left free); with a general
+damping matrix d_r(w) = 1/(i w - s_r) over the poles of the state-space pencil, diagonalised once.
 """
 
 from dataclasses import dataclass
@@ -23,12 +24,13 @@ class Receptance:
     """q = shapes diag(d(w)) shapes.T f.
 
     shapes : (r, m), real with damping ratios, complex with a general damping matrix
-    period2 : (m,) 1/w_r^2 in s^2, and ratio : (m,) damping ratios - or None
+    stiffness, mass, ratio : (m,) modal k_r and m_r, and damping ratios - or None
     poles : (m,) 1/s - or None
     """
 
     shapes: np.ndarray
-    period2: np.ndarray | None = None
+    stiffness: np.ndarray | None = None
+    mass: np.ndarray | None = None
     ratio: np.ndarray | None = None
     poles: np.ndarray | None = None
 
@@ -38,7 +40,7 @@ class Receptance:
         if self.poles is not None:
             return np.sort(np.abs(self.poles)) / (2 * np.pi)
         with np.errstate(divide="ignore"):
-            return np.sort(1 / np.sqrt(np.maximum(self.period2, 0.0))) / (2 * np.pi)
+            return np.sort(np.sqrt(self.stiffness / self.mass)) / (2 * np.pi)
 
     def factors(self, w: np.ndarray):
         """d and dd/dw, each (m, n) complex, at the angular frequencies w (n,)."""
@@ -46,8 +48,8 @@ class Receptance:
         if self.poles is not None:
             d = 1 / (1j * w - self.poles[:, None])
             return d, -1j * d * d
-        a, b = self.period2[:, None], 2j * (self.ratio * np.sqrt(self.period2))[:, None]
-        d = 1 / (1 - a * w**2 + b * w)
+        a, b = self.mass[:, None], 2j * (self.ratio * np.sqrt(self.stiffness * self.mass))[:, None]
+        d = 1 / (self.stiffness[:, None] - a * w**2 + b * w)
         return d, (2 * a * w - b) * d * d
 
     def respond(self, rows: np.ndarray, force: np.ndarray, w: np.ndarray) -> np.ndarray:
@@ -56,7 +58,7 @@ class Receptance:
 
 
 def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
-    """Receptance of (K, M) with a damping matrix C or with damping ratios of its modes.
+    """Receptance of (K, M), in which every motion is held, with a damping matrix C or with damping ratios of its modes.
 
     damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes above.
     describe : function of a motion (r,) that names it, for the error about a motion that nothing holds.
@@ -70,13 +72,19 @@ def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
     period2, shapes = la.eigh(M, K)
     period2, shapes = np.maximum(period2[::-1], 0.0), shapes[:, ::-1]
     if C is None:
-        return Receptance(shapes, period2, _ratios(damping_ratio, r))
+        return Receptance(shapes, np.ones(r), period2, _ratios(damping_ratio, r))
     modal = shapes.T @ C @ shapes
     ratio = 0.5 * np.diag(modal) / np.sqrt(np.maximum(period2, 1e-300))
     off = modal - np.diag(np.diag(modal))
     if np.abs(off).max() <= 1e-12 * np.abs(modal).max():
-        return Receptance(shapes, period2, ratio)
+        return Receptance(shapes, np.ones(r), period2, ratio)
     return _pencil(shapes, period2, modal)
+
+
+def free_receptance(M, K, damping_ratio) -> Receptance:
+    """Receptance of (K, M) with damping ratios of its modes; rigid motions may be free, M must be regular."""
+    stiffness, shapes = la.eigh(K, M)
+    return Receptance(shapes, np.maximum(stiffness, 0.0), np.ones(len(K)), _ratios(damping_ratio, len(K)))
 
 
 def _ratios(damping_ratio, r):
@@ -134,9 +142,11 @@ def linear_response(model, pairs, forcing, frequencies, damping_ratio=None, outp
     damping_ratio : of the modes of this linear system; None takes the model's C
     outputs : {name: (r,) row}
     """
-    C = model.C if damping_ratio is None else None
-    receptance = stuck_receptance(model.M, C, assembled(model, pairs), damping_ratio,
-                                  lambda v: describe_motion(model, v))
+    K = assembled(model, pairs)
+    if damping_ratio is not None:
+        receptance = free_receptance(model.M, K, damping_ratio)
+    else:
+        receptance = stuck_receptance(model.M, model.C, K, None, lambda v: describe_motion(model, v))
     rows = np.array([np.asarray(row.todense()).ravel() if hasattr(row, "todense") else np.asarray(row, dtype=float)
                      for row in outputs.values()])
     return receptance.respond(rows, np.asarray(forcing), 2 * np.pi * np.asarray(frequencies, dtype=float))

@@ -79,6 +79,19 @@ class ForcedResponse:
         inside = min(f) <= f[1] + top <= max(f)
         return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
 
+    def solutions_at(self, hz: float) -> np.ndarray:
+        """(s, m, H+1) complex harmonics of every solution at a frequency, one for each passage of the curve.
+
+        Solved ones where the frequency was asked for (`at` of forced_response), else interpolated linearly.
+        """
+        f, X = self.frequency, self.harmonics
+        close = np.abs(f - hz) <= 1e-12 * hz
+        if (close & self.converged).any():
+            return X[close & self.converged]
+        i = np.flatnonzero(((f[:-1] - hz) * (f[1:] - hz) < 0) & self.converged[:-1] & self.converged[1:])
+        share = ((hz - f[i]) / (f[i + 1] - f[i]))[:, None, None]
+        return (1 - share) * X[i] + share * X[i + 1]
+
     @property
     def slipping_pairs(self) -> np.ndarray:
         """Indices of the pairs that slip or open anywhere in the band."""
@@ -104,7 +117,7 @@ class ForcedResponse:
 
 
 def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ratio=None, outputs, origin="preloaded",
-                    start=None, static=None, samples=None, progress=None, settings=None) -> ForcedResponse:
+                    start=None, static=None, at=(), samples=None, progress=None, settings=None) -> ForcedResponse:
     """Curve of periodic responses over a frequency band.
 
     model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of `hbm.laws`
@@ -117,6 +130,7 @@ def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ra
         unloaded state, N = max(0, kn (u_n - gap)), and `static` (r,) N carries the static loads
     start : where the sliders stand before the first of two marched periods: 'zero_slider' (T = 0 at q = 0, the default
         of 'preloaded'), 'zero_force' (T = 0 at the position of t = 0, the default of 'unloaded') or positions (P, 2)
+    at : frequencies in Hz at which every passage of the curve is solved, for `solutions_at`
     progress : function (frequency_hz, step, iterations), called at each point
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays in the result.
     """
@@ -128,8 +142,8 @@ def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ra
     if start is not None and not isinstance(start, str):
         start = np.asarray(start, dtype=float)
         start = start[kept] if start.shape[:1] == kept.shape else start
-    curve = follow_band(problem, forcing, band, harmonics=harmonics, outputs=outputs, start=start, samples=samples,
-                        progress=progress, settings=settings)
+    curve = follow_band(problem, forcing, band, harmonics=harmonics, outputs=outputs, start=start, at=at,
+                        samples=samples, progress=progress, settings=settings)
     return _spread(curve, kept)
 
 
@@ -149,7 +163,7 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
                           origin == "preloaded", damping_ratio, lambda v: describe_motion(model, v)), kept
 
 
-def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs, start=None, samples=None,
+def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs, start=None, at=(), samples=None,
                 progress=None, settings=None) -> ForcedResponse:
     """forced_response for a ContactProblem: the door for matrices without a node table."""
     began = time.perf_counter()
@@ -170,14 +184,15 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
     two_pi = 2 * np.pi
     begin = first_point(balance, two_pi * first, weights, settings)
     if not begin.converged:
-        branch = continuation.Branch([begin], f"no solution found at {first:g} Hz, where the band begins; begin further "
-                                     "from the resonance", False, begin.iterations)
+        branch = continuation.Branch([begin], f"no solution found at {first:g} Hz, where the band begins; begin it "
+                                     "further from the resonance", False, begin.iterations)
     elif not any(np.any(F) for F in forces.values()):
         end = continuation.solve_at(balance.evaluate, begin.x, two_pi * last, weights, settings)
         branch = continuation.Branch([begin, end], "no force: the static state", end.converged, 2)
     else:
         report(begin, 0.0)
         branch = continuation.follow(balance.evaluate, begin, two_pi * last, weights, settings, report)
+        solve_passages(balance, branch, two_pi * np.asarray(at, dtype=float), weights, settings)
         refine_peaks(balance, branch, recover, weights, settings)
     ended = _explain(branch, balance, problem)
     return _record(branch, balance, recover, names, ended, problem, start, time.perf_counter() - began)
@@ -202,6 +217,19 @@ def first_point(balance, w, weights, settings):
         return point
     point = continuation.solve_at(balance.evaluate, branch.points[-1].x, w, weights, settings)
     return replace(point, iterations=point.iterations + calls + branch.calls)
+
+
+def solve_passages(balance, branch, at, weights, settings):
+    """Insert a solved point wherever the branch passes one of the angular frequencies."""
+    for w in at:
+        for a, b in list(zip(branch.points[:-1], branch.points[1:], strict=True)):
+            if not (a.converged and b.converged and (a.parameter - w) * (b.parameter - w) < 0):
+                continue
+            x = a.x + (w - a.parameter) / (b.parameter - a.parameter) * (b.x - a.x)
+            new = continuation.solve_at(balance.evaluate, x, w, weights, settings)
+            branch.calls += new.iterations
+            if new.converged:
+                branch.points.insert(branch.points.index(b), new)
 
 
 def refine_peaks(balance, branch, recover, weights, settings):

@@ -1,0 +1,70 @@
+"""Reference cases of tests/reference/hbm as ContactProblems, and one-line solvers for them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from hbm import continuation, fourier
+from hbm.laws import DryFriction2T, Jenkins1D, PairSettings, UnilateralSpring
+from hbm.residual import ContactProblem, HarmonicBalance
+from hbm.response import ORDER_ZERO_WEIGHT, first_point
+
+REFERENCE = Path(__file__).parents[1] / "reference" / "hbm"
+
+
+def load(case):
+    return json.loads(next(REFERENCE.glob(f"{case}-*.json")).read_text())
+
+
+def jenkins(p):
+    """(problem, force) of the A files: one dof with a Jenkins element."""
+    pairs = PairSettings([0.0], [p["kt"]], [1.0], [p["slip_limit_muN"]])
+    one = np.ones((1, 1))
+    return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, Jenkins1D(), pairs), np.array([p["F"]])
+
+
+def unilateral(p):
+    """(problem, force) of the C files: one dof on a preloaded or gapped unilateral spring."""
+    pairs = PairSettings([p["kn"]], [0.0], [0.0], [p["N0"]])
+    one = np.ones((1, 1))
+    # the files' equation holds N - max(N0, 0), ours N - N0: the difference is a constant force
+    static = np.array([max(p["N0"], 0.0) - p["N0"]])
+    return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, UnilateralSpring(), pairs, static=static), \
+        np.array([p["F"]])
+
+
+def coupled(p):
+    """(problem, force) of the D files: tangential and normal contact; the second tangent is a zero row."""
+    M, C, K = (np.array(p[k]) for k in "MCK")
+    contacts = p["contacts"]
+    B = np.vstack([np.vstack([c["bt"], np.zeros(len(M)), c["bn"]]) for c in contacts])
+    pairs = PairSettings(*[[c[k] for c in contacts] for k in ("kn", "kt", "mu", "N0")])
+    return ContactProblem(M, C, K, B, DryFriction2T(), pairs), np.array(p["f_cos"]) - 1j * np.array(p["f_sin"])
+
+
+def beam(case):
+    """(problem, force per newton, outputs) of the cantilever on eight contacts: 'B8' or 'C8'."""
+    d = np.load(REFERENCE / f"model_{case}.npz")
+    n = np.ones(len(d["N0"]))
+    law = Jenkins1D() if case == "B8" else DryFriction2T()
+    pairs = PairSettings(0 * n if case == "B8" else d["kn"] * n, d["kt"] * n, d["mu"] * n, d["N0"])
+    return ContactProblem(d["M"], d["C"], d["K"], d["Q"], law, pairs), d["fdir"], {"tip": d["out"]}
+
+
+def solve(problem, force, w, H, start="zero_slider", samples=None, guess=None):
+    """(q (r, H+1) complex, point, balance) of the periodic solution at w, from the stuck response or from a guess x."""
+    balance = HarmonicBalance(problem, {1: force}, H, start, samples)
+    weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(2 * H)], balance.n_components)
+    settings = continuation.Settings()
+    if guess is None:
+        point = first_point(balance, w, weights, settings)
+    else:
+        point = continuation.solve_at(balance.evaluate, guess, w, weights, settings)
+    assert point.converged
+    return (balance.receptance.shapes @ point.detail.modal), point, balance
+
+
+def harmonics(point, balance):
+    """(P, nd, H+1) complex harmonics of the relative motion."""
+    return fourier.to_complex(point.x.reshape(-1, balance.nd, balance.nh))

@@ -1,0 +1,130 @@
+"""forced_response on a small two-blade rig: full stick to gross slip, limits with known answers, bad input."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hbm import laws
+from hbm.errors import InputError
+from hbm.linear import linear_response, stuck_receptance
+from hbm.response import ForcedResponse, forced_response
+from tests.hbm.small_rig import small_rig
+
+BAND = (900.0, 1800.0)       # holds the out-of-phase mode, 1347 Hz stuck
+LAW = laws.DryFriction2T()
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return small_rig()
+
+
+def run(rig, force, band=BAND, H=1, law=LAW, pairs=None, **more):
+    model, table, tip = rig
+    options = dict(harmonics=H, damping_ratio=0.02, outputs={"tip": tip}) | more
+    return forced_response(model, table if pairs is None else pairs, law, force * tip, band, **options)
+
+
+def test_a_stuck_curve_is_the_linear_stuck_response(rig):
+    model, pairs, tip = rig
+    curve = run(rig, 1.0, H=3)
+    expected = linear_response(model, pairs, tip, curve.frequency, 0.02, {"tip": tip})
+    assert curve.complete and not len(curve.slipping_pairs) and np.allclose(curve.share_stick, 1)
+    assert np.abs(curve.harmonics[:, 0, 1] - expected[:, 0]).max() < 1e-9 * np.abs(expected).max()
+    assert np.abs(curve.harmonics[:, 0, 2:]).max() == 0
+
+
+@pytest.mark.parametrize("H", [1, 5])
+@pytest.mark.parametrize("force", [6, 12, 20, 40])
+def test_levels_from_stick_to_gross_slip_are_complete_both_ways(rig, force, H):
+    up, down = run(rig, force, BAND, H), run(rig, force, BAND[::-1], H)
+    assert up.complete and down.complete and len(up.slipping_pairs) > 0
+    assert up.peak("tip")[1] == pytest.approx(down.peak("tip")[1], rel=1e-5)
+    assert up.peak("tip")[1] < force * run(rig, 1.0).peak("tip")[1]
+    assert np.nanmin(up.dissipated) > -1e-12 and np.nanmax(up.dissipated) > 0
+
+
+def test_energy_balance(rig):
+    """Work of the force over a cycle equals what friction takes and one dashpot at the tip: pi w c sum k^2 |X_k|^2."""
+    model, pairs, tip = rig
+    c = 20.0
+    curve = run((replace(model, C=c * np.outer(tip, tip)), pairs, tip), 12.0, H=3, damping_ratio=None)
+    X = curve.harmonics[:, 0]
+    work = -np.pi * 12.0 * X[:, 1].imag
+    viscous = np.pi * 2 * np.pi * curve.frequency * c * np.sum(np.arange(4) ** 2 * np.abs(X) ** 2, axis=1)
+    assert curve.complete and curve.dissipated.sum(axis=1).max() > 0.1 * work.max()
+    assert np.allclose(curve.dissipated.sum(axis=1) + viscous, work, rtol=1e-6, atol=1e-9 * work.max())
+
+
+def test_without_friction_the_curve_is_the_linear_system_without_tangents(rig):
+    model, pairs, tip = rig
+    slide = 1e5 * np.outer(*2 * [model.displacement_row("damper", 19, [1, 0, 0])])   # nothing else holds it along x
+    model = model.with_stiffness(model.K + slide)
+    smooth = pairs.replace(mu=0 * pairs.mu)
+    curve = run((model, pairs, tip), 1.0, pairs=smooth, damping_ratio=0.0)
+    expected = linear_response(model, pairs.replace(kt=0 * pairs.kt), tip, curve.frequency, 0.0, {"tip": tip})
+    assert curve.complete
+    assert np.abs(curve.harmonics[:, 0, 1] - expected[:, 0]).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_no_force_gives_the_static_state(rig):
+    curve = run(rig, 0.0)
+    assert curve.complete and len(curve.frequency) == 2 and np.abs(curve.harmonics).max() == 0
+
+
+def test_detached_pairs_take_no_part(rig):
+    model, pairs, tip = rig
+    weight = np.ones(18)
+    weight[4] = 0
+    curve = run(rig, 12.0, pairs=pairs.replace(weight=weight))
+    alone = run(rig, 12.0, pairs=pairs.select(weight > 0))
+    assert curve.share_stick.shape[1] == 18 and np.array_equal(curve.harmonics, alone.harmonics)
+
+
+def test_a_damper_that_nothing_keeps_from_rolling_is_named():
+    model, pairs, tip = small_rig(roll=0.0)
+    curve = forced_response(model, pairs, LAW, 40 * tip, BAND, harmonics=1, damping_ratio=0.02, outputs={"tip": tip})
+    assert not curve.complete and "the damper rolls" in curve.ended and "(1.00, " in curve.ended.replace("-", "")
+
+
+def test_save_and_load(rig, tmp_path):
+    curve = run(rig, 12.0)
+    again = ForcedResponse.load(curve.save(tmp_path / "curve.npz"))
+    assert np.array_equal(again.harmonics, curve.harmonics) and again.ended == curve.ended and again.H == 1
+    assert again.peak("tip") == curve.peak("tip")
+
+
+def test_amplitude_kinds(rig):
+    curve = run(rig, 20.0, H=3)
+    tau = np.linspace(0, 2 * np.pi, 4000)
+    X = curve.harmonics[10, 0]
+    wave = X[0].real + sum((X[k] * np.exp(1j * k * tau)).real for k in range(1, 4))
+    assert curve.amplitude()[10, 0] == pytest.approx(np.ptp(wave) / 2, rel=1e-5)
+    assert curve.amplitude("rms")[10, 0] == pytest.approx(np.std(wave[:-1]), rel=1e-6)
+    assert curve.amplitude("harmonic")[10, 0] == abs(X[1])
+    with pytest.raises(InputError, match="half_peak_to_peak"):
+        curve.amplitude("peak_to_peak")
+
+
+@pytest.mark.parametrize("change,words", [
+    (dict(H=-1), "harmonics = -1"), (dict(H=1.5), "whole number"), (dict(H=10**6), "between 0 and 200"),
+    (dict(band=(900.0, 900.0)), "different"), (dict(band=(-1.0, 900.0)), "positive"), (dict(band=(900.0,)), "band"),
+    (dict(damping_ratio=-0.1), "damping_ratio"), (dict(damping_ratio=None), "damping"),
+    (dict(start="somewhere"), "zero_force"), (dict(origin="loaded"), "preloaded"), (dict(outputs={}), "outputs"),
+    (dict(outputs={"tip": [1.0]}), "length 120"), (dict(static=np.zeros(120)), "unloaded")])
+def test_bad_input_is_refused_at_the_door(rig, change, words):
+    with pytest.raises(InputError, match=words):
+        run(rig, 1.0, **change)
+
+
+def test_bad_models_are_refused(rig):
+    model, pairs, tip = rig
+    with pytest.raises(InputError, match="no pair carries"):
+        run(rig, 1.0, pairs=pairs.replace(weight=np.zeros(18)))
+    with pytest.raises(InputError, match="'damper'.*hold|held by nothing"):
+        run(rig, 1.0, pairs=pairs.select(np.array([0])))
+    with pytest.raises(InputError, match="finite"):
+        run((model, pairs, np.nan * tip), 1.0, outputs={"tip": tip})
+    with pytest.raises(InputError, match="both"):
+        stuck_receptance(model.M, 0 * model.K, model.K, 0.01)
