@@ -1,0 +1,113 @@
+"""The same figures drawn with matplotlib, as PNG."""
+
+from hbm.errors import InputError
+from tipdamp.report.figure import INK, Band, Curve, Figure, Line, Panel, outlines
+
+DPI, PANEL_WIDTH, PIXELS_PER_INCH = 150, {1: 7.5, 2: 5.2, 3: 4.0}, 100
+DASH = {"solid": "-", "dash": (0, (5, 3)), "dashdot": (0, (6, 2, 1, 2)), "dot": (0, (1, 1.6))}
+SYMBOL = {"circle": "o", "diamond": "D", "square": "s", "x": "x"}
+LEGEND_ROW = 0.25   # inch
+SETTINGS = {"font.size": 9.5, "axes.edgecolor": "#555555", "axes.linewidth": 0.8, "axes.grid": True,
+            "grid.color": "#ececec", "text.color": INK, "axes.titlesize": 10.5, "font.family": "sans-serif"}
+
+
+def draw(figure: Figure, path) -> None:
+    """Write the figure to a PNG file."""
+    backend, base, rc_context = _matplotlib()
+    columns = min(figure.columns, len(figure.panels))
+    wide = PANEL_WIDTH.get(columns, 4.0) * columns
+    legend_columns = _legend_columns(figure.legend, wide)
+    legend = LEGEND_ROW * -(-len(figure.legend) // legend_columns) + 0.1 if figure.legend else 0.0
+    high = figure.rows * figure.row_height / PIXELS_PER_INCH + 0.45 + legend
+    with rc_context(SETTINGS):
+        out = base(figsize=(wide, high), dpi=DPI, facecolor="white")
+        out.set_layout_engine("constrained", rect=(0, legend / high, 1, 1 - legend / high), w_pad=0.1, h_pad=0.1)
+        backend(out)
+        handles = {}
+        for i, panel in enumerate(figure.panels):
+            _panel(out.add_subplot(figure.rows, columns, i + 1), panel, handles)
+        out.suptitle(_text(figure.title), x=0.01, ha="left", fontsize=11.5, fontweight="bold")
+        if handles:
+            out.legend(handles.values(), [_text(n) for n in handles], loc="lower center", ncols=legend_columns,
+                       frameon=False, fontsize=9)
+        out.savefig(path, format="png")
+
+
+def _legend_columns(names, wide) -> int:
+    """As many columns as the longest name leaves room for."""
+    longest = max((len(n) for n in names), default=0) + 7
+    return max(1, min(len(names), int(wide * 13 / longest)))
+
+
+def _panel(axes, panel: Panel, handles):
+    axes.set(title=_text(panel.title), xlabel=_text(panel.x_label), ylabel=_text(panel.y_label))
+    axes.set_axisbelow(True)
+    if panel.log_y:
+        axes.set_yscale("log")
+    for item in panel.items:
+        if isinstance(item, Line):
+            _line(axes, item)
+            continue
+        handle = _ITEM[type(item).__name__](axes, item)
+        if item.name and handle is not None:
+            handles.setdefault(item.name, handle)
+    if panel.x_range is not None:
+        axes.set_xlim(*panel.x_range)
+    if panel.y_range is not None:
+        axes.set_ylim(*panel.y_range)
+
+
+def _curve(axes, item: Curve):
+    return axes.plot(item.x, item.y, color=item.color, linestyle=DASH[item.dash], linewidth=0.8 * item.width)[0]
+
+
+def _band(axes, item: Band):
+    patches = [axes.fill(x, y, color=item.color, alpha=item.opacity, linewidth=0)[0] for x, y in outlines(item)]
+    return patches[0] if patches else None
+
+
+def _marks(axes, item):
+    face = item.color if item.filled else "white"
+    handle = axes.plot(item.x, item.y, linestyle="none", marker=SYMBOL[item.symbol], markersize=0.65 * item.size,
+                       markerfacecolor=face, markeredgecolor=item.color, markeredgewidth=1.1, zorder=4)[0]
+    for x, y, label in zip(item.x, item.y, item.labels or (), strict=False):
+        axes.annotate(_text(label), (x, y), xytext=(5, -5), textcoords="offset points", va="top",
+                      color=item.color, fontsize=8.5)
+    return handle
+
+
+def _line(axes, item: Line):
+    draw_line = axes.axvline if item.axis == "x" else axes.axhline
+    draw_line(item.value, color=item.color, linestyle=DASH[item.dash], linewidth=0.9)
+    if not item.label:
+        return
+    along = 0.98 if item.end == "high" else 0.02
+    side = "right" if item.left else "left"
+    place = {"x": ((item.value, along), axes.get_xaxis_transform(), side, "top" if item.end == "high" else "bottom"),
+             "y": ((0.98, item.value), axes.get_yaxis_transform(), "right", "bottom" if item.end == "high" else "top")}
+    xy, transform, ha, va = place[item.axis]
+    axes.annotate(_text(item.label), xy, xycoords=transform, ha=ha, va=va, color=item.color, fontsize=8,
+                  xytext=(-2 if item.left else 2, 0) if item.axis == "x" else (0, 2 if item.end == "high" else -2),
+                  textcoords="offset points")
+
+
+_ITEM = {"Curve": _curve, "Band": _band, "Marks": _marks}
+
+
+def _text(text) -> str:
+    """Plain text for matplotlib, which reads formulas between dollars."""
+    return str(text).replace("$", r"\$")
+
+
+def _matplotlib():
+    """The canvas without a screen, the figure class and the context of settings: pyplot is not needed."""
+    try:
+        from matplotlib import rc_context
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure as Base
+    except ModuleNotFoundError:
+        raise InputError("the report needs matplotlib, which is not installed; get the extra 'report': "
+                         "pip install -e '.[report]'") from None
+    return FigureCanvasAgg, Base, rc_context
+
+

@@ -1,0 +1,121 @@
+"""Figures as plain data: described once, drawn by `draw_plotly` for the page and by `draw_matplotlib` as PNG.
+
+A Figure holds panels, a panel holds items (Curve, Band, Marks, Line). Coordinates are in the units of the axis labels.
+NaN in a curve or band is a gap. Items of one name share one entry of the legend; an empty name has none. Names,
+titles and labels are plain text: the backends escape what their own markup would read.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+INK, GREY, PALE = "#222222", "#8a8a8a", "#e3e3e3"
+# Okabe and Ito (2008): told apart by colour-blind readers
+BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
+DARK = "#12355b"
+SEQUENCE = ("#3b0f70", "#2d6a9f", "#1f9d8a", "#6fbf3f", "#d9a400")  # dark to light: an order that survives grey print
+DASHES = ("solid", "dash", "dashdot", "dot")
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line through (x, y). dash - one of DASHES."""
+
+    x: np.ndarray
+    y: np.ndarray
+    name: str = ""
+    color: str = INK
+    dash: str = "solid"
+    width: float = 1.6
+
+
+@dataclass(frozen=True)
+class Band:
+    """The area between low and high over x; x may run back, as on a fold."""
+
+    x: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    name: str = ""
+    color: str = GREY
+    opacity: float = 0.25
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Points. symbol - circle, diamond, square or x; labels - one text beside each, or none."""
+
+    x: np.ndarray
+    y: np.ndarray
+    name: str = ""
+    color: str = INK
+    symbol: str = "circle"
+    filled: bool = True
+    size: float = 7.0
+    labels: tuple = ()
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight line across the panel at a value of its x or y axis.
+
+    end - where its label stands: 'high' (top, or above the line) or 'low'; left - label left of a line at an x value
+    """
+
+    axis: str
+    value: float
+    label: str = ""
+    color: str = GREY
+    dash: str = "dash"
+    end: str = "high"
+    left: bool = False
+
+
+@dataclass(frozen=True)
+class Panel:
+    title: str
+    x_label: str
+    y_label: str
+    items: tuple
+    log_y: bool = False
+    x_range: tuple | None = None
+    y_range: tuple | None = None
+
+
+@dataclass(frozen=True)
+class Figure:
+    """name - of the PNG file; caption - what one sees; row_height - px of one row of panels."""
+
+    name: str
+    title: str
+    caption: str
+    panels: tuple
+    columns: int = 2
+    row_height: int = 340
+
+    @property
+    def rows(self) -> int:
+        return -(-len(self.panels) // self.columns)
+
+    @property
+    def legend(self) -> list[str]:
+        """Names in the order of their first appearance."""
+        items = (item for panel in self.panels for item in panel.items)
+        return list(dict.fromkeys(i.name for i in items if not isinstance(i, Line) and i.name))
+
+
+def outlines(band: Band) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Closed polygons (x, y) of a band, one for each run without a gap."""
+    x, low, high = (np.asarray(v, dtype=float) for v in (band.x, band.low, band.high))
+    good = np.isfinite(x) & np.isfinite(low) & np.isfinite(high)
+    edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
+    runs = [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1]
+    return [(np.r_[x[r], x[r][::-1]], np.r_[low[r], high[r][::-1]]) for r in runs]
+
+
+def level_colors(n: int) -> list[str]:
+    """n colours from dark to light."""
+    rgb = np.array([[int(c[k:k + 2], 16) for k in (1, 3, 5)] for c in SEQUENCE], dtype=float)
+    at = np.linspace(0, 1, n) if n > 1 else np.zeros(1)
+    mixed = np.column_stack([np.interp(at, np.linspace(0, 1, len(rgb)), rgb[:, k]) for k in range(3)])
+    return ["#" + "".join(f"{int(round(v)):02x}" for v in row) for row in mixed]

@@ -1,0 +1,151 @@
+"""The stage `report`: summary.json, figures/*.png and one HTML page that holds all it needs."""
+
+import html
+import time
+from pathlib import Path
+
+import tipdamp
+from tipdamp.jobs import driver
+from tipdamp.report import draw_matplotlib, draw_plotly, response_figures, static_figures, tables
+from tipdamp.report.figure import Figure
+from tipdamp.report.results import Results, load_results
+from tipdamp.report.summary import summarise
+from tipdamp.report.text import hertz, listing, micro, number
+
+# plots follow the width of a printed page, and go back
+PRINT = """
+for (const [event, width] of [["beforeprint", 680], ["afterprint", null]])
+  addEventListener(event, () => document.querySelectorAll(".plotly-graph-div").forEach(
+    plot => Plotly.relayout(plot, width ? {width: width} : {autosize: true, width: null})));
+"""
+
+
+def write_report(study, store, tick) -> None:
+    """Write summary.json, figures/*.png and report.html into the results folder.
+
+    Without plotly or matplotlib summary.json is written all the same, then InputError says what to install.
+    """
+    began = time.perf_counter()
+    results = load_results(study, store)
+    summary = summarise(results)
+    store.write_json("summary.json", summary)
+    sections = sections_of(results)
+    figures = [block for _, _, blocks in sections for block in blocks if isinstance(block, Figure)]
+    for i, figure in enumerate(figures):
+        tick(i / (len(figures) + 1), f"figures/{figure.name}.png")
+        with store.writing(f"figures/{figure.name}.png") as path:
+            draw_matplotlib.draw(figure, path)
+    tick(len(figures) / (len(figures) + 1), "report.html")
+    with store.writing("report.html") as path:
+        path.write_text(page(results, sections, summary["warnings"]), encoding="utf-8")
+    summary["seconds"]["report"] = round(time.perf_counter() - began, 3)
+    store.write_json("summary.json", summary)
+
+
+def sections_of(results: Results) -> list[tuple]:
+    """(id, title, blocks) of what there is to show; a block is a Figure or a Table."""
+    found = [("figures", "Key figures", [tables.key_figures(results)]),
+             ("linear", "Without damper", [static_figures.linear(results)])]
+    if "preload" in results:
+        found.append(("preload", "Preload", [static_figures.preload(results)]))
+    if "tune" in results:
+        found.append(("tuning", "Tuning", [static_figures.tuning(results), static_figures.kept(results)]))
+    if results.cases:
+        r = response_figures
+        found.append(("response", "Forced response",
+                      [tables.peaks(results), *(r.family(results, H) for H in reversed(results.orders)),
+                       r.levels(results), r.trend(results), r.shares(results)]))
+    found.append(("assumptions", "Assumptions", [tables.assumptions(results)]))
+    if "tune" in results and results["tune"]["full_model_check"]:
+        found.append(("reduction", "Reduced and full model", [tables.reduction(results)]))
+    found.append(("made", "How it was made", [*([tables.bodies(results)] if "inspect" in results else []),
+                                              tables.stages(results), tables.software()]))
+    return found
+
+
+def page(results: Results, sections, warnings) -> str:
+    """The HTML; every text from outside goes through html.escape."""
+    title = html.escape(results.study.title)
+    body, counts = [], {"Figure": 0, "Table": 0}
+    for name, heading, blocks in sections:
+        body.append(f'<section id="{name}"><h2>{heading}</h2>')
+        for block in blocks:
+            kind = type(block).__name__
+            counts[kind] += 1
+            body.append((_figure if kind == "Figure" else _table)(block, counts[kind]))
+        body.append("</section>")
+    links = "".join(f'<a href="#{name}">{heading}</a>' for name, heading, _ in sections)
+    style = Path(__file__).with_name("style.css").read_text(encoding="utf-8")
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}</title><style>
+{style}</style>
+<script>{draw_plotly.plotly_script()}</script></head>
+<body><main>
+<h1>{title}</h1>
+<p class="sub">{html.escape(results.study.path.name)} · tipdamp {html.escape(tipdamp.__version__)}</p>
+{"".join(f'<p class="lead">{html.escape(text)}</p>' for text in introduction(results))}
+{_warnings(warnings)}
+<nav>{links}</nav>
+<noscript><p>The figures of this page need JavaScript; the same figures are in the folder figures/.</p></noscript>
+{"".join(body)}
+<footer>Beside this page: summary.json (all figures in one file), figures/ (PNG), preload.csv and kept.csv (the contact
+pairs), responses/ (the curves).</footer>
+</main><script>{PRINT}</script></body></html>
+"""
+
+
+def introduction(results: Results) -> list[str]:
+    """What was computed, in a few sentences with the figures."""
+    r, free = results["reduce"]["reduction"], results["reduce"]["free_hz"]
+    first = (f"Two blades with a friction damper pressed between them: a model of {r['dofs']} dofs, reduced to "
+             f"{r['masters']} contact and response dofs and {sum(r['modes'].values())} modes. Without damper the "
+             f"blades vibrate out of phase at {hertz(free['out_of_phase'])} Hz and in phase at "
+             f"{hertz(free['in_phase'])} Hz.")
+    if "preload" in results:
+        forces = [f"{number(s['sum_N'])} N on side '{n}'" for n, s in results["preload"]["sides"].items()]
+        first += f" The pull of {driver(results.study)['pull']:g} N presses the damper with {listing(forces)}."
+    if "tune" in results:
+        stuck, kept = results["tune"]["stuck_hz"], results["tune"]["tuned_pairs"]
+        first += (f" With all pairs stuck the tracked mode lies at {hertz(stuck['full_area'])} Hz; detaching stations "
+                  f"from the middle down to {kept['front']} + {kept['back']} brings it to {hertz(stuck['tuned'])} Hz "
+                  f"(target {results['tune']['target_hz']:g} Hz).")
+    return [first, *_response_sentence(results)]
+
+
+def _response_sentence(results):
+    cases = [c for c in results.cases if c.H == results.orders[-1] and c.facts["peak_m"] is not None]
+    if not cases:
+        return
+    a, b = cases[0], cases[-1]
+    text = (f"Under {a.Fe:g} N the peak of blade 1 is {micro(a.facts['peak_m'] / a.Fe)} µm/N at "
+            f"{hertz(a.facts['peak_hz'])} Hz (H = {a.H})")
+    if len(cases) > 1:
+        n = len(b.facts["slipping_pairs"])
+        text += (f", under {b.Fe:g} N {micro(b.facts['peak_m'] / b.Fe)} µm/N at {hertz(b.facts['peak_hz'])} Hz, where "
+                 f"{n} of {b.curve.share_slip.shape[1]} pairs slip")
+    yield text + "."
+
+
+def _warnings(sentences) -> str:
+    if not sentences:
+        return '<div class="fine">No warnings: every check of this run is met.</div>'
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in sentences)
+    return f'<div class="warnings"><strong>Warnings</strong><ul>{items}</ul></div>'
+
+
+def _figure(figure, count) -> str:
+    return (f'<figure><div class="plot">{draw_plotly.draw(figure)}</div><figcaption><b>Figure {count}. '
+            f"{html.escape(figure.title)}.</b> {html.escape(figure.caption)}</figcaption></figure>")
+
+
+def _table(table, count) -> str:
+    def row(cells, tag):
+        left = (' class="left"' if i in table.left else "" for i in range(len(cells)))
+        return "<tr>" + "".join(f"<{tag}{c}>{html.escape(str(text))}</{tag}>" for text, c
+                                in zip(cells, left, strict=True)) + "</tr>"
+
+    head, body = row(table.columns, "th"), "".join(row(cells, "td") for cells in table.rows)
+    wide = " wide" if len(table.columns) > 5 else ""
+    return (f'<div class="scroll{wide}"><table><caption><b>Table {count}.</b> {html.escape(table.caption)}</caption>'
+            f"<thead>{head}</thead><tbody>{body}</tbody></table></div>")
