@@ -49,7 +49,8 @@ def slider_start(start, P: int, tangents: int):
     """(positions (P, nt), from_position): 'zero_force', 'zero_slider' or positions (P, nt) in m."""
     if isinstance(start, str):
         if start not in STARTS:
-            raise InputError(f"start = '{start}': must be 'zero_force', 'zero_slider' or slider positions ({P}, 2) in m")
+            raise InputError(f"start = '{start}': must be 'zero_force', 'zero_slider' or slider positions "
+                             f"({P}, {tangents}) in m")
         return np.zeros((P, max(tangents, 1))), start == "zero_force"
     w = np.asarray(start, dtype=float)
     if w.shape != (P, tangents) or not np.isfinite(w).all():

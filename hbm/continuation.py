@@ -2,10 +2,12 @@
 
 `evaluate(x, parameter)` returns an object with
 
-    residual (n,)   and   solve(row, corner, value) -> dx, dparameter
+    residual (n,),   solve(row, corner, value) -> dx, dp   and   direction(row, corner) -> tx, tp, sign
 
-where solve answers the bordered system [J, R_p; row', corner] [dx; dp] = [-residual; value]. The bordered matrix is
-regular at folds, where J alone is not. `weights` (n,) say how much each unknown counts in the arc length. Lengths are
+where solve answers the bordered system [J, R_p; row', corner] [dx; dp] = [-residual; value], and direction that with
+[0; 1] on the right, with the sign of the determinant. The bordered matrix is regular at folds, where J alone is not.
+R need not be smooth: the sign of det [J, R_p; t'] for a tangent t stays the same along a branch through folds and
+kinks alike, so that it tells forward from backward where the direction itself jumps. `weights` (n,) say how much each unknown counts in the arc length. Lengths are
 relative: a step of 0.1 changes the weighted unknowns by a tenth of their size, or the parameter by a hundredth of the
 way.
 """
@@ -25,7 +27,7 @@ class Settings:
     parameter_share: float = 0.1
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
     most_iterations: int = 12
-    most_points: int = 2000
+    most_points: int = 6000
     most_gaps: int = 3
     runaway: float = 1e6          # unknowns this many times those of the start mean that no solution exists further on
     stall: int = 200              # points within a thousandth of the way
@@ -131,27 +133,31 @@ def follow(evaluate, start: Point, end: float, weights, settings=Settings(), on_
     begin, sense = start.parameter, np.sign(end - start.parameter)
     length = settings.parameter_share * abs(end - begin)
     run = [start]                     # points since the last gap
+    sign = _sign(start.detail, len(weights), sense)
     step, order, largest = settings.first_step, 3, np.linalg.norm(weights * start.x)
     while len(branch.points) < settings.most_points:
         last = run[-1]
         size = np.linalg.norm(weights * last.x)
         largest = max(largest, size)
         metric = Metric(weights, max(size, 1e-3 * largest, 1e-300), length)
-        x, p = _predict(run, metric, step, order, sense, length)
+        x, p = _predict(run, metric, step, order, sign)
         row, corner = metric.border(x - last.x, p - last.parameter)
         new = correct(evaluate, x, p, row, corner, metric, settings)
         branch.calls += new.iterations
-        if not new.converged or not _on_branch(new, last, x, p, metric, step, settings):
-            if step > settings.smallest_step:
+        if not new.converged or not _on_branch(new, last, x, p, metric, step, sign):
+            turned = _turn(evaluate, last, x, p, metric, step, sign, settings, branch) if step < 2e-2 else None
+            if turned is None and step > settings.smallest_step:
                 step, order = 0.4 * step, min(order, 1 if step < 1e-2 else 2)
                 continue
-            new = _across(evaluate, last, end, sense, weights, length, settings, branch)
+            run = [last]
+            new = turned or _across(evaluate, last, end, sense, weights, length, settings, branch)
             if new is None:
                 branch.ended = (f"stopped at {last.parameter:.6g}: the corrector found no further point; "
                                 "try the other direction, more harmonics or a lower level first")
                 return branch
-            run = []
-            step, order = settings.first_step, 3
+            if turned is None:
+                run, step = [], settings.first_step
+                sign = _sign(new.detail, len(weights), sense)
         if sense * (new.parameter - end) >= 0 and run:
             return _finish(evaluate, branch, run, new, end, weights, settings, on_point)
         branch.points.append(new)
@@ -190,23 +196,60 @@ def _growth(iterations):
     return {1: 1.8, 2: 1.8, 3: 1.3, 4: 0.9, 5: 0.7}.get(iterations, 0.5)
 
 
-def _predict(run, metric, step, order, sense, length):
+def _sign(e, n, sense) -> float:
+    """Sign of the bordered determinant for the tangent that runs in the sense of the parameter."""
+    tx, tp, sign = e.direction(np.zeros(n), 1.0)
+    return sense * np.sign(sign)
+
+
+def _tangent(e, row, corner, sign, metric):
+    """Unit tangent (dx, dp) of the linearisation e, forward along the branch."""
+    tx, tp, s = e.direction(row, corner)
+    unit = np.sign(s) * sign / metric.norm(tx, tp)
+    return unit * tx, unit * tp
+
+
+def _predict(run, metric, step, order, sign):
     if len(run) > 1:
         return extrapolate(run, metric, step, min(order, len(run) - 1))
-    e = run[-1].detail
-    dx, _ = e.solve(np.zeros(len(run[-1].x)), 1.0, 1.0)
-    dx, dp = sense * dx, sense
-    unit = step / metric.norm(dx, dp)
-    return run[-1].x + unit * dx, run[-1].parameter + unit * dp
+    tx, tp = _tangent(run[-1].detail, np.zeros(len(run[-1].x)), 1.0, sign, metric)
+    return run[-1].x + step * tx, run[-1].parameter + step * tp
 
 
-def _on_branch(new, last, x, p, metric, step, settings) -> bool:
-    """A converged point that lies far from its prediction, or far along, belongs to another branch."""
+def _on_branch(new, last, x, p, metric, step, sign) -> bool:
+    """A converged point that lies far from its prediction or far along, or that runs backward, is refused."""
     gone = metric.norm(new.x - last.x, new.parameter - last.parameter)
     corrected = metric.norm(new.x - x, new.parameter - p)
-    if step > 30 * settings.smallest_step:
-        return gone <= 2 * step and corrected <= 0.5 * step
-    return gone <= 10 * step              # at a true kink the prediction stays wrong however small the step
+    if gone > 2 * step or corrected > 0.5 * step:
+        return False
+    return corrected < 0.1 * step or _forward(new, last, metric, sign)
+
+
+def _forward(new, last, metric, sign) -> bool:
+    row, corner = metric.border(new.x - last.x, new.parameter - last.parameter)
+    tx, tp = _tangent(new.detail, row, corner, sign, metric)
+    return row @ tx + corner * tp > 0
+
+
+def _turn(evaluate, last, x, p, metric, step, sign, settings, branch):
+    """Past a kink: the tangent of the linearisation beyond it leads on. None where that does not help."""
+    row, corner = metric.border(x - last.x, p - last.parameter)
+    for probe in (1.0, 4.0):
+        e = evaluate(last.x + probe * (x - last.x), last.parameter + probe * (p - last.parameter))
+        branch.calls += 1
+        tx, tp = _tangent(e, row, corner, sign, metric)
+        if not np.isfinite(tp):
+            continue
+        for reach in (step, 4 * step):
+            tried = correct(evaluate, last.x + reach * tx, last.parameter + reach * tp,
+                            *metric.border(tx, tp), metric, settings)
+            branch.calls += tried.iterations
+            if not tried.converged:
+                continue
+            gone = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
+            if 0.1 * reach < gone < 3 * reach and _forward(tried, last, metric, sign):
+                return tried
+    return None
 
 
 def _across(evaluate, last, end, sense, weights, length, settings, branch):

@@ -148,7 +148,7 @@ def stick_ends(low, high, w, t, b, lo_b, hi_b, lo_rate_t, hi_rate_t, lo_rate_b, 
 
 @njit(cache=True)
 def march(u, low, high, Nc, ratio, at, closed, m, lo, hi, lo_rate, hi_rate, w_start, from_position, pieces):
-    """March the slider over two periods; fill `pieces` of the second: state, begin, end, w, instant, weight u, weight N.
+    """March the slider over two periods; fill `pieces` of the second (state, begin, end, w, then `rest_data`).
 
     lo, hi and their rates are the corridor at the break points. Returns the number of pieces.
     """
@@ -366,16 +366,17 @@ def brackets(x, wave, rate, tau, tangents, has_normal, kt, kn, mu, preload, w_st
     pieces = np.empty((2, 8 * nh + 64, 7))
     counts = np.zeros(2, np.int64)
     Nc, zero = np.zeros(nh), np.zeros(nh)
+    last = nd - 1                # the normal, where there is one
     C, S = np.zeros(2 * nh), np.zeros(2 * nh)
     for p in range(P):
         g[p], gp[p], moves[p] = 0.0, 0.0, False
-        un = x[p, nd - 1] if has_normal else zero
+        un = x[p, last] if has_normal else zero
         Nc[:] = 0.0
         if has_normal:
             Nc[:] = kn[p] * un
         Nc[0] += preload[p]
         if has_normal and kn[p] > 0:
-            m = contact_instants(Nc, preload[p] + kn[p] * wave[p, nd - 1], kn[p] * rate[p, nd - 1], tau, at, kind, closed)
+            m = contact_instants(Nc, preload[p] + kn[p] * wave[p, last], kn[p] * rate[p, last], tau, at, kind, closed)
         else:
             m = n
             at[:n + 1] = tau
@@ -396,11 +397,11 @@ def brackets(x, wave, rate, tau, tangents, has_normal, kt, kn, mu, preload, w_st
                     add_integrals(at[i], at[i + 1], C, S)
             A = np.zeros((nh, nh))
             add_products(A, -1.0, C, S)
-            D[p, nd - 1, :, nd - 1, :] += kn[p] * A
-            g[p, nd - 1] += kn[p] * (A @ un)
-            add_constant(g[p, nd - 1], -preload[p], C, S)
-            add_constant(gp[p, nd - 1], -1.0, C, S)
-            moves[p, nd - 1] = True
+            D[p, last, :, last, :] += kn[p] * A
+            g[p, last] += kn[p] * (A @ un)
+            add_constant(g[p, last], -preload[p], C, S)
+            add_constant(gp[p, last], -1.0, C, S)
+            moves[p, last] = True
         counts[:] = 0
         for d in range(tangents):
             if kt[p] == 0:
@@ -417,8 +418,8 @@ def brackets(x, wave, rate, tau, tangents, has_normal, kt, kn, mu, preload, w_st
                         Ns = preload[p]
                         Nr = 0.0
                         if has_normal:
-                            Ns += kn[p] * wave[p, nd - 1, s]
-                            Nr = kn[p] * rate[p, nd - 1, s]
+                            Ns += kn[p] * wave[p, last, s]
+                            Nr = kn[p] * rate[p, last, s]
                         lo[i], hi[i] = wave[p, d, s] - ratio * Ns, wave[p, d, s] + ratio * Ns
                         lo_rate[i], hi_rate[i] = rate[p, d, s] - ratio * Nr, rate[p, d, s] + ratio * Nr
                     else:
@@ -429,7 +430,7 @@ def brackets(x, wave, rate, tau, tangents, has_normal, kt, kn, mu, preload, w_st
             if not fresh:
                 fresh = True
                 D[p] = 0.0
-            moves[p, d] = tangent_bracket(g[p, d], D[p, d, :, d, :], D[p, d, :, nd - 1, :], gp[p, d], u, un, kt[p],
+            moves[p, d] = tangent_bracket(g[p, d], D[p, d, :, d, :], D[p, d, :, last, :], gp[p, d], u, un, kt[p],
                                           kn[p], mu[p], preload[p], pieces[d], counts[d], has_normal)
         slip = shared_slip(pieces[0], counts[0], pieces[1], counts[1])
         if tangents and kt[p] > 0 and mu[p] == 0:

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
+from scipy.linalg.lapack import dgetrf as getrf
+from scipy.linalg.lapack import dgetrs as getrs
 
 from hbm import aft, fourier
 from hbm.errors import InputError
@@ -83,34 +85,43 @@ class Linearisation:
 
     def solve(self, row, corner, value):
         """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], through the rows of the bracket that move."""
-        R, Rp, hb = self.residual, self.by_parameter, self.balance
+        return self._bordered(self.residual, row, corner, value)[:2]
+
+    def direction(self, row, corner):
+        """tx, tp, sign: the tangent with row' tx + corner tp = 1, and the sign of the bordered determinant."""
+        return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
+
+    def _bordered(self, R, row, corner, value):
+        Rp, hb = self.by_parameter, self.balance
         nh, nc = hb.nh, hb.n_components
         DG, rows, local = self._condensed()
         n = len(rows) * nh
+        pivot = corner - row @ Rp
         if not n:
-            dp = (value + row @ R) / (corner - row @ Rp)
-            return -R - Rp * dp, dp
-        bordered = hb.force_on_row(row, rows, self.factors) if row.any() else np.zeros(n)
-        system = np.empty((n + 1, n + 1))
+            dp = (value + row @ R) / pivot
+            return -R - Rp * dp, dp, np.sign(pivot)
+        system = np.empty((n + 1, n + 1), order="F")
         system[:n, :n] = DG
         system[np.arange(n), np.arange(n)] += 1.0
         system[:n, n] = self._apply(local, Rp)
-        system[n, :n] = -bordered
-        system[n, n] = corner - row @ Rp
+        system[n, :n] = -hb.force_on_row(row, rows, self.factors) if row.any() else 0.0
+        system[n, n] = pivot
         right = np.r_[-self._apply(local, R), value + row @ R]
         size = max(np.abs(system[n]).max(), 1e-300)          # the border in the units of the rest
         system[n] /= size
         right[n] /= size
         scale = max(np.abs(system[:, n]).max(), 1e-300)
         system[:, n] /= scale
-        try:
-            y = np.linalg.solve(system, right)
-        except np.linalg.LinAlgError:
-            return np.full(nc * nh, np.nan), np.nan
+        lu, pivots, info = getrf(system, overwrite_a=True)
+        if info or not np.isfinite(lu[-1, -1]):
+            return np.full(nc * nh, np.nan), np.nan, 0.0
+        y = getrs(lu, pivots, right)[0]
+        swaps = np.count_nonzero(pivots != np.arange(n + 1))
+        sign = np.prod(np.sign(np.diag(lu))) * (-1) ** swaps
         y[n] /= scale
         dg = np.zeros((nc, nh))
         dg[rows] = y[:n].reshape(-1, nh)
-        return -R - Rp * y[n] - hb.apply(dg, rows, self.factors), y[n]
+        return -R - Rp * y[n] - hb.apply(dg, rows, self.factors), y[n], sign
 
     def _condensed(self):
         if not self.parts:
@@ -210,7 +221,7 @@ class HarmonicBalance:
         return fourier.to_real(np.conj(z)).ravel()
 
     def condensed(self, bracket, factors, w):
-        """D G on the moving rows (flat n x n), the rows (component numbers), and their places among the pairs with D."""
+        """D G on the moving rows (flat n x n), the rows (component numbers), and their places in D."""
         nd, nh, H = self.nd, self.nh, self.H
         a = len(bracket.pair)
         moving = bracket.row[bracket.pair]
@@ -263,9 +274,9 @@ class HarmonicBalance:
         top = w * max(self.H, 1)
         if self._series is None or not 0.5 * self._series[0] <= top <= self._series[0]:
             reach = 1.1 * top
-            high = (np.sqrt(r.period2) * reach * SERIES_REACH < 1) & (r.ratio < 0.3)
+            high = (np.sqrt(r.mass) * reach * SERIES_REACH < 1) & (r.ratio < 0.3)
             low = np.flatnonzero(~high)
-            P, zeta, s = self.shapes[:, high], r.ratio[high], np.sqrt(r.period2[high])
+            P, zeta, s = self.shapes[:, high], r.ratio[high], np.sqrt(r.mass[high])
             powers = np.empty((SERIES_TERMS, self.n_components, self.n_components))
             before, now = np.zeros_like(zeta), np.ones_like(zeta)
             for n in range(SERIES_TERMS):
