@@ -7,9 +7,10 @@
 where solve answers the bordered system [J, R_p; row', corner] [dx; dp] = [-residual; value], and direction that with
 [0; 1] on the right, with the sign of the determinant. The bordered matrix is regular at folds, where J alone is not.
 R need not be smooth: the sign of det [J, R_p; t'] for a tangent t stays the same along a branch through folds and
-kinks alike, so that it tells forward from backward where the direction itself jumps. `weights` (n,) say how much each unknown counts in the arc length. Lengths are
-relative: a step of 0.1 changes the weighted unknowns by a tenth of their size, or the parameter by a hundredth of the
-way.
+kinks alike, so that it tells forward from backward where the direction itself jumps.
+
+`weights` (n,) say how much each unknown counts in the arc length. Lengths are relative: a step of 0.1 changes the
+weighted unknowns by a tenth of their size, or the parameter by a hundredth of the way.
 """
 
 from dataclasses import dataclass, field, replace

@@ -183,12 +183,13 @@ class HarmonicBalance:
     def linear(self, w: float) -> np.ndarray:
         """x of the stuck system, the solution when no bracket acts."""
         factors = self._factors(w)[0]
-        return fourier.to_real(self.shapes @ (factors * self._force(1.0))).ravel()
+        return fourier.to_real(self.shapes @ (factors * self.force_at(1.0))).ravel()
 
     def _factors(self, w):
         return self.receptance.factors(w * np.arange(self.H + 1))
 
-    def _force(self, level):
+    def force_at(self, level):
+        """(m, H+1) modal force at a force level, constant parts included."""
         force = level * self.force
         force[:, 0] += self.static + self.preload_force
         return force
@@ -199,7 +200,7 @@ class HarmonicBalance:
         u = x.reshape(len(p.pairs), self.nd, self.nh)
         bracket = aft.evaluate(p.law, p.pairs, u, self.start, self.grid)
         d, d_rate = self._factors(w)
-        push = self._force(level)
+        push = self.force_at(level)
         rows = np.flatnonzero(np.any(bracket.g.reshape(-1, self.nh) != 0, axis=1))
         if len(rows):
             push = push - _real_times(self.shapes[rows].T, fourier.to_complex(bracket.g.reshape(-1, self.nh)[rows]))
