@@ -5,7 +5,9 @@
     python -m meshes.calibrate --predict  prints frequencies that were not fitted
 
 Gauss-Newton steps (scipy's least_squares) with one-sided differences in the relative change of each length. Five
-targets for six lengths: a weak pull towards the lengths that the fit starts from makes the answer unique.
+targets for six lengths: a pull towards the lengths that the fit starts from makes the answer unique. It costs the full
+area 0.8 % and buys a plausible blade: with a tenth of it all five are met to 0.1 %, but the tip thins to 1.27 mm and
+the damper's own bending (2903 Hz with 5 + 4 pairs) takes 0.22 of the out-of-phase shape and a second peak.
 """
 
 import argparse
@@ -28,8 +30,11 @@ TARGETS = {  # Hz [Zucca 2016, sections 5 and 8]
     "full_area": 3600.0,  # every row of the flat
 }
 TOLERANCE = {"out_of_phase": 0.005, "in_phase": 0.005, "full_line": 0.01, "ends": 0.01, "full_area": 0.03}  # relative
-STAY = 0.3  # misfit of doubling a length: makes six lengths fitted to five numbers unique, and weighs next to nothing
-FITTED = ("height", "root_thickness", "tip_thickness", "pitch", "fixture_height", "free_span")
+START = {  # m; a wide search over steel blades that come near the targets
+    "height": 0.07565, "root_thickness": 0.011716, "tip_thickness": 0.001736, "pitch": 0.016989,
+    "fixture_height": 0.007492, "free_span": 0.022125,
+}
+STAY = 3.0  # misfit of doubling a length
 STEEL = {"E": 207e9, "nu": 0.3, "density": 7850.0}  # Pa, -, kg/m3
 STIFFNESS = {"left": (3.32e6, 3.02e6), "right": (1.03e6, 0.94e6)}  # kn, kt in N/m per node [Zucca 2016, section 7.1]
 MODES = 20  # fixed-interface modes of each body
@@ -105,21 +110,21 @@ def fit(rig, report=print):
     from scipy.optimize import least_squares
 
     def scaled(factors):
-        return replace(rig, **{k: float(getattr(rig, k) * f) for k, f in zip(FITTED, factors, strict=True)})
+        return replace(rig, **{k: float(getattr(rig, k) * f) for k, f in zip(START, factors, strict=True)})
 
     def misfit(factors):
         hz = frequencies(scaled(factors))
         report(", ".join(f"{k} {hz[k]:.1f}" for k in TARGETS))
         return np.append([(hz[k] / f - 1) / TOLERANCE[k] for k, f in TARGETS.items()], STAY * (factors - 1))
 
-    found = least_squares(misfit, np.ones(len(FITTED)), diff_step=1e-3, xtol=1e-4, ftol=1e-3, max_nfev=5)
+    found = least_squares(misfit, np.ones(len(START)), diff_step=1e-3, ftol=1e-2, max_nfev=4)
     return scaled(found.x)
 
 
 def save(rig):
     """Replaces the fitted values in rig_asymmetric.toml, rounded to 0.1 micrometre."""
     text = DEFAULTS.read_text()
-    for name in FITTED:
+    for name in START:
         text = re.sub(rf"(?m)^{name} = \S+", f"{name} = {getattr(rig, name):.7f}", text)
     DEFAULTS.write_text(text)
 
@@ -170,9 +175,9 @@ def main(arguments=None):
     if given.drift or given.predict:
         (drift if given.drift else predict)(Rig())
         return 0
-    rig = fit(Rig())
+    rig = fit(replace(Rig(), **START))
     save(rig)
-    print("\n".join(f"{name} = {getattr(rig, name):.7f}" for name in FITTED))
+    print("\n".join(f"{name} = {getattr(rig, name):.7f}" for name in START))
     return 0
 
 
