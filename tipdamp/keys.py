@@ -30,7 +30,8 @@ def reference() -> str:
 def _table(title, keys):
     rows = [f"| `{k}` | {_KINDS.get(s.kind, s.kind)} | {s.unit or ''} | {_default(s)} | {_range(s)} | {s.text} |"
             for k, s in keys.items()]
-    return ["", f"## {title}", "", "| key | kind | unit | default | range | meaning |", "|---|---|---|---|---|---|", *rows]
+    head = ["", f"## {title}", "", "| key | kind | unit | default | range | meaning |", "|---|---|---|---|---|---|"]
+    return head + rows
 
 
 def _default(spec):
