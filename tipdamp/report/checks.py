@@ -54,9 +54,10 @@ def _tune(results):
     if {"front", "back"} <= set(reference) and (kept["front"], kept["back"]) != (reference["front"], reference["back"]):
         yield (f"Tuning keeps {kept['front']} + {kept['back']} stations, the reference is "
                f"{reference['front']:g} + {reference['back']:g}.")
-    off = tune["stuck_hz"]["tuned"] / tune["target_hz"] - 1
-    if abs(off) > TARGET:
-        yield f"The tuned stuck frequency misses the target of {tune['target_hz']:g} Hz by {100 * off:+.1f} %."
+    target = tune["target_hz"]
+    if target and abs(tune["stuck_hz"]["tuned"] / target - 1) > TARGET:
+        yield (f"The tuned stuck frequency misses the target of {target:g} Hz by "
+               f"{100 * (tune['stuck_hz']['tuned'] / target - 1):+.1f} %.")
     yield from _monotone(tune["history"])
     for name, check in tune["full_model_check"].items():
         if check["largest_error"] > REDUCTION:

@@ -13,7 +13,7 @@ INK, GREY, PALE = "#222222", "#8a8a8a", "#e3e3e3"
 # Okabe and Ito (2008): told apart by colour-blind readers
 BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
 DARK = "#12355b"
-SEQUENCE = ("#3b0f70", "#2d6a9f", "#1f9d8a", "#6fbf3f", "#d9a400")  # dark to light: an order that survives grey print
+SEQUENCE = ("#3b0f70", "#16508f", "#159a8a", "#7ab83a", "#f2ae00")  # dark to light: an order that survives grey print
 DASHES = ("solid", "dash", "dashdot", "dot")
 
 

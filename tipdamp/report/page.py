@@ -14,9 +14,13 @@ from tipdamp.report.text import hertz, listing, micro, number
 
 # plots follow the width of a printed page, and go back
 PRINT = """
-for (const [event, width] of [["beforeprint", 680], ["afterprint", null]])
-  addEventListener(event, () => document.querySelectorAll(".plotly-graph-div").forEach(
-    plot => Plotly.relayout(plot, width ? {width: width} : {autosize: true, width: null})));
+const plots = () => document.querySelectorAll(".plotly-graph-div");
+addEventListener("beforeprint", () => plots().forEach(plot => {
+  plot.dataset.height = plot.layout.height;
+  Plotly.relayout(plot, {width: 680, height: Math.round(0.8 * plot.layout.height)});
+}));
+addEventListener("afterprint", () => plots().forEach(plot =>
+  Plotly.relayout(plot, {autosize: true, width: null, height: Number(plot.dataset.height)})));
 """
 
 
@@ -49,12 +53,14 @@ def sections_of(results: Results) -> list[tuple]:
     if "preload" in results:
         found.append(("preload", "Preload", [static_figures.preload(results)]))
     if "tune" in results:
-        found.append(("tuning", "Tuning", [static_figures.tuning(results), static_figures.kept(results)]))
+        tuning = [static_figures.tuning(results)] if results["tune"]["target_hz"] else []
+        found.append(("tuning", "Kept stations", [*tuning, static_figures.kept(results)]))
     if results.cases:
         r = response_figures
+        trend = [r.trend(results)] if len({case.Fe for case in results.cases if case.has_peak}) > 1 else []
         found.append(("response", "Forced response",
                       [tables.peaks(results), *(r.family(results, H) for H in reversed(results.orders)),
-                       r.levels(results), r.trend(results), r.shares(results)]))
+                       r.levels(results), *trend, r.shares(results)]))
     found.append(("assumptions", "Assumptions", [tables.assumptions(results)]))
     if "tune" in results and results["tune"]["full_model_check"]:
         found.append(("reduction", "Reduced and full model", [tables.reduction(results)]))
@@ -106,15 +112,15 @@ def introduction(results: Results) -> list[str]:
         forces = [f"{number(s['sum_N'])} N on side '{n}'" for n, s in results["preload"]["sides"].items()]
         first += f" The pull of {driver(results.study)['pull']:g} N presses the damper with {listing(forces)}."
     if "tune" in results:
-        stuck, kept = results["tune"]["stuck_hz"], results["tune"]["tuned_pairs"]
-        first += (f" With all pairs stuck the tracked mode lies at {hertz(stuck['full_area'])} Hz; detaching stations "
-                  f"from the middle down to {kept['front']} + {kept['back']} brings it to {hertz(stuck['tuned'])} Hz "
-                  f"(target {results['tune']['target_hz']:g} Hz).")
+        stuck, kept, target = (results["tune"][k] for k in ("stuck_hz", "tuned_pairs", "target_hz"))
+        how = f"detaching stations from the middle (target {target:g} Hz) leaves" if target else "the study keeps"
+        first += (f" With all pairs stuck the tracked mode lies at {hertz(stuck['full_area'])} Hz; {how} "
+                  f"{kept['front']} + {kept['back']} stations, which bring it to {hertz(stuck['tuned'])} Hz.")
     return [first, *_response_sentence(results)]
 
 
 def _response_sentence(results):
-    cases = [c for c in results.cases if c.H == results.orders[-1] and c.facts["peak_m"] is not None]
+    cases = [c for c in results.cases if c.H == results.orders[-1] and c.has_peak]
     if not cases:
         return
     a, b = cases[0], cases[-1]

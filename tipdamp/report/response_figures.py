@@ -61,7 +61,7 @@ def _curve(results, case: Case, name, color, dash, factor):
     hz, facts = case.curve.frequency, case.facts
     yield Band(hz, low, top, "", color, 0.13)
     yield Curve(hz, top, name, color, dash)
-    if facts["peak_m"] is not None:
+    if case.has_peak:
         yield Marks(np.array([facts["peak_hz"]]), np.array([factor * facts["peak_m"]]), "", color, filled=False)
     yield from _failures(hz, top)
 
@@ -76,7 +76,7 @@ def _failures(hz, amplitude):
 
 
 def _family_words(cases) -> str:
-    good = [c for c in cases if c.facts["peak_m"] is not None]
+    good = [c for c in cases if c.has_peak]
     if len(good) < 2:
         return ""
     first, last = good[0], good[-1]
@@ -120,7 +120,7 @@ def _order_words(results) -> str:
     """Where the smallest H misses the peak of the largest most."""
     few, most = results.orders[0], results.orders[-1]
     pairs = [(a, b) for a in results.of_order(few) for b in results.of_order(most)
-             if a.Fe == b.Fe and None not in (a.facts["peak_m"], b.facts["peak_m"])]
+             if a.Fe == b.Fe and a.has_peak and b.has_peak]
     if few == most or not pairs:
         return ""
     a, b = max(pairs, key=lambda p: abs(p[0].facts["peak_m"] / p[1].facts["peak_m"] - 1))
@@ -159,7 +159,7 @@ def trend(results: Results) -> Figure:
     """Height and frequency of the peak over the level."""
     height, place = [], []
     for k, H in enumerate(results.orders):
-        cases = [c for c in results.of_order(H) if c.facts["peak_m"] is not None]
+        cases = [c for c in results.of_order(H) if c.has_peak]
         Fe, hz, peak = (np.array(v, dtype=float) for v in (
             [c.Fe for c in cases], [c.facts["peak_hz"] for c in cases], [c.facts["peak_m"] for c in cases]))
         color, dash = ORDERS[(len(results.orders) - 1 - k) % 4], DASHES[(len(results.orders) - 1 - k) % 4]
@@ -173,7 +173,8 @@ def trend(results: Results) -> Figure:
         top = MICRO * results.stuck["m_per_N"].max()
         height.append(Line("y", top, f"linear, stuck {number(top, 3)} µm/N", INK, "dot"))
     caption = ("Peak of blade 1 over the excitation level: amplitude per newton, and frequency. Corresponds to the "
-               f"trend of figure 7 of {PAPER}; a full optimisation curve as in figure 3 needs more levels.")
+               f"trend of figure 7 of {PAPER}; a full optimisation curve as in figure 3 needs more levels. "
+               "Curves that do not cover the band are left out.")
     x = "excitation Fe (N)"
     return Figure("peaks", "Peak over the excitation level", caption, (
         Panel("", x, "peak per force (µm/N)", tuple(height)), Panel("", x, "peak frequency (Hz)", tuple(place))),

@@ -27,6 +27,11 @@ class Case:
     def H(self) -> int:
         return self.facts["H"]
 
+    @property
+    def has_peak(self) -> bool:
+        """The whole band was followed: its largest value is a peak, and not just as far as the curve came."""
+        return bool(self.facts["complete"]) and self.facts["peak_m"] is not None
+
     def patch(self, name: str) -> np.ndarray:
         """(n, k) m, half of peak-to-peak of the k nodes of a patch; NaN where a point failed."""
         return self.curve.amplitude()[:, in_patch(self.curve.output_names, name)]

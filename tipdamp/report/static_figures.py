@@ -19,6 +19,7 @@ def linear(results: Results) -> Figure:
     styles = ((BLUE, "solid"), (VERMILION, "dash"))
     curves = [Curve(hz, np.array(y, dtype=float), f"blade {k + 1} ({patch})", *style) for k, ((patch, y), style)
               in enumerate(zip(response["m_per_N"].items(), styles, strict=False))]
+    lowest, highest = (f(f(c.y) for c in curves) for f in (min, max))
     lines = []
     for name in ("out_of_phase", "in_phase"):
         left = free[name] == min(free.values())
@@ -33,7 +34,7 @@ def linear(results: Results) -> Figure:
                f"of {PAPER}.")
     return Figure("linear_without_damper", "Without damper", caption,
                   (Panel("", "frequency (Hz)", "amplitude per force (m/N)", (*curves, *lines), log_y=True,
-                         x_range=(hz[0], hz[-1])),), columns=1)
+                         x_range=(hz[0], hz[-1]), y_range=(0.7 * lowest, 3 * highest)),), columns=1)
 
 
 def preload(results: Results) -> Figure:
@@ -92,7 +93,7 @@ def _station_sums(results, pairs):
 
 
 def kept(results: Results) -> Figure:
-    """What the kept stations carry after tuning."""
+    """What the kept stations carry."""
     table = results.kept
     values = np.r_[table.preload[table.carrying], results.whole.preload]
     span = (min(1.1 * float(values.min()), 0.0) - 0.04 * float(values.max()), 1.12 * float(values.max()))
@@ -135,7 +136,7 @@ def _side_title(results, side) -> str:
 
 
 def tuning(results: Results) -> Figure:
-    """Stuck frequency against the number of kept stations."""
+    """Stuck frequency against the number of kept stations, where a target was met by detaching."""
     tune, reference = results["tune"], results.study.reference
     steps = sorted(tune["history"], key=lambda s: s["front"] + s["back"])
     count, hz, likeness = (np.array(v, dtype=float) for v in zip(
@@ -143,8 +144,9 @@ def tuning(results: Results) -> Figure:
     chosen = tune["tuned_pairs"]
     at = chosen["front"] + chosen["back"]
     label = f"{chosen['front']} + {chosen['back']}: {hertz(tune['stuck_hz']['tuned'])} Hz"
+    target = tune["target_hz"]
     items = [Curve(count, hz, "", BLUE), Marks(count, hz, "tracked mode", BLUE, size=5),
-             Line("y", tune["target_hz"], f"target {tune['target_hz']:g} Hz", VERMILION),
+             Line("y", target, f"target {target:g} Hz", VERMILION),
              Marks(np.array([at]), np.array([tune["stuck_hz"]["tuned"]]), "chosen", VERMILION, "diamond", size=11,
                    labels=(label,))]
     known = [(count.max(), reference.get("full_line_hz")), (sum(reference.get(k, 0) for k in ("front", "back")),
@@ -152,7 +154,7 @@ def tuning(results: Results) -> Figure:
     known = [(n, f) for n, f in known if n and f]
     if known:
         items.append(Marks(*np.array(known, dtype=float).T, "reference", INK, "square", filled=False, size=9))
-    seen = [*hz, tune["target_hz"], *(f for _, f in known)]
+    seen = [*hz, target, *(f for _, f in known)]
     low, high = min(seen) - 0.12 * np.ptp(seen), max(seen) + 0.06 * np.ptp(seen)
     mode = results.study["tune"]["follow"].replace("_", "-")
     caption = (f"Detaching stations from the middle: frequency of the {mode} mode of the stuck assembly, and its "

@@ -9,7 +9,8 @@ from tipdamp.report.results import Results
 from tipdamp.report.summary import versions
 from tipdamp.report.text import NOTHING, deviation, hertz, listing, micro, names_of_pairs, number, percent
 
-SETS = {"full_area": "whole area", "full_line": "whole line", "tuned": "tuned"}
+_LINE = {"edge": "the lower edge line stands for them in the line model", "all": "all in the line model"}
+SETS = {"full_area": "whole area", "full_line": "whole line", "tuned": "kept stations"}
 
 
 @dataclass(frozen=True)
@@ -40,13 +41,19 @@ def key_figures(results: Results) -> Table:
         detail = listing(f"{n} row{'s' * (n > 1)} on '{s}'" for s, n in rows_of.items())
         add(f"stuck, whole area: {detail} (Hz)", stuck["full_area"], "full_area_hz")
         add("stuck, whole line (Hz)", stuck["full_line"], "full_line_hz")
-        add(f"stuck, tuned to {results['tune']['target_hz']:g} Hz (Hz)", stuck["tuned"], "tuned_hz")
+        target = results["tune"]["target_hz"]
+        add(f"stuck, tuned to {target:g} Hz (Hz)" if target else "stuck, the given stations (Hz)", stuck["tuned"],
+            "tuned_hz")
         for end in ("front", "back"):
             given = reference.get(end)
             rows.append((f"kept stations, {end}", f"{kept[end]}", NOTHING if given is None else f"{given:g}",
-                         NOTHING if given is None else f"{kept[end] - given:+g}".replace("-", "\N{MINUS SIGN}")))
+                         NOTHING if given is None else _change(kept[end] - given)))
     return Table("Key figures beside the reference values of the study.",
                  ("", "computed", "reference", "deviation"), tuple(rows))
+
+
+def _change(count) -> str:
+    return f"{count:+g}".replace("-", "\N{MINUS SIGN}") if count else "0"
 
 
 def peaks(results: Results) -> Table:
@@ -55,7 +62,8 @@ def peaks(results: Results) -> Table:
         facts, back = case.facts, case.facts.get("back")
         per_newton = None if facts["peak_m"] is None else facts["peak_m"] / case.Fe
         rows.append((f"{case.H}", f"{case.Fe:g}", hertz(facts["peak_hz"]), micro(facts["peak_m"]),
-                     micro(facts["min_peak_m"]), micro(per_newton), f"{facts['points']}", f"{facts['failed_points']}",
+                     micro(facts["min_peak_m"]), micro(per_newton), f"{facts['points']}",
+                     f"{facts['failed_points']}" + ("" if facts["complete"] else ", incomplete"),
                      _other_way(facts, back), names_of_pairs(facts["slipping_pairs"])))
     kept = int(results.kept.carrying.sum()) if results.kept is not None else None
     caption = ("Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the nodes of the "
@@ -102,10 +110,11 @@ def _contact(results):
         mu = np.unique(table.mu)
         yield "friction coefficient mu", f"{mu[0]:g}" if len(mu) == 1 else f"{mu[0]:g} to {mu[-1]:g}"
     origin = {"given": "given", "halfspace": "from half-space theory"}[study["contact"]["stiffness"]]
+    origin = f"from {study['contact']['pairs']}" if study["contact"]["pairs"] else origin
     for side, (kn, kt) in results["reduce"]["kn_kt_N_per_m"].items():
         said = study.sides.get(side, {})
         rows = results["reduce"]["rows"][side]
-        kept = f", {said['rows']} kept after tuning" if rows > 1 and said else ""
+        kept = f", {_LINE[said['rows']]}" if rows > 1 and said else ""
         yield (f"side '{side}'", f"{said.get('shape', 'given pairs')}; kn = {kn / 1e6:.3g}, kt = {kt / 1e6:.3g} N/µm "
                f"per node, {origin}; {rows} row{'s' * (rows > 1)} in the patch{kept}"
                + ("; initial gap given along the axis" if said.get("gap") else ""))
