@@ -241,7 +241,7 @@ def open_pair(files):
     (damage("responses", 1, "back", "failed_points", value=2), "from the other end is incomplete, 2 failed"),
     (damage("responses", 1, "peak_inside_band", value=False), "at the edge of the band"),
     (damage("responses", 3, "back", "peak_m", value=1.9e-5), "two ways through the band disagree"),
-    (damage("responses", 0, "peak_hz", value=2760.0), "from the tuned stuck frequency: another mode is near"),
+    (damage("responses", 0, "peak_hz", value=2760.0), "from the stuck frequency: another mode is near"),
     (lambda files: [files["responses"][k].update(slipping_pairs=["left 0"]) for k in (0, 2)], "lowest level, 1 N"),
 ])
 def test_warnings_appear_when_they_should(tmp_path, change, words):
@@ -326,9 +326,19 @@ def test_failed_points_are_gaps_with_a_mark(hostile_report, tmp_path):
     assert np.flatnonzero(np.isnan(line.y)).tolist() == [19, 20]
     marks = next(i for i in items if isinstance(i, figure.Marks))
     assert marks.name == "failed point" and np.allclose(marks.x, line.x[19:21]) and np.isfinite(marks.y).all()
+    early = marks_of_early_stop(tmp_path / "early")
+    assert early.name == "curve stops" and early.x.tolist() == [3300.0]
     read = html_of(hostile_report)
     assert "2, incomplete" in read.text and "incomplete, 2 failed points" in read.text
     assert any("failed point" in script for script in read.scripts[1:])
+
+
+def marks_of_early_stop(folder):
+    """The curve of 20 N at H = 3 says that it is incomplete, and no point failed."""
+    folder.mkdir()
+    study, store = artefacts(folder, damage=damage("responses", 3, "complete", value=False))
+    items = response_figures.levels(load_results(study, store)).panels[0].items
+    return next(i for i in items if isinstance(i, figure.Marks))
 
 
 @pytest.mark.parametrize("sections, gone", [("", {"tuning", "response", "reduction"}),
@@ -384,6 +394,10 @@ def test_drawing_libraries_wait_until_they_are_needed():
                                             (2.5e-12, "2.500\N{MULTIPLICATION SIGN}10⁻¹²")])
 def test_numbers(value, written):
     assert text.number(value) == written
+
+
+def test_percent_of_nearly_nothing():
+    assert text.percent(-1e-6) == "0.00 %" and text.percent(-0.0123) == "\N{MINUS SIGN}1.23 %"
 
 
 def test_names_of_pairs():

@@ -45,10 +45,11 @@ def _preload(results):
 
 def _tune(results):
     tune, reference = results["tune"], results.study.reference
-    for name, label in (("full_area", "on the whole area"), ("full_line", "on the whole line"), ("tuned", "tuned")):
+    for name, label in (("full_area", "on the whole area"), ("full_line", "on the whole line"),
+                        ("tuned", "on the kept stations")):
         yield from _off_reference(f"The stuck frequency {label}", tune["stuck_hz"][name], reference.get(f"{name}_hz"))
         if tune["likeness"][name] < LIKENESS:
-            yield (f"The tracked mode of the stuck assembly ({label}) resembles the free one by "
+            yield (f"The tracked mode, stuck {label}, resembles the free one by "
                    f"{tune['likeness'][name]:.2f} only: look at its shape before relying on its number.")
     kept = tune["tuned_pairs"]
     if {"front", "back"} <= set(reference) and (kept["front"], kept["back"]) != (reference["front"], reference["back"]):
@@ -56,7 +57,7 @@ def _tune(results):
                f"{reference['front']:g} + {reference['back']:g}.")
     target = tune["target_hz"]
     if target and abs(tune["stuck_hz"]["tuned"] / target - 1) > TARGET:
-        yield (f"The tuned stuck frequency misses the target of {target:g} Hz by "
+        yield (f"The stuck frequency on the kept stations misses the target of {target:g} Hz by "
                f"{100 * (tune['stuck_hz']['tuned'] / target - 1):+.1f} %.")
     yield from _monotone(tune["history"])
     for name, check in tune["full_model_check"].items():
@@ -116,7 +117,7 @@ def _respond(results):
 
 def _both_ways(name, facts):
     back = facts.get("back")
-    if not back or not all(map(_finite, (back["peak_m"], facts["peak_m"], back["peak_hz"], facts["peak_hz"]))):
+    if not back or not (back["complete"] and facts["complete"]):
         return
     off = [back[k] / facts[k] - 1 for k in ("peak_m", "peak_hz")]
     if max(map(abs, off)) > BOTH_WAYS:
@@ -133,7 +134,7 @@ def _no_slip(results, name, facts):
     if "tune" in results and _finite(facts["peak_hz"]):
         off = facts["peak_hz"] / results["tune"]["stuck_hz"]["tuned"] - 1
         if abs(off) > STUCK_PEAK:
-            yield (f"No pair slips at {name}, yet the peak lies {100 * off:+.2f} % from the tuned stuck frequency: "
+            yield (f"No pair slips at {name}, yet the peak lies {100 * off:+.2f} % from the stuck frequency: "
                    "another mode is near.")
 
 

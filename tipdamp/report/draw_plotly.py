@@ -73,7 +73,8 @@ def _traces(item) -> list[dict]:
                  "line": {"width": 0, "color": item.color}, "fillcolor": _rgba(item.color, item.opacity)}]
     points = {"x": _small(item.x), "y": _small(item.y), "hovertemplate": hover}
     if isinstance(item, Curve):
-        return [{**points, "mode": "lines", "line": {"color": item.color, "dash": item.dash, "width": item.width},
+        return [{**points, "mode": "lines", "line": {"color": item.color, "dash": item.dash, "width": item.width,
+                                                    "simplify": False},
                  "connectgaps": False}]
     symbol = item.symbol if item.filled or item.symbol == "x" else f"{item.symbol}-open"
     text = {"text": [_text(label) for label in item.labels], "textposition": "bottom right"} if item.labels else {}

@@ -22,7 +22,7 @@ from tipdamp.report.figure import (
 )
 from tipdamp.report.results import Case, Results
 from tipdamp.report.static_figures import PAPER
-from tipdamp.report.text import MICRO, hertz, listing, micro, number
+from tipdamp.report.text import MICRO, hertz, listing, micro, number, percent
 
 LEVEL_DASHES = ("solid", "dash", "dashdot")
 ORDERS = (VERMILION, BLUE, GREEN, ORANGE)
@@ -63,12 +63,14 @@ def _curve(results, case: Case, name, color, dash, factor):
     yield Curve(hz, top, name, color, dash)
     if case.has_peak:
         yield Marks(np.array([facts["peak_hz"]]), np.array([factor * facts["peak_m"]]), "", color, filled=False)
-    yield from _failures(hz, top)
+    yield from _failures(case, top)
 
 
-def _failures(hz, amplitude):
-    """A mark on the gap of each failed point, at the height of its neighbours."""
-    bad = ~np.isfinite(amplitude)
+def _failures(case, amplitude):
+    """A mark on the gap of each failed point, at the height of its neighbours, and where a curve stops early."""
+    hz, bad = case.curve.frequency, ~np.isfinite(amplitude)
+    if not case.facts["complete"] and not bad.any():
+        yield Marks(hz[-1:], amplitude[-1:], "curve stops", VERMILION, "diamond", filled=False, size=10)
     if bad.any():
         at = np.arange(len(hz))
         height = np.interp(at[bad], at[~bad], amplitude[~bad]) if not bad.all() else np.zeros(bad.sum())
@@ -106,7 +108,7 @@ def levels(results: Results) -> Figure:
         if results.stuck:
             items.append(Curve(results.stuck["hz"], MICRO * case.Fe * results.stuck["m_per_N"].max(axis=1),
                                "linear, stuck", GREY, "dot"))
-        panels.append(_panel(results, f"Fe = {case.Fe:g} N", "amplitude (µm)", [*items, *_failures(hz, top)]))
+        panels.append(_panel(results, f"Fe = {case.Fe:g} N", "amplitude (µm)", [*items, *_failures(case, top)]))
     caption = ("Each level by itself, from the largest force: the largest and the smallest response over the nodes of "
                f"the patch of blade 1 at H = {most}"
                + (f", beside the largest at H = {listing(others)}" if others else "")
@@ -124,8 +126,8 @@ def _order_words(results) -> str:
     if few == most or not pairs:
         return ""
     a, b = max(pairs, key=lambda p: abs(p[0].facts["peak_m"] / p[1].facts["peak_m"] - 1))
-    off = 100 * (a.facts["peak_m"] / b.facts["peak_m"] - 1)
-    return f"The peaks at H = {few} and H = {most} differ most at {a.Fe:g} N, by {off:+.1f} %."
+    off = percent(a.facts["peak_m"] / b.facts["peak_m"] - 1, 1)
+    return f"The peaks at H = {few} and H = {most} differ most at {a.Fe:g} N, by {off}."
 
 
 def shares(results: Results) -> Figure:
@@ -137,7 +139,7 @@ def shares(results: Results) -> Figure:
         pairs = curve.share_stick.shape[1]
         hz, zero = curve.frequency, np.zeros(len(curve.frequency))
         items = (Band(hz, zero, opened, "open", DARK, 1.0), Band(hz, opened, opened + slip, "slip", ORANGE, 1.0),
-                 Band(hz, opened + slip, opened + slip + stick, "stick", PALE, 1.0), *_failures(hz, opened + slip))
+                 Band(hz, opened + slip, opened + slip + stick, "stick", PALE, 1.0), *_failures(case, opened + slip))
         panels.append(Panel(f"Fe = {case.Fe:g} N", "frequency (Hz)", "pairs", items, y_range=(0, pairs),
                             x_range=tuple(results.study["respond"]["band"])))
     caption = (f"Contact states over frequency at H = {most}: share of the cycle in which each of the {pairs} kept "

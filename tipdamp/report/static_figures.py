@@ -84,10 +84,10 @@ def _ends(results) -> str:
 
 
 def _station_sums(results, pairs):
-    """(axial coordinate, sum over the rows) of the stations, in the order of the axis."""
+    """(axial coordinate, force of the closed rows together) of the stations, in the order of the axis."""
     stations = np.unique(pairs.station)
     x = np.array([results.along(pairs)[pairs.station == s].mean() for s in stations])
-    total = np.array([pairs.preload[pairs.station == s].sum() for s in stations])
+    total = np.array([np.maximum(pairs.preload[pairs.station == s], 0).sum() for s in stations])
     order = np.argsort(x)
     return x[order], total[order]
 

@@ -32,7 +32,8 @@ def percent(share, digits: int = 2) -> str:
     """A ratio as signed percent."""
     if share is None or not math.isfinite(share):
         return NOTHING
-    return f"{100 * share:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
+    rounded = round(100 * share, digits)
+    return f"{rounded:+.{digits}f} %".replace("-", "\N{MINUS SIGN}") if rounded else f"{0:.{digits}f} %"
 
 
 def deviation(value, reference) -> str:
