@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm import fourier, located
+from hbm import fourier, located, sampled
 from hbm.errors import InputError
 from hbm.laws import PairSettings
 
@@ -63,6 +63,10 @@ def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
     P, nd, nh = x.shape
     tau, E, E_rate = grid
     x = np.ascontiguousarray(x)
+    if not law.corridor:
+        g, D, gp, moves, shares = sampled.harmonics(law, pairs, x, start, grid)
+        active = np.flatnonzero(moves.any(axis=1))
+        return Bracket(g, active, D[active], moves, gp, shares)
     g, gp = np.empty((P, nd, nh)), np.empty((P, nd, nh))
     D = np.empty((P, nd, nh, nd, nh))
     moves, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))

@@ -1,0 +1,123 @@
+"""Coupled friction and cubic springs: laws that advance from sample to sample."""
+
+import numpy as np
+import pytest
+
+from hbm import aft, fourier, laws, sampled
+from hbm.residual import ContactProblem
+from hbm.response import follow_band
+from tests.hbm.cases import load, solve
+
+E1 = load("E1")
+LAW = sampled.IsotropicFriction()
+
+
+def prescribed(X, Y, kt, L, n, H=3, law=LAW):
+    """Complex harmonics of T1, T2 under u = (Re X e^, Re Y e^) with constant limit L."""
+    pairs = laws.PairSettings([0.0], [kt], [1.0], [L])
+    x = np.zeros((1, 3, 2 * H + 1))
+    x[0, 0, 1:3], x[0, 1, 1:3] = [X.real, X.imag], [Y.real, Y.imag]
+    b = aft.evaluate(law, pairs, x, aft.slider_start("zero_slider", 1, 2), aft.sample_grid(H, n))
+    return fourier.to_complex(b.g + law.stuck_stiffness(pairs)[:, :, None] * x)[0]
+
+
+@pytest.mark.parametrize("row", E1["ellipses"], ids=lambda r: f"{r['X']}-{r['Y']}-{r['phi']:.2f}")
+def test_ellipses_at_256_samples_and_their_order(row):
+    X, Y = complex(row["X"]), row["Y"] * np.exp(1j * row["phi"])
+    errors = []
+    for n in (256, 1024):
+        F = prescribed(X, Y, row["kt"], row["L"], n, H=1)
+        expected = [complex(*row["coupled"][k]) for k in ("Tx1", "Ty1")]
+        errors.append(np.abs(F[:2, 1] - expected).max() / row["L"])
+    assert errors[0] < 1e-3 and errors[1] < errors[0] / 8 + 1e-8
+    work = np.pi * (F[0, 1] * np.conj(X) + F[1, 1] * np.conj(Y)).imag
+    assert work == pytest.approx(row["coupled"]["dissipation"], rel=1e-4)
+
+
+@pytest.mark.parametrize("row", E1["ellipses"], ids=lambda r: f"{r['X']}-{r['Y']}-{r['phi']:.2f}")
+def test_two_crossed_elements_dissipate_what_the_table_says(row):
+    X, Y = complex(row["X"]), row["Y"] * np.exp(1j * row["phi"])
+    F = prescribed(X, Y, row["kt"], row["L"], 64, law=laws.DryFriction2T())
+    work = np.pi * (F[0, 1] * np.conj(X) + F[1, 1] * np.conj(Y)).imag
+    assert work == pytest.approx(row["uncoupled"]["dissipation"], rel=1e-8)
+
+
+def test_circle_in_closed_form():
+    for row in E1["circular_closed_form"]:
+        F = prescribed(complex(row["R"]), row["R"] * np.exp(-0.5j * np.pi), row["kt"], row["L"], 256, H=1)
+        work = np.pi * (F[0, 1] * np.conj(row["R"]) + F[1, 1] * np.conj(row["R"] * np.exp(-0.5j * np.pi))).imag
+        assert work == pytest.approx(row["dissipation"], rel=1e-3)
+
+
+@pytest.mark.parametrize("row", E1["rotating_force_oscillator"], ids=lambda r: f"{r['Omega']}")
+def test_rotating_force_has_an_exact_radius(row):
+    one = np.eye(2)
+    B = np.vstack([one, np.zeros((1, 2))])
+    pairs = laws.PairSettings([0.0], [row["kt"]], [1.0], [row["L"]])
+    problem = ContactProblem(row["m"] * one, row["c"] * one, row["k"] * one, B, LAW, pairs)
+    X = -1j * row["R_exact"][0] * np.array([1, -1j])
+    guess = np.zeros((3, 3))
+    guess[:2, 1], guess[:2, 2] = X.real, X.imag
+    q, _, _ = solve(problem, row["F"] * np.array([1, -1j]), row["Omega"], 1, samples=256, guess=guess.ravel())
+    assert np.abs(np.abs(q[:, 1]) - np.array(row["R_exact"])[:, None]).min() < 2e-3 * row["R_exact"][0]
+
+
+def random_case(P=30, H=2):
+    rng = np.random.default_rng(0)
+    decay = (1 + np.r_[0, np.repeat(np.arange(1, H + 1), 2)]) ** 2
+    x = rng.normal(size=(P, 3, 2 * H + 1)) / decay
+    pairs = laws.PairSettings(*rng.uniform(0.5, 2, (2, P)), rng.uniform(0.1, 0.8, P), rng.uniform(-0.3, 1, P))
+    return x, pairs, rng
+
+
+@pytest.mark.parametrize("start", aft.STARTS)
+def test_derivatives_by_differences(start):
+    x, pairs, rng = random_case()
+    given, grid = aft.slider_start(start, 30, 2), aft.sample_grid(2, 64)
+    b = aft.evaluate(LAW, pairs, x, given, grid)
+    D = np.zeros((*x.shape, *x.shape[1:]))
+    D[b.pair] = b.D
+    dx, h = rng.normal(size=x.shape), 1e-7
+    numeric = (aft.evaluate(LAW, pairs, x + h * dx, given, grid).g
+               - aft.evaluate(LAW, pairs, x - h * dx, given, grid).g) / (2 * h)
+    error = np.abs(np.einsum("pijkl,pkl->pij", D, dx) - numeric).max(axis=(1, 2))
+    assert np.sort(error)[-3] < 1e-5          # a pair or two may sit on a transition between two samples
+
+
+def test_bounded_by_friction_open_is_zero_and_the_frame_may_turn():
+    x, pairs, _ = random_case()
+    u = x @ fourier.basis(np.linspace(0, 4 * np.pi, 400), 2).T
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+    states = [LAW.begin(v[:, :, 0], np.zeros((30, 2)), False, pairs) for v in (u, turn @ u)]
+    for i in range(1, 400):
+        f, states[0] = LAW.advance(u[:, :, i], states[0], pairs)
+        turned, states[1] = LAW.advance((turn @ u)[:, :, i], states[1], pairs)
+        assert np.allclose(turned, f @ turn.T, atol=1e-12)
+        assert (np.hypot(f[:, 0], f[:, 1]) <= pairs.mu * f[:, 2] * (1 + 1e-9) + 1e-15).all()
+        assert (f[pairs.preload + pairs.kn * u[:, 2, i] <= 0] == 0).all()
+
+
+def test_straight_motion_is_a_jenkins_element():
+    F = prescribed(1 + 0j, 0j, 2.0, 0.3, 512)
+    J = prescribed(1 + 0j, 0j, 2.0, 0.3, 64, law=laws.DryFriction2T())
+    assert np.allclose(F[0], J[0], atol=1e-5)
+
+
+def test_duffing_against_its_branches():
+    I1 = load("I1")
+    p = I1["parameters"]
+    one = np.ones((1, 1))
+    problem = ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, sampled.CubicSpring(),
+                             laws.PairSettings([p["k3"]], [0.0], [0.0], [0.0]))
+    curve = follow_band(problem, np.array([p["F"]]), np.array([0.5, 2.0]) / (2 * np.pi), harmonics=7,
+                        outputs={"x": [1.0]})
+    assert curve.complete
+    w, X = 2 * np.pi * curve.frequency, np.abs(curve.harmonics[:, 0, 1])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(w)))) + 1
+    assert len(turns) == 2
+    folds = [(1.52244802904, 6.52160390), (1.25201495911, 2.59293932)]         # verification.md
+    for i, (omega, amplitude) in zip(turns, folds, strict=True):
+        c = np.polyfit(X[i - 1:i + 2] - X[i], w[i - 1:i + 2], 2)              # frequency over amplitude turns there
+        top = -0.5 * c[1] / c[0]
+        assert np.polyval(c, top) == pytest.approx(omega, rel=5e-4) and X[i] + top == pytest.approx(amplitude, rel=2e-2)
