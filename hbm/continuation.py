@@ -28,7 +28,7 @@ class Settings:
     parameter_share: float = 0.1
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
     most_iterations: int = 12
-    most_points: int = 6000
+    most_points: int = 4000
     most_gaps: int = 3
     runaway: float = 1e6          # unknowns this many times those of the start mean that no solution exists further on
     stall: int = 200              # points within a thousandth of the way
@@ -140,7 +140,7 @@ def follow(evaluate, start: Point, end: float, weights, settings=Settings(), on_
         last = run[-1]
         size = np.linalg.norm(weights * last.x)
         largest = max(largest, size)
-        metric = Metric(weights, max(size, 1e-3 * largest, 1e-300), length)
+        metric = Metric(weights, max(size, 1e-3 * largest) or 1.0, length)
         x, p = _predict(run, metric, step, order, sign)
         row, corner = metric.border(x - last.x, p - last.parameter)
         new = correct(evaluate, x, p, row, corner, metric, settings)
@@ -175,7 +175,8 @@ def follow(evaluate, start: Point, end: float, weights, settings=Settings(), on_
             return branch
         order = 3
         step = min(step * _growth(new.iterations), settings.largest_step)
-    branch.ended = f"stopped after {settings.most_points} points; widen the steps or narrow the band"
+    branch.ended = (f"stopped at {branch.points[-1].parameter:.6g} after {settings.most_points} points: the branch "
+                    "folds again and again; more damping, more or fewer harmonics, or the other direction may help")
     return branch
 
 

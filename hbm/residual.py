@@ -7,7 +7,7 @@ pairs that stick through the cycle, so with dg = D du Newton's system is (I + D 
 the bracket that move.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.linalg as la
@@ -22,6 +22,7 @@ from hbm.linear import Receptance, stuck_receptance
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
 SERIES_TERMS = 18        # 4^-18 is below 1e-10
+SETTINGS = ("preload", "mu")      # of the pairs, that may be a parameter of the continuation
 
 
 @dataclass(frozen=True)
@@ -194,21 +195,34 @@ class HarmonicBalance:
         force[:, 0] += self.static + self.preload_force
         return force
 
-    def evaluate(self, x: np.ndarray, w: float, level: float = 1.0, by: str = "w") -> Linearisation:
-        """Residual at angular frequency w and force level; `by` is the parameter of the derivative: 'w' or 'level'."""
+    def evaluate(self, x: np.ndarray, w: float, level: float = 1.0, by: str = "w", factor: float = 1.0):
+        """Linearisation at angular frequency w and force level.
+
+        by : parameter of the derivative - 'w', 'level', or 'preload' or 'mu' of all pairs, times `factor`
+        """
         p = self.problem
         u = x.reshape(len(p.pairs), self.nd, self.nh)
-        bracket = aft.evaluate(p.law, p.pairs, u, self.start, self.grid)
+        bracket = self._bracket(u, by, factor)
         d, d_rate = self._factors(w)
         push = self.force_at(level)
         rows = np.flatnonzero(np.any(bracket.g.reshape(-1, self.nh) != 0, axis=1))
         if len(rows):
             push = push - _real_times(self.shapes[rows].T, fourier.to_complex(bracket.g.reshape(-1, self.nh)[rows]))
         modal = d * push
-        rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
+        if by in SETTINGS:
+            h = 1e-6 * max(abs(factor), 1e-3)
+            g = (self._bracket(u, by, factor + h).g - self._bracket(u, by, factor - h).g) / (2 * h)
+            rate = -d * _real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
+        else:
+            rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
         both = _real_times(self.shapes, np.concatenate([modal, rate], axis=1))
         residual = x - fourier.to_real(both[:, :self.H + 1]).ravel()
         return Linearisation(residual, -fourier.to_real(both[:, self.H + 1:]).ravel(), bracket, modal, self, d, w)
+
+    def _bracket(self, u, by, factor):
+        p = self.problem
+        pairs = replace(p.pairs, **{by: factor * getattr(p.pairs, by)}) if by in SETTINGS else p.pairs
+        return aft.evaluate(p.law, pairs, u, self.start, self.grid)
 
     def apply(self, g, rows, factors) -> np.ndarray:
         """G g, flat, for g (nc, nh) that is nonzero on `rows` only."""

@@ -13,6 +13,7 @@ from hbm.laws import PairSettings
 from hbm.linear import describe_motion
 from hbm.residual import ContactProblem, HarmonicBalance
 
+PARAMETERS = ("level", "preload", "mu")
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 MOST_HARMONICS = 200
 ORDER_ZERO_WEIGHT = 0.01    # the mean position is nearly indeterminate in slip: it counts little in the arc length
@@ -26,6 +27,8 @@ class ForcedResponse:
     frequency : (n,) Hz, in the order of the branch (not monotone where it folds)
     output_names : (m,) str
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point failed
+    parameter_name, parameter : what the branch was followed in, and its (n,) values: 'frequency' in Hz, or 'level',
+        'preload' or 'mu' as factors on the force, the preload or the friction coefficient, at one frequency
     share_stick, share_slip, share_open : (n, P) share of the cycle
     dissipated : (n, P) J per cycle by friction
     converged : (n,) bool; iterations : (n,) evaluations of the residual
@@ -35,6 +38,8 @@ class ForcedResponse:
     frequency: np.ndarray
     output_names: np.ndarray
     harmonics: np.ndarray
+    parameter_name: str
+    parameter: np.ndarray
     share_stick: np.ndarray
     share_slip: np.ndarray
     share_open: np.ndarray
@@ -198,6 +203,41 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
     return _record(branch, balance, recover, names, ended, problem, start, time.perf_counter() - began)
 
 
+def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, harmonics=5, outputs, start=None,
+                     samples=None, settings=None) -> ForcedResponse:
+    """Branch of periodic responses at one frequency over a factor on the force ('level'), the 'preload' or 'mu'.
+
+    between : (from, to) of the factor; 0 < from. Everything else as in forced_response.
+    """
+    began = time.perf_counter()
+    H = _check_harmonics(harmonics)
+    if name not in PARAMETERS:
+        raise InputError(f"parameter '{name}' is unknown; {nearest(name, PARAMETERS)}")
+    if name == "preload" and not problem.preloaded:
+        raise InputError("parameter 'preload': the unloaded origin has gaps, not preloads; use origin = 'preloaded'")
+    first, last = _check_band(between)
+    w = 2 * np.pi * _check_band((hz, 2 * hz))[0]
+    start = start if start is not None else ("zero_slider" if problem.preloaded else "zero_force")
+    names, rows = _check_outputs(outputs, problem.K.shape[0])
+    settings = settings or continuation.Settings()
+    balance = HarmonicBalance(problem, _check_forcing(forcing, problem.K.shape[0], H), H, start, samples)
+    weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(balance.nh - 1)], balance.n_components)
+
+    def evaluate(x, value):
+        return balance.evaluate(x, w, **({"level": value} if name == "level" else {"factor": value}), by=name)
+
+    guess = balance.linear(w) * (first if name == "level" else 1.0)
+    begin = continuation.solve_at(evaluate, guess, first, weights, settings)
+    if begin.converged:
+        branch = continuation.follow(evaluate, begin, last, weights, settings)
+    else:
+        branch = continuation.Branch([begin], f"no solution found at {name} = {first:g}; begin elsewhere")
+    curve = _record(branch, balance, rows @ balance.receptance.shapes, names, branch.ended, problem, start, 0.0)
+    values = 2 * np.pi * curve.frequency
+    return replace(curve, parameter_name=name, parameter=values, frequency=np.full(len(values), float(hz)),
+                   seconds=time.perf_counter() - began)
+
+
 def first_point(balance, w, weights, settings):
     """A solution at w: from the stuck response, else by raising the force from zero."""
     x = balance.linear(w)
@@ -282,8 +322,9 @@ def _record(branch, balance, recover, names, ended, problem, start, seconds):
             harmonics[i] = recover @ point.detail.modal
             shares[i] = point.detail.bracket.shares
             work[i] = _dissipated(point, balance, problem.law.tangents)
+    hz = np.array([p.parameter for p in branch.points]) / (2 * np.pi)
     return ForcedResponse(
-        frequency=np.array([p.parameter for p in branch.points]) / (2 * np.pi), output_names=np.array(names, dtype=str),
+        frequency=hz, parameter_name="frequency", parameter=hz, output_names=np.array(names, dtype=str),
         harmonics=harmonics, share_stick=shares[..., 0], share_slip=shares[..., 1], share_open=shares[..., 2],
         dissipated=work, converged=np.array([p.converged for p in branch.points]),
         iterations=np.array([p.iterations for p in branch.points]), ended=ended,

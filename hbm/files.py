@@ -1,0 +1,185 @@
+"""Matrices from other codes: npz, npy, Matrix Market, MATLAB, Harwell-Boeing (Ansys HBMAT), Abaqus' matrix text.
+
+    model = model_from_files(M="mass.mtx", K="stiffness.mtx", dofs="dofs.csv")
+
+The dof table is a CSV with a line per row of the matrices: body, node, direction (x, y, z or mode) and, where known,
+x, y, z in m; or the .mapping file that Ansys writes beside its Harwell-Boeing matrices. Abaqus' text names node and
+dof of each entry itself.
+"""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import scipy.io
+import scipy.sparse as sp
+
+from hbm.errors import InputError, nearest
+from hbm.model import DIRECTIONS, ReducedModel
+
+FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
+ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z"}
+
+
+def model_from_files(M, K, C=None, dofs=None, body="body") -> ReducedModel:
+    """ReducedModel from one file per matrix and a dof table; `body` names the body where the table does not."""
+    labels = None
+    matrices = {}
+    for name, path in (("M", M), ("K", K), ("C", C)):
+        if path is None:
+            matrices[name] = None
+            continue
+        matrices[name], found = read_matrix(path, name)
+        if found is not None and labels is not None and found != labels:
+            raise InputError(f"{path}: its nodes and dofs are not those of {M}")
+        labels = labels or found
+    table = _table_of_labels(labels, body) if labels and dofs is None else read_dofs(dofs, body) if dofs else {}
+    return ReducedModel.from_matrices(matrices["M"], matrices["K"], matrices["C"],
+                                      provenance={"M": str(M), "K": str(K), "C": str(C)}, **({"body": body} | table))
+
+
+def read_matrix(path, name="matrix"):
+    """(matrix, labels): labels are ((node, dof), ...) where the file names them, else None.
+
+    A file that holds one triangle only is taken as symmetric. `name` picks the variable of a file that holds several.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{name}: no such file: {path}")
+    kind = path.suffix.lower()
+    if kind not in FORMATS:
+        raise InputError(f"{name}: format of {path} is unknown; {nearest(kind, FORMATS)}")
+    labels = None
+    try:
+        if kind == ".npy":
+            matrix = np.load(path, allow_pickle=False)
+        elif kind == ".npz":
+            matrix = _npz(path, name)
+        elif kind == ".mat":
+            matrix = _matlab(path, name)
+        elif kind in (".hb", ".rb", ".matrix"):
+            matrix = harwell_boeing(path)
+        elif path.read_text(errors="replace")[:14].lower() == "%%matrixmarket":
+            matrix = scipy.io.mmread(path)
+        else:
+            matrix, labels = abaqus_text(path)
+    except (ValueError, IndexError, KeyError, NotImplementedError, OSError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{name}: {path} cannot be read as {kind}: {error}") from None
+    return _both_triangles(matrix), labels
+
+
+def read_dofs(path, body="body") -> dict:
+    """Columns body, node, direction, position of a dof table, in the order of the rows of the matrices."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"dof table: no such file: {path}")
+    if path.suffix.lower() == ".mapping":
+        return _ansys_mapping(path, body)
+    with open(path, newline="", encoding="utf-8-sig") as f:
+        rows = [{k.strip(): (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(f)]
+    for column in ("node", "direction"):
+        if not rows or column not in rows[0]:
+            raise InputError(f"{path}: column '{column}' is missing; needed: node, direction; may be: body, x, y, z")
+    try:
+        position = [[float(row.get(k) or "nan") for k in DIRECTIONS] for row in rows]
+        node = [int(row["node"]) for row in rows]
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+    return dict(body=np.array([row.get("body") or body for row in rows]), node=node, position=position,
+                direction=[row["direction"].lower() for row in rows])
+
+
+def harwell_boeing(path) -> sp.csc_matrix:
+    """Assembled real Harwell-Boeing matrix, symmetric (RSA) or not (RUA); one triangle as it stands."""
+    lines = Path(path).read_text().splitlines()
+    counts = [int(lines[1][14 * k:14 * k + 14] or 0) for k in range(5)]
+    kind = lines[2][:3].upper()
+    if kind not in ("RSA", "RUA"):
+        raise InputError(f"{path}: Harwell-Boeing type {kind} is not supported, only RSA and RUA (real, assembled)")
+    rows, columns, entries = (int(lines[2][14 + 14 * k:28 + 14 * k]) for k in range(3))
+    formats = [lines[3][:16], lines[3][16:32], lines[3][32:52]]
+    at = 5 if counts[4] else 4
+    parts = []
+    for layout, count, number in zip(formats, counts[1:4], (columns + 1, entries, entries), strict=True):
+        width = int(re.search(r"[IDEFG](\d+)", layout.upper())[1])
+        text = [line[k:k + width] for line in lines[at:at + count] for k in range(0, len(line.rstrip()), width)]
+        parts.append([t for t in text if t.strip()][:number])
+        if len(parts[-1]) != number:
+            raise InputError(f"{path}: is cut off, {number} numbers expected where {len(parts[-1])} stand")
+        at += count
+    pointer, index = (np.array(p, dtype=np.int64) - 1 for p in parts[:2])
+    values = np.array([v.upper().replace("D", "E") for v in parts[2]], dtype=float)
+    return sp.csc_matrix((values, index, pointer), shape=(rows, columns))
+
+
+def abaqus_text(path):
+    """(matrix, labels) of Abaqus' matrix text: 'node, dof, node, dof, value' or 'row, column, value' lines."""
+    rows = []
+    for number, line in enumerate(Path(path).read_text().splitlines(), 1):
+        line = line.strip()
+        if not line or line.startswith("*"):
+            continue
+        fields = [f for f in re.split(r"[,\s]+", line) if f]
+        if len(fields) not in (3, 5) or (rows and len(fields) != len(rows[0])):
+            raise InputError(f"{path}, line {number}: 'node, dof, node, dof, value' or 'row, column, value' expected")
+        rows.append(fields)
+    if not rows:
+        raise InputError(f"{path}: holds no entries")
+    values = np.array([r[-1].upper().replace("D", "E") for r in rows], dtype=float)
+    if len(rows[0]) == 3:
+        ij = np.array([r[:2] for r in rows], dtype=np.int64) - 1
+        return sp.coo_matrix((values, ij.T), shape=(ij.max() + 1,) * 2).tocsr(), None
+    pairs = np.array([r[:4] for r in rows], dtype=np.int64)
+    labels = sorted({(int(a), int(b)) for a, b in np.vstack([pairs[:, :2], pairs[:, 2:]])})
+    place = {label: k for k, label in enumerate(labels)}
+    i = [place[tuple(p[:2])] for p in pairs.tolist()]
+    j = [place[tuple(p[2:])] for p in pairs.tolist()]
+    return sp.coo_matrix((values, (i, j)), shape=(len(labels),) * 2).tocsr(), tuple(labels)
+
+
+def _table_of_labels(labels, body):
+    wrong = [label for label in labels if not 1 <= label[1] <= 3]
+    if wrong:
+        raise InputError(f"node {wrong[0][0]}: dof {wrong[0][1]} is not a displacement (1, 2, 3); give a dof table")
+    return dict(body=body, node=[n for n, _ in labels], direction=[DIRECTIONS[d - 1] for _, d in labels])
+
+
+def _ansys_mapping(path, body):
+    found = [line.split() for line in Path(path).read_text().splitlines()]
+    found = [f for f in found if len(f) >= 3 and f[0].isdigit() and f[2].upper() in ANSYS_DOFS]
+    if not found:
+        raise InputError(f"{path}: holds no lines 'equation node UX'")
+    found.sort(key=lambda f: int(f[0]))
+    return dict(body=body, node=[int(f[1]) for f in found], direction=[ANSYS_DOFS[f[2].upper()] for f in found])
+
+
+def _npz(path, name):
+    with np.load(path, allow_pickle=False) as z:
+        if "format" in z:
+            return sp.load_npz(path)
+        return _pick(path, name, {k: z[k] for k in z.files})
+
+
+def _matlab(path, name):
+    content = scipy.io.loadmat(path)
+    return _pick(path, name, {k: v for k, v in content.items() if not k.startswith("__") and np.ndim(v) == 2})
+
+
+def _pick(path, name, found):
+    if name in found:
+        return found[name]
+    if len(found) == 1:
+        return next(iter(found.values()))
+    raise InputError(f"{path}: holds no '{name}'; {nearest(name, found)}")
+
+
+def _both_triangles(matrix):
+    """The symmetric matrix whose one triangle is given; others are returned as they are."""
+    matrix = sp.csr_matrix(matrix)
+    upper, lower = sp.triu(matrix, 1), sp.tril(matrix, -1)
+    if (upper.nnz == 0) != (lower.nnz == 0):
+        matrix = matrix + (upper + lower).T
+    return matrix.toarray()

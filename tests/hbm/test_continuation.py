@@ -1,0 +1,102 @@
+"""The continuation by itself, on equations that have nothing to do with vibration; then in level, preload and mu."""
+
+import numpy as np
+import pytest
+
+from hbm import continuation
+from hbm.errors import InputError
+from hbm.response import follow_parameter
+from tests.hbm.cases import beam, solve
+
+
+class Dense:
+    """What `evaluate` must return, for small equations."""
+
+    def __init__(self, residual, J, by_parameter):
+        self.residual, self.J, self.by_parameter = residual, J, by_parameter
+
+    def _solve(self, row, corner, right):
+        A = np.block([[self.J, self.by_parameter[:, None]], [row[None], np.array([[corner]])]])
+        y = np.linalg.solve(A, right)
+        return y[:-1], y[-1], np.sign(np.linalg.det(A))
+
+    def solve(self, row, corner, value):
+        return self._solve(row, corner, np.r_[-self.residual, value])[:2]
+
+    def direction(self, row, corner):
+        return self._solve(row, corner, np.r_[0 * self.residual, 1.0])
+
+
+def s_curve(x, p):
+    """x^3 - 3 x = p: folds at p = 2, x = -1 and p = -2, x = 1."""
+    return Dense(x**3 - 3 * x - p, np.diag(3 * x**2 - 3), np.array([-1.0]))
+
+
+def start_at(evaluate, x, p):
+    point = continuation.solve_at(evaluate, np.array([x]), p, np.ones(1))
+    assert point.converged
+    return point
+
+
+def test_folds_are_followed():
+    branch = continuation.follow(s_curve, start_at(s_curve, -2.5, -8.0), 8.0, np.ones(1))
+    x, p = np.array([b.x[0] for b in branch.points]), np.array([b.parameter for b in branch.points])
+    assert branch.complete and p[-1] == 8.0 and (np.diff(x) > 0).all()
+    assert p[x < 0].max() == pytest.approx(2, abs=3e-2) and p[(x > 0) & (x < 1.5)].min() == pytest.approx(-2, abs=3e-2)
+    assert branch.calls < 5 * len(branch.points)
+
+
+def test_a_corner_that_folds_is_turned():
+    """The branch must come back behind the corner: not stop, and not run back on itself."""
+    def corner(x, p):
+        return Dense(np.array([x[0] - p + 3 * max(0.0, -x[0] + 1) * (x[0] < 1)]),
+                     np.array([[1.0 - 3.0 * (x[0] < 1)]]), np.array([-1.0]))
+    # x < 1: -2 x + 3 = p, falling; x > 1: x = p, rising: a fold with a corner at x = 1, p = 1
+    branch = continuation.follow(corner, start_at(corner, -1.0, 5.0), 0.0, np.ones(1),
+                                 continuation.Settings(most_points=200))
+    x = np.array([b.x[0] for b in branch.points])
+    assert x.max() > 3 and (np.diff(x) > 0).all() and "turned back" in branch.ended
+
+
+def test_a_branch_that_ends_is_marked_and_left():
+    """No solution between p = 5 and 7: failed points stay in the branch, and it goes on behind the gap."""
+    def gap(x, p):
+        hole = 0.0 if not 5 < p < 7 else 10.0
+        return Dense(np.array([x[0] - p]) + hole, np.eye(1) * (1.0 if not hole else 1e-12), np.array([-1.0]))
+    branch = continuation.follow(gap, start_at(gap, 0.0, 0.0), 20.0, np.ones(1))
+    assert not all(b.converged for b in branch.points) and branch.points[-1].parameter == pytest.approx(20)
+
+
+def test_a_jump_to_another_branch_is_refused():
+    """Two parallel lines: from one, no converged point of the other may be taken."""
+    def lines(x, p):
+        a, b = x[0] - p, x[0] - p - 0.3
+        return Dense(np.array([a * b]), np.array([[a + b]]), np.array([-(a + b)]))
+    branch = continuation.follow(lines, start_at(lines, 5.0, 5.0), 10.0, np.ones(1))
+    assert branch.complete and np.allclose([b.x[0] - b.parameter for b in branch.points], 0, atol=1e-6)
+
+
+def test_between_lies_on_the_branch():
+    branch = continuation.follow(s_curve, start_at(s_curve, -2.5, -8.0), 8.0, np.ones(1))
+    a, b = branch.points[4:6]
+    point = continuation.between(s_curve, a, b, 0.5, np.ones(1))
+    assert point.converged and a.x < point.x < b.x
+    assert point.x[0] ** 3 - 3 * point.x[0] == pytest.approx(point.parameter, abs=1e-8)
+
+
+@pytest.mark.parametrize("name,between", [("level", (1.0, 40.0)), ("preload", (3.0, 1.0)), ("mu", (3.0, 1.0))])
+def test_level_preload_and_friction_end_where_the_frequency_curve_is(name, between):
+    """C8 at 932.1 Hz, H = 3: the branch ends at the state of 40 N with the preload and mu of the model."""
+    problem, force, outputs = beam("C8")
+    expected = np.abs(outputs["tip"] @ solve(problem, 40 * force, 2 * np.pi * 932.1, 3)[0][:, 1])
+    curve = follow_parameter(problem, force if name == "level" else 40 * force, 932.1, name, between, harmonics=3,
+                             outputs=outputs)
+    assert curve.complete and curve.parameter[-1] == pytest.approx(between[1])
+    assert abs(curve.harmonics[-1, 0, 1]) == pytest.approx(expected, rel=1e-6)
+    assert (curve.frequency == 932.1).all() and curve.parameter_name == name
+
+
+def test_unknown_parameter():
+    problem, force, outputs = beam("B8")
+    with pytest.raises(InputError, match="level"):
+        follow_parameter(problem, force, 900.0, "levels", (1, 2), outputs=outputs)

@@ -1,0 +1,134 @@
+"""Matrices written as other codes write them come back as the same model, and give the same response."""
+
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse as sp
+
+from hbm.errors import InputError
+from hbm.files import model_from_files, read_matrix
+from tests.hbm.small_rig import small_rig
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return small_rig(stations=3)
+
+
+def dof_table(path, model):
+    lines = ["body,node,direction,x,y,z"]
+    lines += [f"{b},{n},{d},{x:.17g},{y:.17g},{z:.17g}" for b, n, d, (x, y, z)
+              in zip(model.body, model.node, model.direction, model.position, strict=True)]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def harwell_boeing_as_ansys(path, matrix):
+    """RSA with the lower triangle, one number per line, D exponents."""
+    low = sp.csc_matrix(sp.tril(matrix))
+    low.sort_indices()
+    n, nnz = matrix.shape[0], low.nnz
+    head = ["title".ljust(72) + "key", "".join(f"{k:14d}" for k in (n + 1 + 2 * nnz, n + 1, nnz, nnz, 0)),
+            "RSA".ljust(14) + "".join(f"{k:14d}" for k in (n, n, nnz, 0)),
+            "(1I14)".ljust(16) + "(1I14)".ljust(16) + "(1D25.16)".ljust(20) + "".ljust(20)]
+    body = [f"{k + 1:14d}" for k in low.indptr] + [f"{k + 1:14d}" for k in low.indices]
+    body += [f"{v:25.16E}".replace("E", "D") for v in low.data]
+    path.write_text("\n".join(head + body) + "\n")
+
+
+def abaqus(path, matrix, node, direction):
+    i, j = np.nonzero(np.triu(matrix))
+    dof = ["xyz".index(d) + 1 for d in direction]
+    path.write_text("** comment\n*MATRIX INPUT\n" + "\n".join(
+        f"{node[a]},{dof[a]}, {node[b]},{dof[b]}, {matrix[a, b]:.16e}" for a, b in zip(i, j, strict=True)))
+
+
+@pytest.mark.parametrize("kind", [".npz", ".mtx", ".mat", ".hb", "sparse.npz"])
+def test_every_format_comes_back(rig, tmp_path, kind):
+    model = rig[0]
+    write = {".npz": lambda p, A: np.savez(p, A), "sparse.npz": lambda p, A: sp.save_npz(p, sp.csr_matrix(A)),
+             ".mtx": lambda p, A: scipy.io.mmwrite(p, sp.coo_matrix(A), symmetry="symmetric", precision=17),
+             ".mat": lambda p, A: scipy.io.savemat(p, {"A": sp.csc_matrix(A)}), ".hb": harwell_boeing_as_ansys}[kind]
+    paths = {name: tmp_path / f"{name}{kind}" for name in "MK"}
+    for name, path in paths.items():
+        write(path, getattr(model, name))
+    again = model_from_files(**paths, dofs=dof_table(tmp_path / "dofs.csv", model))
+    for name in "MK":
+        assert np.allclose(getattr(again, name), getattr(model, name), rtol=1e-14, atol=0)
+    assert np.array_equal(again.dofs("damper", 2), model.dofs("damper", 2))
+    assert np.allclose(again.position, model.position)
+
+
+def test_abaqus_text_names_its_dofs(rig, tmp_path):
+    model = rig[0]
+    rows = np.flatnonzero(model.body == "damper")
+    for name in "MK":
+        A = getattr(model, name)[np.ix_(rows, rows)]
+        abaqus(tmp_path / f"{name}.mtx", A + 0.0, model.node[rows], model.direction[rows])
+    again = model_from_files(tmp_path / "M.mtx", tmp_path / "K.mtx", body="damper")
+    assert np.allclose(again.K, model.K[np.ix_(rows, rows)], rtol=1e-14)
+    assert again.dofs("damper", 2).tolist() == [3, 4, 5]
+    (tmp_path / "rotation.mtx").write_text("1,6,1,6,2.0")
+    with pytest.raises(InputError, match="dof 6"):
+        model_from_files(tmp_path / "rotation.mtx", tmp_path / "rotation.mtx")
+
+
+def test_harwell_boeing_mapping(rig, tmp_path):
+    model = rig[0]
+    harwell_boeing_as_ansys(tmp_path / "K.hb", model.K)
+    harwell_boeing_as_ansys(tmp_path / "M.hb", model.M)
+    node = np.repeat(np.arange(1, model.size // 3 + 1), 3)
+    (tmp_path / "K.mapping").write_text("Matrix Eqn  Node  DOF\n" + "\n".join(
+        f"{i + 1:8d} {node[i]:8d} U{'XYZ'[i % 3]}" for i in range(model.size)))
+    again = model_from_files(tmp_path / "M.hb", tmp_path / "K.hb", dofs=tmp_path / "K.mapping", body="all")
+    assert again.dofs("all", 2).tolist() == [3, 4, 5]
+
+
+def test_a_file_that_cannot_be_read_says_so(rig, tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_matrix(tmp_path / "M.mtx")
+    (tmp_path / "M.xyz").write_text("1")
+    with pytest.raises(InputError, match="unknown"):
+        read_matrix(tmp_path / "M.xyz")
+    (tmp_path / "K.mtx").write_text("*MATRIX\n1,1,1\n1,2\n")
+    with pytest.raises(InputError, match="line 3"):
+        read_matrix(tmp_path / "K.mtx")
+    harwell_boeing_as_ansys(tmp_path / "K.hb", rig[0].K)
+    text = (tmp_path / "K.hb").read_text().splitlines()
+    (tmp_path / "K.hb").write_text("\n".join(text[:-20]))
+    with pytest.raises(InputError, match="cut off"):
+        read_matrix(tmp_path / "K.hb")
+
+
+def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_path):
+    """A fresh process in which dolfinx, petsc4py, slepc4py and gmsh cannot be imported."""
+    model, pairs, _ = rig
+    for name in "MK":
+        scipy.io.mmwrite(tmp_path / f"{name}.mtx", sp.coo_matrix(getattr(model, name)), precision=17)
+    dof_table(tmp_path / "dofs.csv", model)
+    pairs.save(tmp_path / "pairs.csv")
+    script = textwrap.dedent("""
+        import sys
+        for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh", "mpi4py"):
+            sys.modules[name] = None
+        from hbm.contact import ContactTable
+        from hbm.files import model_from_files
+        from hbm.laws import DryFriction2T
+        from hbm.response import forced_response
+        model = model_from_files("M.mtx", "K.mtx", dofs="dofs.csv")
+        tip = model.displacement_row("blade1", 4, [0, 1, 0])
+        curve = forced_response(model, ContactTable.load("pairs.csv"), DryFriction2T(), 8 * tip, (200, 600),
+                                harmonics=1, damping_ratio=0.02, outputs={"tip": tip})
+        print(curve.complete, len(curve.slipping_pairs), *curve.peak("tip"))
+    """)
+    root = str(Path(__file__).parents[2])
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env={"PYTHONPATH": root, "PATH": "/usr/bin"},
+                          capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    complete, _, hz, amplitude = done.stdout.split()
+    assert complete == "True" and float(amplitude) > 0 and 200 < float(hz) < 600
