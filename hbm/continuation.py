@@ -182,7 +182,7 @@ def follow(evaluate, start: Point, end: float, weights, settings=Settings(), on_
 
 def _lost(branch, new, weights, length, settings) -> bool:
     """Set the end of a branch that runs away, or that no longer gets on."""
-    limit = settings.runaway * np.linalg.norm(branch.points[0].x)
+    limit = settings.runaway * max(np.linalg.norm(p.x) for p in branch.points[:2] if p.converged)
     if np.linalg.norm(new.x) > limit:
         branch.ended = f"stopped at {new.parameter:.6g}: the solution grows without bound"
     recent = [p.parameter for p in branch.points[-settings.stall:]]
@@ -257,7 +257,7 @@ def _turn(evaluate, last, x, p, metric, step, sign, settings, branch):
 def _across(evaluate, last, end, sense, weights, length, settings, branch):
     """Past a place where the branch is lost: mark it as failed and try fixed parameters ahead."""
     branch.points.append(Point(np.full_like(last.x, np.nan), last.parameter + sense * 1e-3 * length, False, 0))
-    for ahead in (0.01, 0.03, 0.1, 0.2, 0.5, 1.0):
+    for ahead in (0.01, 0.03, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0):
         p = last.parameter + sense * ahead * length
         if sense * (p - end) > 0:
             p = end

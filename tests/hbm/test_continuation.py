@@ -61,8 +61,10 @@ def test_a_corner_that_folds_is_turned():
 def test_a_branch_that_ends_is_marked_and_left():
     """No solution between p = 5 and 7: failed points stay in the branch, and it goes on behind the gap."""
     def gap(x, p):
-        hole = 0.0 if not 5 < p < 7 else 10.0
-        return Dense(np.array([x[0] - p]) + hole, np.eye(1) * (1.0 if not hole else 1e-12), np.array([-1.0]))
+        d = x[0] - p
+        if 5 < p < 7:
+            return Dense(np.array([1 + d * d]), np.array([[2 * d + 1e-9]]), np.array([-2 * d]))
+        return Dense(np.array([d]), np.eye(1), np.array([-1.0]))
     branch = continuation.follow(gap, start_at(gap, 0.0, 0.0), 20.0, np.ones(1))
     assert not all(b.converged for b in branch.points) and branch.points[-1].parameter == pytest.approx(20)
 
