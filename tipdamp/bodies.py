@@ -116,7 +116,8 @@ def reduced_model(study, tick) -> tuple[ReducedModel, ContactTable, dict]:
     meshes = read_meshes(study)
     pairs = whole_patch(study, meshes)
     blades, damper = assemble_bodies(study, meshes, tick)
-    groups = [blades.group(g) for g in (study["respond"]["excitation"], *study["respond"]["patches"])]
+    r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
+    groups = [blades.group(g) for g in (r["excitation"], *r["patches"]) if g]
     tick(0.15, f"reducing the blades, {blades.dofs} dofs")
     r_blades = craig_bampton(blades, np.concatenate([pairs.blade_node, *groups]), study[BLADES]["modes"])
     tick(0.75, f"reducing the damper, {damper.dofs} dofs")

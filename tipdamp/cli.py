@@ -82,13 +82,16 @@ def _one_stage(arguments) -> int:
 
 
 def _all_stages(arguments) -> int:
-    from tipdamp.stages import STAGES, results_folder, run_stage
+    from tipdamp.stages import STAGES, applies, results_folder, run_stage
     from tipdamp.study import load_study
 
     study = load_study(arguments.study)
     store = results_folder(study, arguments.out)
     began = time.perf_counter()
     for name in STAGES:
+        if not applies(name, study):
+            print(f"{name:8s}    nothing to do: the study has no [{']['.join(STAGES[name].requires)}]")
+            continue
         how = run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet)
         print(_line(name, how, store), flush=True)
     print(f"report: {store.path('report.html')}  ({time.perf_counter() - began:.1f} s)")
@@ -104,6 +107,8 @@ def _line(name, how, store) -> str:
 
 
 def _partial(store) -> int:
+    if store.record("respond") is None:
+        return 0
     failed = sum(r["failed_points"] + (not r["complete"]) for r in store.read_json("respond.json")["responses"])
     if failed:
         print("tipdamp: curves are incomplete, see the report", file=sys.stderr)

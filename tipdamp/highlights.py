@@ -14,8 +14,9 @@ def _inspect(store):
 def _reduce(store):
     found = store.read_json("reduce.json")
     r, free = found["reduction"], found["free_hz"]
-    return (f"{r['dofs']} dofs to {r['masters']} masters + {sum(r['modes'].values())} modes; free: out of phase "
-            f"{free['out_of_phase']:.1f} Hz, in phase {free['in_phase']:.1f} Hz")
+    modes = ", ".join(f"{name.replace('_', ' ')} {hz:.1f} Hz" for name, hz in free.items())
+    return (f"{r['dofs']} dofs to {r['masters']} masters + {sum(r['modes'].values())} modes; free: "
+            + (modes or f"{found['free_modes_hz'][0]:.1f} Hz"))
 
 
 def _preload(store):

@@ -1,10 +1,11 @@
 """What each stage does: from the study and the files of the stages before it to files of its own.
 
-Every function has the form job(study, store, tick) and returns nothing: what it found is in its files, which the
-table in `stages.py` names. From `preload` on only reduced matrices and contact tables are used.
+Every function has the form job(study, store, tick): what it found is in its files, which the table in `stages.py`
+names; it returns the names of further files whose number depends on the study. From `preload` on only reduced matrices and contact tables are used.
 """
 
 import numpy as np
+from scipy.linalg import eigh
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError, nearest
@@ -98,14 +99,21 @@ def reduce(study, store, tick):
     else:
         model, pairs, facts = bodies.reduced_model(study, tick)
     blades = model.part(BLADES)
-    free = free_modes(study, blades)
+    known = "respond" in study
+    free = free_modes(study, blades) if known else {"hz": lowest_modes(blades)[0][:10]}
     with store.writing("model.npz") as path:
         model.save(path)
     with store.writing("pairs.csv") as path:
         pairs.save(path)
     store.write_json("reduce.json", {
-        **facts, "free_hz": {k: free[k][0] for k in ("out_of_phase", "in_phase")}, "free_modes_hz": free["hz"],
-        "free_response": free_response(study, blades)})
+        **facts, "free_hz": {k: free[k][0] for k in ("out_of_phase", "in_phase") if k in free},
+        "free_modes_hz": free["hz"], "free_response": free_response(study, blades) if known else None})
+
+
+def lowest_modes(model: ReducedModel, count: int = 20) -> tuple[np.ndarray, np.ndarray]:
+    """Hz (m,) and mass-normalised shapes (r, m)."""
+    lam, shapes = eigh(model.K, model.M, subset_by_index=(0, min(count, model.size) - 1))
+    return np.sqrt(np.maximum(lam, 0)) / (2 * np.pi), shapes
 
 
 def free_modes(study, blades: ReducedModel) -> dict:
@@ -114,19 +122,16 @@ def free_modes(study, blades: ReducedModel) -> dict:
     The mode that contributes most to the static compliance of the difference (sum) of the two patches' mean motion
     is the out-of-phase (in-phase) one: found by shape, whatever its number.
     """
-    from scipy.linalg import eigh
-
-    lam, shapes = eigh(blades.K, blades.M, subset_by_index=(0, min(20, blades.size) - 1))
+    hz, shapes = lowest_modes(blades)
     direction = study["respond"]["direction"]
     patches = study["respond"]["patches"]
     if len(patches) != 2:
         raise InputError(f"{study.path}: [respond] patches: two groups are needed, one on each blade")
     one, two = (np.mean([blades.displacement_row(BLADES, n, direction) for n in group(blades, study, p)], axis=0)
                 @ shapes for p in patches)
-    hz = np.sqrt(np.maximum(lam, 0)) / (2 * np.pi)
     found = {"hz": hz[:10]}
     for name, motion in (("out_of_phase", one - two), ("in_phase", one + two)):
-        best = int((motion**2 / lam).argmax())
+        best = int((motion**2 / hz**2).argmax())
         found[name] = (float(hz[best]), shapes[:, best])
     return found
 
@@ -262,6 +267,7 @@ def respond(study, store, tick):
         np.savez(path, frequency=hz, response=x, output_names=np.array(list(rows)))
     store.write_json("respond.json", {"responses": found, "zeta": settings["damping_ratio"],
                                       "stuck_difference": stuck_difference(study, model, kept, store, found)})
+    return [case["file"] for case in found]
 
 
 def stuck_difference(study, model, kept, store, found) -> dict:

@@ -15,7 +15,8 @@ from tipdamp.study import Study
 
 @dataclass(frozen=True)
 class Stage:
-    """needs - stages whose files it reads; sections - parts of the study that it depends on; outputs - its files."""
+    """needs - stages whose files it reads; requires - sections without which it has nothing to do
+    sections - parts of the study that it depends on; outputs - its files, beside those that the job returns."""
 
     name: str
     text: str
@@ -23,27 +24,30 @@ class Stage:
     needs: tuple
     sections: tuple
     outputs: tuple
+    requires: tuple = ()
     reads_meshes: bool = False
 
 
 def _report(study, store, tick):
     from tipdamp.report.page import write_report
 
-    write_report(study, store, tick)
+    return write_report(study, store, tick)
 
 
 _BODIES = ("material", "blades", "damper", "model")
 STAGES = {stage.name: stage for stage in (
     Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
-          (*_BODIES, "contact", "sides"), ("inspect.json",), True),
+          (*_BODIES, "contact", "sides"), ("inspect.json",), reads_meshes=True),
     Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", jobs.reduce, (),
-          (*_BODIES, "contact", "sides", "respond", "free"), ("model.npz", "pairs.csv", "reduce.json"), True),
+          (*_BODIES, "contact", "sides", "respond", "free"), ("model.npz", "pairs.csv", "reduce.json"),
+          reads_meshes=True),
     Stage("preload", "unilateral static contact under the pull: the preload map", jobs.preload, ("reduce",),
           ("damper", "model"), ("preload.csv", "preload.json")),
     Stage("tune", "detach pairs from the middle until the stuck frequency meets the target", jobs.tune,
-          ("reduce", "preload"), ("tune", "sides", "respond"), ("kept.csv", "tune.json"), True),
+          ("reduce", "preload"), ("tune", "sides", "respond"), ("kept.csv", "tune.json"),
+          requires=("tune", "respond"), reads_meshes=True),
     Stage("respond", "forced response at every level and number of harmonics", jobs.respond, ("reduce", "tune"),
-          ("respond", "sides"), ("respond.json", "stuck.npz")),
+          ("respond", "sides"), ("respond.json", "stuck.npz"), requires=("tune", "respond")),
     Stage("report", "the HTML page, the figures and summary.json", _report,
           ("inspect", "reduce", "preload", "tune", "respond"), ("title", "reference"),
           ("report.html", "summary.json")),
@@ -56,34 +60,35 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
     Raises InputError when the study lacks a section for it, or a stage that it needs is absent or out of date.
     """
     stage = STAGES[name]
-    _need_sections(stage, study)
-    for need in stage.needs:
+    for section in stage.requires:
+        if section not in study:
+            raise InputError(f"{study.path}: section [{section}] is missing, the stage '{name}' needs it")
+    needs = [n for n in stage.needs if applies(n, study)]
+    for need in needs:
         _need_stage(stage, STAGES[need], study, store)
-    for touched in dict.fromkeys([*stage.needs, name]):
+    for touched in [*needs, name]:
         _check_untouched(touched, store, force and touched == name)
     key = stage_key(stage, study)
     if not force and store.is_current(name, key):
         return "skipped"
     began = time.perf_counter()
     with progress(name, quiet=quiet) as tick:
-        stage.job(study, store, tick)
-    store.finish(name, key, stage.outputs, time.perf_counter() - began)
+        more = stage.job(study, store, tick) or ()
+    store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began)
     return "done"
+
+
+def applies(name: str, study: Study) -> bool:
+    """Whether the study has the sections that the stage works on."""
+    return all(section in study for section in STAGES[name].requires)
 
 
 def stage_key(stage: Stage, study: Study) -> str:
     """Fingerprint of all that the stage depends on: program, study values, files, and the stages before it."""
     values = {s: study.part(s) for s in stage.sections}
     files = [f for f in study.input_files() if stage.reads_meshes and f.is_file()]
-    before = [stage_key(STAGES[need], study) for need in stage.needs]
+    before = [stage_key(STAGES[need], study) for need in stage.needs if applies(need, study)]
     return fingerprint(stage.name, tipdamp.__version__, values, *files, before)
-
-
-def _need_sections(stage, study):
-    wanted = {"reduce": ("respond",), "tune": ("tune", "respond"), "respond": ("respond",), "report": ()}
-    for section in wanted.get(stage.name, ()):
-        if section not in study:
-            raise InputError(f"{study.path}: section [{section}] is missing, the stage '{stage.name}' needs it")
 
 
 def _need_stage(stage, need, study, store):

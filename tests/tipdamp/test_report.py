@@ -82,9 +82,12 @@ def curve(Fe, H, failed=()):
     good = ~np.isin(np.arange(len(hz)), failed)
     harmonics[~good] = np.nan
     share = np.where(good, 0.2, np.nan)[:, None] * np.ones(6) * (Fe > 1)
-    return ForcedResponse(hz, np.array(["patch_1:1", "patch_1:2", "patch_2:3", "patch_2:4"]), harmonics, 1 - share,
-                          share, 0 * share, share, good, np.ones(len(hz), int), "reached the end of the band",
-                          bool(good.all()), H, "preloaded", "zero_slider", 0.5, 100)
+    names = np.array(["patch_1:1", "patch_1:2", "patch_2:3", "patch_2:4"])
+    return ForcedResponse(frequency=hz, output_names=names, harmonics=harmonics, parameter_name="frequency",
+                          parameter=hz, share_stick=1 - share, share_slip=share, share_open=0 * share,
+                          dissipated=share, converged=good, iterations=np.ones(len(hz), int),
+                          ended="reached the end of the band", complete=bool(good.all()), H=H, origin="preloaded",
+                          start="zero_slider", seconds=0.5, residual_calls=100)
 
 
 def side_figures():

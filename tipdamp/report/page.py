@@ -24,8 +24,8 @@ addEventListener("afterprint", () => plots().forEach(plot =>
 """
 
 
-def write_report(study, store, tick) -> None:
-    """Write summary.json, figures/*.png and report.html into the results folder.
+def write_report(study, store, tick) -> list[str]:
+    """Write summary.json, figures/*.png and report.html into the results folder; the names of the figures.
 
     Without plotly or matplotlib summary.json is written all the same, then InputError says what to install.
     """
@@ -44,12 +44,14 @@ def write_report(study, store, tick) -> None:
         path.write_text(page(results, sections, summary["warnings"]), encoding="utf-8")
     summary["seconds"]["report"] = round(time.perf_counter() - began, 3)
     store.write_json("summary.json", summary)
+    return [f"figures/{figure.name}.png" for figure in figures]
 
 
 def sections_of(results: Results) -> list[tuple]:
     """(id, title, blocks) of what there is to show; a block is a Figure or a Table."""
-    found = [("figures", "Key figures", [tables.key_figures(results)]),
-             ("linear", "Without damper", [static_figures.linear(results)])]
+    found = [("figures", "Key figures", [tables.key_figures(results)])]
+    if results["reduce"]["free_response"]:
+        found.append(("linear", "Without damper", [static_figures.linear(results)]))
     if "preload" in results:
         found.append(("preload", "Preload", [static_figures.preload(results)]))
     if "tune" in results:
