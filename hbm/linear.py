@@ -168,10 +168,11 @@ def describe_motion(model, motion: np.ndarray) -> str:
     size = np.linalg.norm(rigid, axis=0)
     size[size == 0] = 1.0
     part = np.linalg.lstsq(rigid / size, motion[rows], rcond=None)[0]
-    kind = int(np.abs(part).argmax())
-    vector = part[:3] if kind < 3 else (part / size)[3:]
-    vector = vector / np.linalg.norm(vector)
-    verb = "slides along" if kind < 3 else "rotates about"
+    slide, turn = np.linalg.norm(part[:3]), np.linalg.norm(part[3:])
+    turns = turn > 0.3 * slide              # rolling on an edge moves the centre too
+    vector = (part / size)[3:] if turns else part[:3]
+    vector = vector / max(np.linalg.norm(vector), 1e-300)
+    verb = "rotates about" if turns else "slides along"
     return f"body '{body}' {verb} ({', '.join(f'{v + 0.0:.2f}' for v in vector)})"
 
 

@@ -66,9 +66,12 @@ class ContactProblem:
         return self.K + (B.T * k) @ B
 
     def receptance(self) -> Receptance:
-        """Of the stuck system; raises InputError when a motion is left free."""
-        C = self.C if self.damping_ratio is None else None
-        return stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe)
+        """Of the stuck system, computed once; raises InputError when a motion is left free."""
+        if "_receptance" not in self.__dict__:
+            C = self.C if self.damping_ratio is None else None
+            found = stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe)
+            object.__setattr__(self, "_receptance", found)
+        return self.__dict__["_receptance"]
 
 
 @dataclass(frozen=True)
