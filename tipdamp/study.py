@@ -106,6 +106,7 @@ RESPOND = {
                          high=0.9999),
     "both_ways": Key("flag", "follow every curve from the other end too and compare the peaks", True),
 }
+_POINTS = ("text", "texts", "vector")    # kinds of the keys of [respond] that say where, not how much
 FREE = {
     "band": Key("band", "first and last frequency of the response without damper, Hz", (1400.0, 1900.0), low=0,
                 open_low=True),
@@ -141,8 +142,10 @@ class Study:
         return section in self.sections
 
     def part(self, name: str):
-        """A section, or 'sides', 'title', 'reference': what a stage may depend on."""
-        own = {"sides": self.sides, "title": self.title, "reference": self.reference}
+        """A section, or 'sides', 'title', 'reference', or 'points' (nodes that [respond] names): what a stage may
+        depend on."""
+        points = {k: v for k, v in self.sections.get("respond", {}).items() if RESPOND[k].kind in _POINTS}
+        own = {"sides": self.sides, "title": self.title, "reference": self.reference, "points": points}
         return own[name] if name in own else self.sections.get(name)
 
     def group_name(self, section: str, key: str) -> str:
