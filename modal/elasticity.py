@@ -1,5 +1,7 @@
 """Linear elasticity: a Mesh and a Material become a Body. The only file that touches dolfinx."""
 
+import logging
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +51,18 @@ def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp: str | None
                 provenance={"mesh": mesh.source, "cells": ", ".join(f"{len(c)} {k}" for k, c in mesh.cells.items())})
 
 
+@contextmanager
+def _quiet_compiler():
+    """The compiler of new forms reports its command lines on the root logger."""
+    before = logging.root.manager.disable
+    logging.disable(max(before, logging.INFO))
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
+@_quiet_compiler()
 def _assemble(position, kind, cells, material):
     """K, M of one block of cells over all dofs of the mesh (3 i + k for node i), zero rows where it has no cell."""
     from modal import petsc
