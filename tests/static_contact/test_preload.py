@@ -69,10 +69,7 @@ def test_random_beams_against_quadratic_programming():
     random = np.random.default_rng(20161)
     for _ in range(60):
         n = int(random.integers(3, 25))
-        x = np.sort(random.uniform(0, 0.07, n))
-        x[np.diff(x, prepend=-1) < 5e-4] += 1e-3
-        x = np.unique(x)
-        n = len(x)
+        x = np.cumsum(random.uniform(2e-3, 6e-3, n))
         model = beam(x, 10 ** random.uniform(-1, 1.5))
         soft = np.zeros(n)
         soft[[0, -1]] = 1e3
@@ -83,7 +80,7 @@ def test_random_beams_against_quadratic_programming():
         C = np.linalg.inv(model.K)
         A = np.linalg.cholesky(C + np.diag(1 / kn)).T
         N, _ = nnls(A, np.linalg.solve(A.T, C @ load - gap), maxiter=100 * n)
-        assert np.maximum(result.pairs.preload, 0) == pytest.approx(N, abs=1e-6 * max(N.max(), 1e-9))
+        assert np.maximum(result.pairs.preload, 0) == pytest.approx(N, abs=1e-6 * max(N.max(), 1e-6))
 
 
 def test_loads_and_gaps_reuse_one_factorisation():

@@ -107,9 +107,10 @@ def introduction(results: Results) -> list[str]:
     """What was computed, in a few sentences with the figures."""
     r, free = results["reduce"]["reduction"], results["reduce"]["free_hz"]
     first = (f"Two blades with a friction damper pressed between them: a model of {r['dofs']} dofs, reduced to "
-             f"{r['masters']} contact and response dofs and {sum(r['modes'].values())} modes. Without damper the "
-             f"blades vibrate out of phase at {hertz(free['out_of_phase'])} Hz and in phase at "
-             f"{hertz(free['in_phase'])} Hz.")
+             f"{r['masters']} contact and response dofs and {sum(r['modes'].values())} modes.")
+    if free:
+        first += (f" Without damper the blades vibrate out of phase at {hertz(free['out_of_phase'])} Hz and in phase "
+                  f"at {hertz(free['in_phase'])} Hz.")
     if "preload" in results:
         forces = [f"{number(s['sum_N'])} N on side '{n}'" for n, s in results["preload"]["sides"].items()]
         first += f" The pull of {driver(results.study)['pull']:g} N presses the damper with {listing(forces)}."

@@ -32,8 +32,10 @@ def key_figures(results: Results) -> Table:
         rows.append((what, hertz(value), hertz(given), deviation(value, given)))
 
     free = results["reduce"]["free_hz"]
-    add("without damper, out of phase (Hz)", free["out_of_phase"], "out_of_phase_hz")
-    add("without damper, in phase (Hz)", free["in_phase"], "in_phase_hz")
+    for name, hz in free.items():
+        add(f"without damper, {name.replace('_', ' ')} (Hz)", hz, f"{name}_hz")
+    if not free:
+        add("without damper, lowest mode (Hz)", results["reduce"]["free_modes_hz"][0], "")
     if "tune" in results:
         stuck, kept = results["tune"]["stuck_hz"], results["tune"]["tuned_pairs"]
         table = results.whole
