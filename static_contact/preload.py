@@ -18,6 +18,8 @@ from hbm.model import ReducedModel
 
 _NEWTON_STEPS = 60
 _PIVOTS_PER_PAIR = 20
+LOAD_TOLERANCE = 1e-7   # of the load's reach: matrices from text files have eight digits
+FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class Motion:
 class Preload:
     """pairs - the table with its preload; displacement : (r,) m; motions - free ones and the load along each
     held : {name: amount} - load along free motions that was taken up in the reference state (empty by default)
-    residual - |K q + B' N - f| / |f|; balance - |sum of contact forces and loads| / |sum of loads|
+    residual - |K q + B' N - f| / |f|
+    balance - |sum of contact forces and loads| / |sum of loads| on the floating dampers, None where none floats
     iterations - Newton steps; method - 'newton', or 'pivoting' after cycling
     """
 
@@ -45,7 +48,7 @@ class Preload:
     motions: tuple
     held: dict
     residual: float
-    balance: float
+    balance: float | None
     iterations: int
     method: str
 
@@ -60,9 +63,14 @@ class StaticContact:
         self.B = relative_motion(model, pairs)[2::3].toarray()
         self.kn = pairs.kn * pairs.weight
         K = model.K + self.B.T * self.kn @ self.B
-        self.free, self.names, gauge = _free_motions(model, K)
-        # the gauge carries no force (no load along it is accepted), it only makes the free motions definite
-        self.factor = sl.cho_factor(K + gauge)
+        self.rigid = _rigid_motions(model)
+        self.free, self.names, self.coefficients, gauge = _free_motions(self.rigid, model, K)
+        try:
+            # the gauge carries no force (no load along it is accepted), it only makes the free motions definite
+            self.factor = sl.cho_factor(K + gauge)
+        except np.linalg.LinAlgError:
+            raise InputError("a motion meets no stiffness and is not a rigid motion of a body whose node positions "
+                             "are known: the model's K is singular") from None
         self.compliance = self.B @ sl.cho_solve(self.factor, self.B.T)
 
     def solve(self, load: np.ndarray, *, hold: bool = False) -> Preload:
@@ -75,24 +83,32 @@ class StaticContact:
         motions = tuple(Motion(name, unit, float(amount)) for (name, unit), amount
                         in zip(self.names, self.free.T @ load, strict=True))
         scale = np.abs(self.free).max(axis=0, initial=0.0) * np.abs(load).sum()
-        loaded = [m for m, s in zip(motions, scale, strict=True) if abs(m.load) > 1e-9 * max(s, 1e-300)]
+        loaded = [m for m, s in zip(motions, scale, strict=True) if abs(m.load) > LOAD_TOLERANCE * s]
         if loaded and not hold:
             raise InputError("; ".join(f"{m.name} is loaded: {abs(m.load):.3g} {m.unit}, and no contact resists it"
                                        for m in loaded))
-        applied = load - self._along_free(load) if loaded else load
+        applied = load - self._taken_up(loaded) if loaded else load
         start = self.B @ sl.cho_solve(self.factor, applied)
         u, iterations, method = self._active_set(start)
         force = np.where(self.pairs.weight > 0, np.maximum(0.0, self.kn * (u - self.pairs.gap)), 0.0)
         q = sl.cho_solve(self.factor, applied - self.B.T @ (force - self.kn * u))
         left = self.model.K @ q + self.B.T @ force - applied
-        preload = np.where(self.pairs.weight > 0, self.kn, self.pairs.kn) * (u - self.pairs.gap)
+        preload = self.kn * (u - self.pairs.gap)
         return Preload(pairs=self.pairs.replace(preload=preload), displacement=q, motions=motions,
                        held={m.name: m.load for m in loaded}, residual=_ratio(left, applied),
                        balance=self._balance(load, force), iterations=iterations, method=method)
 
-    def _along_free(self, load):
-        """The part of the load that works on the free motions, as the smallest nodal forces that do the same."""
-        return self.free @ np.linalg.solve(self.free.T @ self.free, self.free.T @ load)
+    def _taken_up(self, loaded):
+        """Nodal forces that do the loads' work along the loaded free motions: pure couples against rolls, pure forces
+        against slides, so that the balance of forces on the normals stays what it was."""
+        taken = np.zeros(self.model.size)
+        for motion in loaded:
+            coefficients = self.coefficients[:, self.names.index((motion.name, motion.unit))]
+            lead = np.tile(np.repeat([motion.unit == "N", motion.unit == "N m"], 3), len(coefficients) // 6)
+            part = np.where(lead, coefficients, 0.0)
+            resultant = motion.load * part / (part @ part)
+            taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
+        return taken
 
     def _displacement(self, start, closed):
         """Normal motion at the pairs for a given set of closed ones."""
@@ -128,12 +144,15 @@ class StaticContact:
         raise RuntimeError("the set of closed pairs was not found: this should not happen, please report the case")
 
     def _balance(self, load, force):
-        """Resultant of all loads and contact forces on the free bodies against the loads' own."""
-        motions = _rigid_null_space(self.model)
-        if not motions.shape[1]:
-            return 0.0
-        translation = motions[:, :3]
-        return _ratio(translation.T @ (load - self.B.T @ force), translation.T @ load)
+        """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""
+        total, left = 0.0, 0.0
+        for body in dict.fromkeys(self.pairs.damper_body.tolist()):
+            motions = np.array([(self.model.body == body) & (self.model.direction == d) for d in "xyz"], dtype=float).T
+            stiffness = np.abs(self.model.K @ motions).max(initial=0.0)
+            if motions.any() and stiffness < FREE_STIFFNESS * np.abs(self.model.K).max():
+                total += np.linalg.norm(motions.T @ load) ** 2
+                left += np.linalg.norm(motions.T @ (load - self.B.T @ force)) ** 2
+        return float(np.sqrt(left / total)) if total > 0 else None
 
 
 def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, hold: bool = False) -> Preload:
@@ -146,8 +165,8 @@ def _ratio(a, b):
     return float(np.linalg.norm(a) / size) if size > 0 else float(np.linalg.norm(a))
 
 
-def _rigid_null_space(model: ReducedModel) -> np.ndarray:
-    """(r, 6 f): unit translations and rotations of every body of the model that floats, in its physical dofs.
+def _rigid_motions(model: ReducedModel) -> np.ndarray:
+    """(r, 6 b): unit translations along and rotations about x, y, z of every body whose node positions are known.
 
     Rotations are about the mean position of the body's nodes.
     """
@@ -162,28 +181,29 @@ def _rigid_null_space(model: ReducedModel) -> np.ndarray:
         motions[rows, axis] = 1.0
         for k in range(3):
             motions[rows, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
-        stiffness = np.linalg.norm(model.K @ motions, axis=0)
-        size = np.abs(model.K[rows][:, rows]).max() * np.linalg.norm(motions, axis=0)
-        if (stiffness <= 1e-8 * size).all():
-            blocks.append(motions)
+        blocks.append(motions)
     return np.hstack(blocks) if blocks else np.zeros((model.size, 0))
 
 
-def _free_motions(model, K):
-    """Motions that neither the bodies nor the contact normals resist: (r, m), their names, and the gauge (r, r)."""
-    lam, vectors = sl.eigh(K)
-    count = int((lam < 1e-12 * lam[-1]).sum())
+def _free_motions(rigid, model, K):
+    """Rigid motions that neither the bodies nor the contact normals resist: (r, m), names, their coefficients in the
+    columns of `rigid`, and the gauge (r, r).
+
+    The stiffness that each rigid motion meets is measured against that of its nodes held one by one.
+    """
+    scale = np.sqrt(np.einsum("ij,i,ij->j", rigid, model.K.diagonal(), rigid))
+    used = np.flatnonzero(scale > 0)
+    unit = rigid[:, used] / scale[used]
+    lam, z = np.linalg.eigh(unit.T @ K @ unit)
+    count = int((lam < FREE_STIFFNESS).sum())
     if not count:
-        return np.zeros((model.size, 0)), [], 0.0
-    space = vectors[:, :count]
-    rigid = _rigid_null_space(model)
-    if not rigid.shape[1]:
-        raise InputError(f"{count} motions meet no stiffness and the model has no node positions to name them")
-    coefficients = np.linalg.lstsq(rigid, space, rcond=None)[0]
-    if np.linalg.norm(rigid @ coefficients - space) > 1e-5:
-        raise InputError("a motion that is not rigid meets no stiffness: the model's K is singular")
-    motions, names = _name_motions(rigid, coefficients.T)
-    return motions, names, lam[-1] * 1e-3 * (space @ space.T)
+        return np.zeros((model.size, 0)), [], np.zeros((rigid.shape[1], 0)), 0.0
+    coefficients = np.zeros((rigid.shape[1], count))
+    coefficients[used] = z[:, :count] / scale[used, None]
+    reduced, names = _name_motions(rigid, coefficients.T)
+    free = rigid @ reduced.T
+    basis = np.linalg.qr(free)[0]
+    return free, names, reduced.T, np.median(model.K.diagonal()) * (basis @ basis.T)
 
 
 def _name_motions(rigid, coefficients):
@@ -204,4 +224,4 @@ def _name_motions(rigid, coefficients):
         for other in range(len(rows)):
             if other != i:
                 rows[other] -= rows[other, j] * rows[i]
-    return rigid @ rows.T, names
+    return rows, names
