@@ -193,7 +193,8 @@ def tune(study, store, tick):
         found = detach_until(model, line, study["tune"]["target_hz"], follow, springs=rows, progress=report)
     assembly = StuckAssembly(model)
     sets = {"full_area": whole, "full_line": line, "tuned": found.pairs}
-    stuck = {name: assembly.modes(pairs, follow, extra=rows(pairs)) for name, pairs in sets.items()}
+    stuck = {name: assembly.modes(pairs, follow, above_hz=2 * CHECK_BELOW_HZ, extra=rows(pairs))
+             for name, pairs in sets.items()}
     tick(0.8, "full model")
     check = {} if "model" in study else bodies.full_check(
         study, {n: (p, declared_springs(study, p), stuck[n].hz[stuck[n].hz < CHECK_BELOW_HZ])
@@ -218,8 +219,7 @@ def kept_pairs(study, model, whole, found) -> tuple[ContactTable, dict]:
     """The full table with weight 0 on detached pairs and, on the kept ones, the preload that carries the pull."""
     forces = equilibrium(study, whole)
     if study["tune"]["preload"] == "resolved":
-        stiff = with_springs(model, found.pairs, declared_springs(study, found.pairs))
-        result = StaticContact(stiff, found.pairs).solve(driver(study)["pull"] * model.loads["pull"], hold=True)
+        result = StaticContact(model, found.pairs).solve(driver(study)["pull"] * model.loads["pull"], hold=True)
         kept, facts = result.pairs, {"held": result.held, "residual": result.residual}
         balance = result.balance
     else:
@@ -248,10 +248,11 @@ def respond(study, store, tick):
     force, rows = excitation(study, model), outputs(study, model)
     cases = [(H, Fe) for H in settings["harmonics"] for Fe in settings["levels"]]
     low, high = settings["band"]
+    share = 0.5 if settings["both_ways"] else 1.0
     found = []
     for i, (H, Fe) in enumerate(cases):
         def report(hz, step, iterations, i=i, H=H, Fe=Fe):
-            tick((i + (hz - low) / (high - low)) / len(cases),
+            tick((i + share * (hz - low) / (high - low)) / len(cases),
                  f"Fe = {Fe:g} N, H = {H}  {hz:.1f} Hz  step {step:.2g}  {iterations} it")
 
         curve = follow_band(problem, Fe * force, (low, high), harmonics=H, outputs=rows, progress=report)
@@ -260,7 +261,11 @@ def respond(study, store, tick):
             curve.save(path)
         back = None
         if settings["both_ways"]:
-            back = follow_band(problem, Fe * force, (high, low), harmonics=H, outputs=rows)
+            def report_back(hz, step, iterations, i=i, H=H, Fe=Fe):
+                tick((i + 0.5 + 0.5 * (high - hz) / (high - low)) / len(cases),
+                     f"Fe = {Fe:g} N, H = {H}, downwards  {hz:.1f} Hz  step {step:.2g}  {iterations} it")
+
+            back = follow_band(problem, Fe * force, (high, low), harmonics=H, outputs=rows, progress=report_back)
         found.append({"file": name, **response_figures(study, curve, back, kept, Fe, H)})
     with store.writing("stuck.npz") as path:
         hz = np.linspace(low, high, 801)
@@ -287,20 +292,25 @@ def stuck_difference(study, model, kept, store, found) -> dict:
 
 
 def response_figures(study, curve, back, kept, Fe, H) -> dict:
-    """Peak over the patch of the first blade, half of peak-to-peak along the force; smallest node peak; counts."""
+    """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force; counts."""
+    patches = {patch: patch_peak(curve, patch) for patch in study["respond"]["patches"]}
     first = study["respond"]["patches"][0]
-    names = [n for n in curve.output_names if n.split(":")[0] == first]
-    peaks = [curve.peak(n) for n in names]
-    hz, top = max(peaks, key=lambda p: p[1])
+    hz = patches[first]["peak_hz"]
     slipping = curve.slipping_pairs
-    figures = {"Fe_N": Fe, "H": H, "peak_hz": hz, "peak_m": top, "min_peak_m": min(p[1] for p in peaks),
+    figures = {"Fe_N": Fe, "H": H, **patches[first], "patches": patches,
                "points": len(curve.frequency), "failed_points": int((~curve.converged).sum()),
                "slipping_pairs": [f"{kept.side[i]} {kept.station[i]}" for i in slipping],
                "seconds": curve.seconds, "residual_calls": curve.residual_calls, "complete": curve.complete,
                "ended": curve.ended, "origin": curve.origin, "start": curve.start,
                "peak_inside_band": bool(min(study["respond"]["band"]) < hz < max(study["respond"]["band"]))}
     if back is not None:
-        hz_back, top_back = max((back.peak(n) for n in names), key=lambda p: p[1])
-        figures["back"] = {"peak_hz": hz_back, "peak_m": top_back, "complete": back.complete, "ended": back.ended,
+        figures["back"] = {**patch_peak(back, first), "complete": back.complete, "ended": back.ended,
                            "failed_points": int((~back.converged).sum()), "seconds": back.seconds}
     return figures
+
+
+def patch_peak(curve, patch: str) -> dict:
+    """Largest peak of the nodes of a patch with its frequency, and the smallest node's peak."""
+    peaks = [curve.peak(n) for n in curve.output_names if n.split(":")[0] == patch]
+    hz, top = max(peaks, key=lambda p: p[1])
+    return {"peak_hz": hz, "peak_m": top, "min_peak_m": min(p[1] for p in peaks)}

@@ -56,7 +56,8 @@ DAMPER = {
     "shares": Key("numbers", "part of the pull on each load point, in the order of the axis; default: equal", (),
                   low=0, high=1),
     "positions": Key("numbers", "where the pull acts along the axis (0..1 of the damper's length), carried by the two "
-                     "load points beside each; default: at the load points", (), low=0, high=1),
+                     "mesh nodes beside each on the line through the load points; default: at the load points", (),
+                     low=0, high=1),
 }
 MODEL = {
     "matrices": Key("text", ".npz with M, K, the dof table, groups and the load 'pull', instead of meshes"),

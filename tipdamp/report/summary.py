@@ -14,7 +14,8 @@ from tipdamp.report.results import Results
 # name of the installed project where it is not the name that one imports
 PROJECTS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "dolfinx": "fenics-dolfinx", "petsc": "petsc4py",
             "slepc": "slepc4py", "gmsh": "gmsh", "plotly": "plotly", "matplotlib": "matplotlib"}
-COPIED = ("Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "points", "failed_points", "seconds", "complete", "ended")
+COPIED = ("Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "points", "failed_points", "seconds", "complete", "ended",
+          "patches")
 
 
 def summarise(results: Results) -> dict:
@@ -42,7 +43,7 @@ def summarise(results: Results) -> dict:
 
 
 def _response(facts) -> dict:
-    return {**{key: facts[key] for key in COPIED}, "slipping_pairs": len(facts["slipping_pairs"]),
+    return {**{key: facts[key] for key in COPIED if key in facts}, "slipping_pairs": len(facts["slipping_pairs"]),
             "slipping": facts["slipping_pairs"], **({"back": facts["back"]} if "back" in facts else {})}
 
 
