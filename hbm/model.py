@@ -4,6 +4,7 @@ The matrices may come from `modal.craig_bampton` or from any other code; nothing
 """
 
 import json
+import zipfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -140,7 +141,13 @@ class ReducedModel:
         path = Path(path)
         if not path.is_file():
             raise InputError(f"reduced model not found: {path}")
-        with np.load(path, allow_pickle=False) as z:
+        try:
+            content = np.load(path, allow_pickle=False)
+        except (ValueError, OSError, zipfile.BadZipFile) as error:
+            raise InputError(f"{path}: is not an .npz of plain arrays ({error})") from None
+        if not hasattr(content, "files"):
+            raise InputError(f"{path}: is a single array, an .npz with M and K is needed")
+        with content as z:
             for key in ("M", "K"):
                 if key not in z:
                     raise InputError(f"{path}: holds no matrix '{key}', only {', '.join(z.files)}")

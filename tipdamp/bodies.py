@@ -62,7 +62,9 @@ def whole_patch(study, meshes) -> ContactTable:
 
     damper, contact = study[DAMPER], study["contact"]
     if contact["pairs"]:
-        return own_pairs(study)
+        pairs = own_pairs(study)
+        check_positions(study, meshes, pairs)
+        return pairs
     tables = [pair(meshes[BLADES], meshes[DAMPER], Side(name, side["blade"], side["damper"], side["gap"]),
                    blade_body=BLADES, damper_body=DAMPER, axis=damper["axis"], pull=damper["pull_direction"],
                    tolerance=contact["tolerance"]) for name, side in study.sides.items()]
@@ -81,7 +83,34 @@ def own_pairs(study) -> ContactTable:
         odd = sorted(set(getattr(pairs, column).tolist()) - {body})
         if odd:
             raise InputError(f"{study.path}: [contact] pairs: {column} '{odd[0]}' must be '{body}'")
+    for side in pairs.sides:
+        _check_stations(f"{study.path}: [contact] pairs, side '{side}'", pairs.select(pairs.side == side),
+                        np.array(study.driver["axis"]))
     return pairs
+
+
+def _check_stations(where, pairs, axis):
+    """Stations count from 0 along the axis without a gap, as the detachment counts them."""
+    numbers = np.unique(pairs.station)
+    if numbers.tolist() != list(range(len(numbers))):
+        raise InputError(f"{where}: stations must count from 0 without a gap, found {numbers[0]}..{numbers[-1]} "
+                         f"({len(numbers)} different ones)")
+    along = pairs.position @ axis
+    place = np.array([along[pairs.station == s].mean() for s in numbers])
+    if (np.diff(place) <= 0).any():
+        raise InputError(f"{where}: station {int(np.diff(place).argmin()) + 1} does not lie further along the axis "
+                         "than the one before it")
+
+
+def check_positions(study, meshes, pairs: ContactTable) -> None:
+    """A table of one's own must belong to these meshes: nodes exist and lie where the table says."""
+    for name, numbers in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)):
+        mesh = meshes[name]
+        off = np.linalg.norm(mesh.position[mesh.index(numbers)] - pairs.position, axis=1)
+        if off.max() > study["contact"]["tolerance"]:
+            i = int(off.argmax())
+            raise InputError(f"{study.path}: [contact] pairs, row {i + 1}: node {numbers[i]} of the {name} lies "
+                             f"{off[i]:.3g} m from where the table has it, more than [contact] tolerance")
 
 
 def node_stiffness(study, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
@@ -151,7 +180,8 @@ def full_check(study, sets: dict, tick) -> dict:
     for i, (name, (pairs, springs, reduced)) in enumerate(sets.items()):
         tick(0.8 + 0.2 * i / len(sets), f"full model, {name}")
         full = full_stuck_hz(assembled, pairs, len(reduced), springs)
-        out[name] = {"reduced_hz": reduced, "full_hz": full, "largest_error": float(np.abs(reduced / full - 1).max(initial=0.0))}
+        error = np.abs(reduced / full - 1).max(initial=0.0)
+        out[name] = {"reduced_hz": reduced, "full_hz": full, "largest_error": float(error)}
     return out
 
 

@@ -26,14 +26,9 @@ CHECK_BELOW_HZ = 5000.0
 
 # ---- what the study says, in the model's terms -----------------------------------------------------------------
 
-def driver(study) -> dict:
-    """Section that holds axis, pull and pull_direction: [damper] with meshes, [model] with matrices."""
-    return study["model"] if "model" in study else study["damper"]
-
-
 def pull(study) -> np.ndarray:
     """Fc as a vector, (3,) N."""
-    return driver(study)["pull"] * np.array(driver(study)["pull_direction"])
+    return study.driver["pull"] * np.array(study.driver["pull_direction"])
 
 
 def equilibrium(study, pairs) -> dict:
@@ -126,8 +121,6 @@ def free_modes(study, blades: ReducedModel) -> dict:
     hz, shapes = lowest_modes(blades)
     direction = study["respond"]["direction"]
     patches = study["respond"]["patches"]
-    if len(patches) != 2:
-        raise InputError(f"{study.path}: [respond] patches: two groups are needed, one on each blade")
     one, two = (np.mean([blades.displacement_row(BLADES, n, direction) for n in group(blades, study, p)], axis=0)
                 @ shapes for p in patches)
     found = {"hz": hz[:10]}
@@ -154,7 +147,7 @@ def preload(study, store, tick):
         raise InputError(f"{study.path}: the model holds no load named 'pull'")
     forces = equilibrium(study, pairs)
     tick(0.2, f"{len(pairs)} pairs")
-    result = StaticContact(model, pairs).solve(driver(study)["pull"] * model.loads["pull"])
+    result = StaticContact(model, pairs).solve(study.driver["pull"] * model.loads["pull"])
     with store.writing("preload.csv") as path:
         result.pairs.save(path)
     store.write_json("preload.json", {
@@ -219,12 +212,12 @@ def kept_pairs(study, model, whole, found) -> tuple[ContactTable, dict]:
     """The full table with weight 0 on detached pairs and, on the kept ones, the preload that carries the pull."""
     forces = equilibrium(study, whole)
     if study["tune"]["preload"] == "resolved":
-        result = StaticContact(model, found.pairs).solve(driver(study)["pull"] * model.loads["pull"], hold=True)
+        result = StaticContact(model, found.pairs).solve(study.driver["pull"] * model.loads["pull"], hold=True)
         kept, facts = result.pairs, {"held": result.held, "residual": result.residual}
         balance = result.balance
     else:
         carrying = np.flatnonzero(found.pairs.carrying)
-        done = carry_scaled(whole, found.pairs.select(carrying), forces, driver(study)["axis"])
+        done = carry_scaled(whole, found.pairs.select(carrying), forces, study.driver["axis"])
         preload = found.pairs.preload.copy()
         preload[carrying] = done.pairs.preload
         kept, facts = found.pairs.replace(preload=preload), {"scale": done.scale, "moment_Nm": done.moment}

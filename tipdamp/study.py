@@ -142,6 +142,11 @@ class Study:
     def __contains__(self, section: str) -> bool:
         return section in self.sections
 
+    @property
+    def driver(self) -> dict:
+        """Section that holds axis, pull and pull_direction: [damper] with meshes, [model] with matrices."""
+        return self.sections["model"] if "model" in self.sections else self.sections["damper"]
+
     def part(self, name: str):
         """A section, or 'sides', 'title', 'reference', or 'points' (nodes that [respond] names): what a stage may
         depend on."""
@@ -182,7 +187,7 @@ def load_study(path) -> Study:
     top = _section(path, "", {k: raw.pop(k) for k in STUDY if k in raw}, STUDY, factors)
     contact = raw.get("contact")
     contact = contact if isinstance(contact, dict) else {}
-    sides = {k: contact.pop(k) for k in list(contact) if isinstance(contact[k], dict)}
+    sides = given_sides = {k: contact.pop(k) for k in list(contact) if isinstance(contact[k], dict)}
     _require(path, raw, sides)
     sections = {name: _section(path, name, raw[name], SECTIONS[name], factors) for name in SECTIONS if name in raw}
     if not _own_pairs(raw) and sections["contact"]["mu"] is None:
@@ -191,6 +196,10 @@ def load_study(path) -> Study:
         raise InputError(f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV")
     if "tune" in sections:
         _check_tune(f"{path}: [tune]", sections["tune"])
+    if _own_pairs(raw):
+        _refuse_beside_pairs(path, raw["contact"], given_sides)
+    if "respond" in sections:
+        _check_respond(f"{path}: [respond]", sections["respond"])
     sections.setdefault("free", _section(path, "free", {}, FREE, factors))
     sides = {k: _side(path, k, v, factors, sections["contact"]) for k, v in sides.items()}
     reference = raw.get("reference", {})
@@ -217,6 +226,27 @@ def _require(path, raw, sides):
 def _own_pairs(raw) -> bool:
     """With a table of one's own the pairs are not matched between the meshes: sides only add what it lacks."""
     return isinstance(raw["contact"], dict) and bool(raw["contact"].get("pairs"))
+
+
+def _refuse_beside_pairs(path, contact, sides):
+    """What the table of pairs says is said there alone."""
+    own = ("blade", "damper", "kn", "kt", "gap")
+    for where, given, keys in [("[contact]", contact, ("mu", "stiffness")),
+                               *((f"[contact.{name}]", side, own) for name, side in sides.items())]:
+        for key in keys:
+            if key in given:
+                raise InputError(f"{path}: {where} {key}: leave it out, the table [contact] pairs = "
+                                 f"'{contact['pairs']}' says it for every pair")
+
+
+def _check_respond(where, respond):
+    for key in ("levels", "harmonics", "patches"):
+        names = [f"{v:g}" if isinstance(v, float) else str(v) for v in respond[key]]
+        double = [n for n in names if names.count(n) > 1]
+        if double:
+            raise InputError(f"{where} {key}: {double[0]} stands there twice")
+    if len(respond["patches"]) != 2:
+        raise InputError(f"{where} patches = {list(respond['patches'])}: two groups are needed, one on each blade")
 
 
 def _check_tune(where, tune):

@@ -38,6 +38,18 @@ def edit(folder, old, new):
     return str(path)
 
 
+SAID_BY_THE_TABLE = ('blade = "contact_left"\n', 'damper = "contact_left"\n', 'blade = "contact_right"\n',
+                     'damper = "contact_right"\n', "mu = 0.6\n", "kn = 3.32e6\n", "kt = 3.02e6\n", "kn = 1.03e6\n",
+                     "kt = 0.94e6\n")
+
+
+def own_pairs(folder):
+    """The study with the pairs of mine.csv, and without what the table says."""
+    for line in SAID_BY_THE_TABLE:
+        edit(folder, line, "")
+    return edit(folder, "[contact]", '[contact]\npairs = "mine.csv"')
+
+
 def files(folder):
     return {p: p.stat().st_mtime_ns for p in Path(folder).rglob("*") if p.is_file()}
 
@@ -104,7 +116,7 @@ def test_zero_contact_pairs(copy, capsys):
     """A table of one's own in which every pair is detached."""
     pairs = ContactTable.load(copy / "results" / "rig" / "pairs.csv")
     pairs.replace(weight=np.zeros(len(pairs))).save(copy / "mine.csv")
-    path = edit(copy, "[contact]", '[contact]\npairs = "mine.csv"')
+    path = own_pairs(copy)
     assert main(["reduce", path, "--quiet"]) == 0
     assert main(["preload", path, "--quiet"]) == 2
     assert "no contact pairs" in capsys.readouterr().err
@@ -116,7 +128,7 @@ def test_an_own_table_of_pairs_is_used_and_left_alone(copy):
     pairs = ContactTable.load(copy / "results" / "rig" / "pairs.csv")
     pairs.replace(kn=pairs.kn / 2, kt=pairs.kt / 2).save(copy / "mine.csv")
     text = (copy / "mine.csv").read_bytes()
-    path = edit(copy, "[contact]", '[contact]\npairs = "mine.csv"')
+    path = own_pairs(copy)
     for verb in ("reduce", "preload", "tune"):
         assert main([verb, path, "--quiet"]) == 0
     assert (copy / "mine.csv").read_bytes() == text
@@ -180,9 +192,7 @@ def test_matrices_only_way_without_finite_elements(rig, rig_results, tmp_path):
         shutil.copy(rig_results.path(name), tmp_path / name)
     head, rest = STUDY.split("[contact]")
     text = '[model]\nmatrices = "model.npz"\npull = 113\n[contact]\npairs = "pairs.csv"' + rest
-    for line in ('blade = "contact_left"\n', 'damper = "contact_left"\n', 'blade = "contact_right"\n',
-                 'damper = "contact_right"\n', "mu = 0.6\n", "kn = 3.32e6\n", "kt = 3.02e6\n", "kn = 1.03e6\n",
-                 "kt = 0.94e6\n"):
+    for line in SAID_BY_THE_TABLE:
         assert line in text
         text = text.replace(line, "")
     (tmp_path / "rig.toml").write_text(text)
@@ -207,7 +217,7 @@ def test_a_study_of_the_preload_alone(copy, capsys):
     path.write_text(path.read_text().split("[tune]")[0])
     assert main(["run", str(path), "--quiet", "--out", str(copy / "alone")]) == 0
     out = capsys.readouterr().out
-    assert "nothing to do: the study has no [tune][respond]" in out
+    assert "nothing to do: the study has no [tune], [respond]" in out
     summary = json.loads((copy / "alone" / "summary.json").read_text())
     assert summary["preload"]["left"]["sum_N"] == pytest.approx(79.903, abs=1e-3)  # 113 / (2 sin 45)
     assert "Preload" in (copy / "alone" / "report.html").read_text()

@@ -7,7 +7,6 @@ from importlib import metadata
 from pathlib import Path
 
 import tipdamp
-from tipdamp.jobs import driver
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.results import Results
 
@@ -25,7 +24,7 @@ def summarise(results: Results) -> dict:
     back - the same curve followed from the other end of the band.
     """
     summary = {"title": results.study.title, "study": results.study.path.name,
-               "pull_N": driver(results.study)["pull"]}
+               "pull_N": results.study.driver["pull"]}
     if "reduce" in results:
         summary.update({key: results["reduce"][key] for key in ("free_hz", "reduction")})
     if "preload" in results:

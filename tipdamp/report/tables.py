@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tipdamp.jobs import driver
 from tipdamp.report.results import Results
 from tipdamp.report.summary import versions
 from tipdamp.report.text import NOTHING, deviation, hertz, listing, micro, names_of_pairs, number, percent
@@ -94,7 +93,7 @@ def assumptions(results: Results) -> Table:
 
 
 def _load(results):
-    study, drive = results.study, driver(results.study)
+    study, drive = results.study, results.study.driver
     yield "pull Fc", f"{drive['pull']:g} N along ({', '.join(f'{v:g}' for v in drive['pull_direction'])})"
     places = results["reduce"].get("pull_positions_m")
     if places:
