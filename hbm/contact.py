@@ -142,6 +142,8 @@ class ContactTable:
         if len(lines) < 2:
             raise InputError(f"{path}: holds no contact pairs")
         header = [h.strip() for h in lines[0]]
+        if len(header) == 1 and ";" in header[0]:
+            raise InputError(f"{path}: the columns are separated by semicolons; save it with commas and decimal points")
         for h in header:
             if h not in COLUMNS:
                 raise InputError(f"{path}: unknown column '{h}'; {nearest(h, COLUMNS)}")

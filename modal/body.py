@@ -92,8 +92,9 @@ def check_support(body: Body) -> int:
     """Number of rigid modes; raises InputError when the body floats undeclared, or is declared free and is held."""
     free = rigid_modes(body)
     if free and not body.free:
-        raise InputError(f"body '{body.name}': nothing holds it, {free} rigid motions are free; name a clamp group "
-                         "with nodes, or declare the body free")
+        held = "nothing holds it" if free == 6 else "it is not held fast"
+        raise InputError(f"body '{body.name}': {held}, {free} rigid motions are free; name a clamp group whose nodes "
+                         "fix it")
     if body.free and free != 6:
         raise InputError(f"body '{body.name}': declared free but {6 - free} of its 6 rigid motions are held")
     return free

@@ -15,23 +15,18 @@ _LARGEST_ANGLE = 20.0
 
 @dataclass(frozen=True)
 class Side:
-    """One contact side of the damper.
-
-    name; blade, damper - node groups of the two meshes
-    gap : ((y, g0), ...) m - initial gap along the axis, interpolated linearly; empty where the surfaces touch
-    """
+    """One contact side of the damper: its name, and the node groups of the two meshes that meet there."""
 
     name: str
     blade: str
     damper: str
-    gap: tuple = ()
 
 
 def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body: str, axis, pull,
          tolerance: float) -> ContactTable:
     """Match the nodes of both groups one to one within `tolerance` m and give each pair its frame.
 
-    kn, kt and mu of the table are still 0: they come from the study or from `halfspace`.
+    kn, kt, mu and gap of the table are still 0: they come from the study or from `halfspace`.
 
     axis (3,): along the damper; pull (3,): direction of Fc, which orders the rows: row 0 is the one farthest against
     it (the lower edge). Raises InputError with the number of unmatched nodes and the tolerance that would match
@@ -52,11 +47,10 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body:
     station, row = _grid(along, position @ np.asarray(pull, float), side, tolerance)
     order = np.lexsort((row, station))
     P = len(order)
-    gap = np.interp(along, *np.array(side.gap).T) if len(side.gap) else np.zeros(P)
     full = np.full
     return ContactTable(side=full(P, side.name), station=station, row=row, blade_body=full(P, blade_body),
                         blade_node=b_nodes, damper_body=full(P, damper_body), damper_node=d_nodes,
-                        position=position, frame=frame, gap=gap, kn=np.zeros(P), kt=np.zeros(P),
+                        position=position, frame=frame, gap=np.zeros(P), kn=np.zeros(P), kt=np.zeros(P),
                         mu=np.zeros(P), preload=np.zeros(P), weight=np.ones(P)).select(order)
 
 

@@ -22,7 +22,7 @@ def read_meshes(study) -> dict:
     for name in (BLADES, DAMPER):
         path = study.file(study[name]["mesh"])
         if not path.is_file():
-            raise InputError(f"{study.path}: [{name}] mesh = '{study[name]['mesh']}': no such file ({path})")
+            raise InputError(f"{study.path}: [{name}] mesh = '{study[name]['mesh']}': no such file ({path.absolute()})")
         meshes[name] = read_mesh(path, study.length_unit)
     for name, section, key in named_groups(study):
         try:
@@ -56,8 +56,8 @@ def assemble_bodies(study, meshes, tick) -> list:
     return [blades, elastic_body(meshes[DAMPER], material, DAMPER, free=True)]
 
 
-def whole_patch(study, meshes) -> ContactTable:
-    """All node pairs of all sides, with their stiffness and friction."""
+def matched_pairs(study, meshes) -> ContactTable:
+    """All node pairs of all sides with their frames: matched between the meshes, or the person's own table."""
     from static_contact.pairing import Side, join, pair
 
     damper, contact = study[DAMPER], study["contact"]
@@ -65,12 +65,23 @@ def whole_patch(study, meshes) -> ContactTable:
         pairs = own_pairs(study)
         check_positions(study, meshes, pairs)
         return pairs
-    tables = [pair(meshes[BLADES], meshes[DAMPER], Side(name, side["blade"], side["damper"], side["gap"]),
-                   blade_body=BLADES, damper_body=DAMPER, axis=damper["axis"], pull=damper["pull_direction"],
-                   tolerance=contact["tolerance"]) for name, side in study.sides.items()]
-    pairs = join(*tables)
+    return join(*(pair(meshes[BLADES], meshes[DAMPER], Side(name, side["blade"], side["damper"]),
+                       blade_body=BLADES, damper_body=DAMPER, axis=damper["axis"], pull=damper["pull_direction"],
+                       tolerance=contact["tolerance"]) for name, side in study.sides.items()))
+
+
+def with_values(study, pairs: ContactTable) -> ContactTable:
+    """The pairs with stiffness, friction and initial gap of the study; an own table brings its own."""
+    if study["contact"]["pairs"]:
+        return pairs
     kn, kt = node_stiffness(study, pairs)
-    return pairs.replace(kn=kn, kt=kt, mu=np.full(len(pairs), contact["mu"]))
+    along = pairs.position @ np.array(study.driver["axis"])
+    gap = np.zeros(len(pairs))
+    for name, side in study.sides.items():
+        if side["gap"]:
+            mine = pairs.side == name
+            gap[mine] = np.interp(along[mine], *np.array(side["gap"]).T)
+    return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study["contact"]["mu"]))
 
 
 def own_pairs(study) -> ContactTable:
@@ -143,7 +154,7 @@ def reduced_model(study, tick) -> tuple[ReducedModel, ContactTable, dict]:
     from static_contact.pull import pull_forces
 
     meshes = read_meshes(study)
-    pairs = whole_patch(study, meshes)
+    pairs = matched_pairs(study, meshes)
     blades, damper = assemble_bodies(study, meshes, tick)
     r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
     groups = [blades.group(g) for g in (r["excitation"], *r["patches"]) if g]
@@ -161,7 +172,6 @@ def reduced_model(study, tick) -> tuple[ReducedModel, ContactTable, dict]:
                            "modes": {BLADES: len(r_blades.omega), DAMPER: len(r_damper.omega)}},
              "highest_fixed_interface_hz": {b: r.omega.max(initial=0) / (2 * np.pi)
                                             for b, r in ((BLADES, r_blades), (DAMPER, r_damper))},
-             "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides},
              "rows": {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides},
              "pull_positions_m": sorted((meshes[DAMPER].position[meshes[DAMPER].index(nodes)]
                                          @ np.array(d["axis"])).tolist())}
@@ -197,12 +207,12 @@ def given_model(study) -> tuple[ReducedModel, ContactTable, dict]:
         if name not in model.body:
             raise InputError(f"{study.path}: the dof table of [model] matrices has no body named '{name}'")
     relative_motion(model, pairs)
+    if "pull" not in model.loads:
+        raise InputError(f"{study.path}: [model] matrices hold no load named 'pull' (1 N on the damper)")
     modes = {b: int(((model.body == b) & (model.direction == "mode")).sum()) for b in (BLADES, DAMPER)}
     masters = model.size - sum(modes.values())
     rows = {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides}
-    stiffness = {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides}
-    return model, pairs, {"reduction": {"dofs": model.size, "masters": masters, "modes": modes}, "rows": rows,
-                          "kn_kt_N_per_m": stiffness}
+    return model, pairs, {"reduction": {"dofs": model.size, "masters": masters, "modes": modes}, "rows": rows}
 
 
 def describe_model(study) -> dict:
@@ -225,5 +235,5 @@ def describe_meshes(study, tick) -> dict:
             "moving_mass_kg": body.mass(), "box_m": [mesh.position.min(axis=0), mesh.position.max(axis=0)],
             "rigid_modes": check_support(body), "groups": {k: len(v) for k, v in sorted(mesh.groups.items())},
             "not_read": list(mesh.unused)}
-    pairs = whole_patch(study, meshes)
+    pairs = matched_pairs(study, meshes)
     return {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}}

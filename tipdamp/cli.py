@@ -15,7 +15,11 @@ from hbm.errors import InputError
 
 def main(argv=None) -> int:
     """Run the command line; returns the exit code."""
-    arguments = _parser().parse_args(argv)
+    parser = _parser()
+    if not (sys.argv[1:] if argv is None else argv):
+        parser.print_help()
+        return 2
+    arguments = parser.parse_args(argv)
     logging.getLogger().setLevel(logging.WARNING)  # compilers of forms and kernels talk on the root logger
     try:
         return arguments.run(arguments)

@@ -142,9 +142,8 @@ def free_response(study, blades: ReducedModel) -> dict:
 
 def preload(study, store, tick):
     """Unilateral static contact of the whole patch under the pull: the preload map."""
-    model, pairs = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("pairs.csv"))
-    if "pull" not in model.loads:
-        raise InputError(f"{study.path}: the model holds no load named 'pull'")
+    model = ReducedModel.load(store.path("model.npz"))
+    pairs = bodies.with_values(study, ContactTable.load(store.path("pairs.csv")))
     forces = equilibrium(study, pairs)
     tick(0.2, f"{len(pairs)} pairs")
     result = StaticContact(model, pairs).solve(study.driver["pull"] * model.loads["pull"])
@@ -153,6 +152,7 @@ def preload(study, store, tick):
     store.write_json("preload.json", {
         "sides": side_figures(result.pairs, forces, result.balance), "residual": result.residual,
         "iterations": result.iterations, "method": result.method,
+        "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides},
         "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in result.motions]})
 
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -38,17 +39,17 @@ def _report(study, store, tick):
     return write_report(study, store, tick)
 
 
-_BODIES = ("material", "blades", "damper", "model")
+_BODIES = ("material", "blades", "damper_body", "model_body", "groups")
 STAGES = {stage.name: stage for stage in (
     Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
-          (*_BODIES, "contact", "sides"), ("inspect.json",), reads_meshes=True),
+          (*_BODIES, "points"), ("inspect.json",), reads_meshes=True),
     Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", jobs.reduce, (),
-          (*_BODIES, "contact", "sides", "points", "free"), ("model.npz", "pairs.csv", "reduce.json"),
+          (*_BODIES, "points", "free"), ("model.npz", "pairs.csv", "reduce.json"),
           reads_meshes=True),
     Stage("preload", "unilateral static contact under the pull: the preload map", jobs.preload, ("reduce",),
-          ("damper", "model"), ("preload.csv", "preload.json")),
+          ("material", "driver", "contact", "sides"), ("preload.csv", "preload.json")),
     Stage("tune", "detach pairs from the middle until the stuck frequency meets the target", jobs.tune,
-          ("reduce", "preload"), ("tune", "sides", "points"), ("kept.csv", "tune.json"),
+          ("reduce", "preload"), ("tune", "sides", "points", "driver"), ("kept.csv", "tune.json"),
           requires=("tune", "respond"), reads_meshes=True),
     Stage("respond", "forced response at every level and number of harmonics", jobs.respond, ("reduce", "tune"),
           ("respond", "sides"), ("respond.json", "stuck.npz"), requires=("tune", "respond")),
@@ -75,11 +76,22 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
     if not force and store.is_current(name, key):
         return "skipped"
     began = time.perf_counter()
-    with store.running(name) as before:
+    with store.running(name) as before, _named(study):
         with progress(name, quiet=quiet) as tick:
             more = stage.job(study, store, tick) or ()
         store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began, before)
     return "done"
+
+
+@contextmanager
+def _named(study):
+    """Every complaint names the study that it is about."""
+    try:
+        yield
+    except InputError as error:
+        if str(study.path) in str(error):
+            raise
+        raise InputError(f"{study.path}: {error}") from None
 
 
 def applies(name: str, study: Study) -> bool:

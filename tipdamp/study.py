@@ -79,9 +79,10 @@ SIDE = {
     "shape": Key("choice", "form of the damper's side", choices=("cylinder", "flat")),
     "kn": Key("number", "normal stiffness per node", None, unit="force/length", low=0, open_low=True),
     "kt": Key("number", "tangential stiffness per node", None, unit="force/length", low=0, open_low=True),
-    "radius": Key("number", "radius of a cylindrical side (for the half-space stiffness)", None, unit="length",
+    "radius": Key("number", "radius of a cylindrical side, needed by stiffness = 'halfspace'", None, unit="length",
                   low=0, open_low=True),
-    "width": Key("number", "width of a flat side", None, unit="length", low=0, open_low=True),
+    "width": Key("number", "width of a flat side, needed by stiffness = 'halfspace' and by the roll of an edge line",
+                 None, unit="length", low=0, open_low=True),
     "rows": Key("choice", "rows kept in the line model: 'edge' (row 0, the lower edge line) or 'all'", "all",
                 choices=("edge", "all")),
     "roll_stiffness": Key("roll", "resistance to roll that the kept edge line lacks: 'from_flat' (sum kn w^2/12), "
@@ -103,8 +104,8 @@ RESPOND = {
     "levels": Key("numbers", "Fe, amplitudes of the excitation", unit="force", low=0, open_low=True),
     "harmonics": Key("counts", "H, highest order kept; several give several curves", (5,), low=1, high=99),
     "band": Key("band", "first and last frequency in Hz", low=0, open_low=True),
-    "damping_ratio": Key("ratios", "zeta of the stuck modes: one value, or one per mode from the lowest", low=0,
-                         high=0.9999),
+    "damping_ratio": Key("ratios", "zeta of the stuck modes: one value, or one per mode from the lowest (the last one "
+                         "holds for all above)", low=0, high=0.9999),
     "both_ways": Key("flag", "follow every curve from the other end too and compare the peaks", True),
 }
 _POINTS = ("text", "texts", "vector")    # kinds of the keys of [respond] that say where, not how much
@@ -148,10 +149,18 @@ class Study:
         return self.sections["model"] if "model" in self.sections else self.sections["damper"]
 
     def part(self, name: str):
-        """A section, or 'sides', 'title', 'reference', or 'points' (nodes that [respond] names): what a stage may
-        depend on."""
+        """A section or one of these: what a stage may depend on.
+
+        'points', 'groups' - nodes that [respond] and the contact sides name; 'damper_body', 'model_body' - [damper] and
+        [model] without the size of the pull; 'driver' - axis and pull; 'sides', 'title', 'reference'.
+        """
         points = {k: v for k, v in self.sections.get("respond", {}).items() if RESPOND[k].kind in _POINTS}
-        own = {"sides": self.sides, "title": self.title, "reference": self.reference, "points": points}
+        groups = [{k: side[k] for k in ("blade", "damper")} for side in self.sides.values()]
+        contact = {k: self.sections["contact"][k] for k in ("pairs", "tolerance")}
+        own = {"sides": self.sides, "title": self.title, "reference": self.reference, "points": points,
+               "groups": [list(self.sides), groups, contact], "driver": self.driver,
+               "damper_body": _without_pull(self.sections.get("damper")),
+               "model_body": _without_pull(self.sections.get("model"))}
         return own[name] if name in own else self.sections.get(name)
 
     def group_name(self, section: str, key: str) -> str:
@@ -168,6 +177,10 @@ class Study:
     def file(self, relative: str) -> Path:
         """A file named in the study, relative to the study's own folder."""
         return self.path.parent / relative
+
+
+def _without_pull(section):
+    return {k: v for k, v in section.items() if k != "pull"} if section else None
 
 
 def load_study(path) -> Study:

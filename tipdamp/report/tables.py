@@ -112,7 +112,7 @@ def _contact(results):
         yield "friction coefficient mu", f"{mu[0]:g}" if len(mu) == 1 else f"{mu[0]:g} to {mu[-1]:g}"
     origin = {"given": "given", "halfspace": "from half-space theory"}[study["contact"]["stiffness"]]
     origin = f"from {study['contact']['pairs']}" if study["contact"]["pairs"] else origin
-    for side, (kn, kt) in results["reduce"]["kn_kt_N_per_m"].items():
+    for side, (kn, kt) in results["preload"]["kn_kt_N_per_m"].items():
         said = study.sides.get(side, {})
         rows = results["reduce"]["rows"][side]
         kept = f", {_LINE[said['rows']]}" if rows > 1 and said else ""
