@@ -16,7 +16,7 @@ BLADES, DAMPER = "blades", "damper"
 
 def read_meshes(study) -> dict:
     """{"blades": Mesh, "damper": Mesh} in metres; every group that the study names is checked."""
-    from modal.mesh import read_mesh
+    from tipdamp.readers.dispatch import read_mesh
 
     meshes = {}
     for name in (BLADES, DAMPER):
