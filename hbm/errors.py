@@ -7,10 +7,10 @@ class InputError(ValueError):
     """Raised at the door, before any heavy work, in one line: what came, and what is allowed."""
 
 
-def shown(name) -> str:
-    """A name from a file as it may stand in a message: control characters escaped, cut at 80 characters."""
+def shown(name, most: int = 80) -> str:
+    """A name from a file as it may stand in a message: control characters escaped, cut at so many characters."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(name))
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    return text if len(text) <= most else f"{text[:most - 3]}..."
 
 
 def nearest(name: str, allowed) -> str:

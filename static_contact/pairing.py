@@ -60,6 +60,13 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body:
                         mu=np.zeros(P), preload=np.zeros(P), weight=np.ones(P)).select(order)
 
 
+def offsets(pairs: ContactTable, blade: Mesh, damper: Mesh) -> np.ndarray:
+    """(P,) m: distance of the two nodes of each pair along the normal; positive where the meshes leave a gap,
+    negative where they overlap."""
+    apart = blade.position[blade.index(pairs.blade_node)] - damper.position[damper.index(pairs.damper_node)]
+    return np.einsum("ij,ij->i", apart, pairs.normal)
+
+
 def join(*tables: ContactTable) -> ContactTable:
     """The sides below each other in one table."""
     return ContactTable(**{f.name: np.concatenate([getattr(t, f.name) for t in tables])

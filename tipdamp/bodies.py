@@ -6,10 +6,11 @@ The finite-element half of the stages `inspect`, `reduce` and `tune`.
 import numpy as np
 
 from hbm.contact import ContactTable
-from hbm.errors import InputError
+from hbm.errors import InputError, nearest, shown
 from hbm.model import ReducedModel
 
 BLADES, DAMPER = "blades", "damper"
+LARGE_DAMPING = 0.2
 
 
 # ---- meshes ----------------------------------------------------------------------------------------------------
@@ -20,45 +21,74 @@ def read_meshes(study) -> dict:
 
     meshes = {}
     for name in (BLADES, DAMPER):
-        path = study.file(study[name]["mesh"])
-        if not path.is_file():
-            raise InputError(f"{study.path}: [{name}] mesh = '{study[name]['mesh']}': no such file ({path})")
-        meshes[name] = read_mesh(path, study.length_unit)
-    for name, section, key in named_groups(study):
         try:
-            meshes[name].group(study.group_name(section, key))
+            meshes[name] = read_mesh(study.file(study[name]["mesh"]), study.length_unit)
+        except InputError as error:
+            raise InputError(f"{study.path}: [{name}] mesh = '{shown(study[name]['mesh'])}': {error}") from None
+    for name, section, key, dimensions in named_groups(study):
+        try:
+            meshes[name].group(study.group_name(section, key), dimensions)
         except InputError as error:
             raise InputError(f"{study.path}: [{section}] {key}: {error}") from None
+    for name, material in study.materials.items():
+        held = sorted({group for mesh in meshes.values() for group in mesh.cell_groups})
+        if material["group"] not in held:
+            raise InputError(f"{study.path}: [material.{name}] group: no mesh has a group of cells "
+                             f"'{shown(material['group'])}'; {nearest(material['group'], held)}")
     return meshes
 
 
 def named_groups(study):
-    """(body, section, key) of every key of the study that names a node group of a mesh."""
-    yield BLADES, BLADES, "clamp"
-    yield DAMPER, DAMPER, "load_points"
+    """(body, section, key, dimensions that make sense) of every key of the study that names a node group of a mesh."""
+    for i in range(len(study[BLADES]["clamp"])):
+        yield BLADES, BLADES, f"clamp[{i}]", (0, 1, 2, 3)
+    yield DAMPER, DAMPER, "load_points", (0, 1, 2)
     if "respond" in study:
-        yield BLADES, "respond", "excitation"
+        yield BLADES, "respond", "excitation", (0, 1, 2)
         for i in range(len(study["respond"]["patches"])):
-            yield BLADES, "respond", f"patches[{i}]"
+            yield BLADES, "respond", f"patches[{i}]", (0, 1, 2)
     for name in () if study["contact"]["pairs"] else study.sides:
-        yield BLADES, f"contact.{name}", "blade"
-        yield DAMPER, f"contact.{name}", "damper"
+        dimensions = (0, 2) if study.sides[name]["shape"] == "flat" else (0, 1, 2)
+        yield BLADES, f"contact.{name}", "blade", dimensions
+        yield DAMPER, f"contact.{name}", "damper", dimensions
 
 
 def assemble_bodies(study, meshes, tick) -> list:
     """[blades, damper] as Body records; the support of each is checked when it is reduced."""
     from modal.elasticity import Material, elastic_body
+    from modal.memory import check_memory
 
-    material = Material(**study["material"])
+    for mesh in meshes.values():
+        check_memory(len(mesh.node), mesh.source)
+
+    def body(name, **support):
+        own = {m["group"]: material(m) for m in study.materials.values() if m["group"] in meshes[name].cell_groups}
+        return elastic_body(meshes[name], material(study["material"]), name, other_materials=own, **support)
+
+    def material(section):
+        return Material(section["E"], section["nu"], section["density"])
+
     tick(0.02, "assembling the blades")
-    blades = elastic_body(meshes[BLADES], material, BLADES, clamp=study[BLADES]["clamp"])
+    blades = body(BLADES, clamp=study[BLADES]["clamp"])
     tick(0.1, "assembling the damper")
-    return [blades, elastic_body(meshes[DAMPER], material, DAMPER, free=True)]
+    return [blades, body(DAMPER, free=True)]
+
+
+def material_at(study, mesh, nodes, where: str) -> dict:
+    """The material section of the cells that hold the nodes; InputError when they are of several."""
+    numbers = np.concatenate([mesh.number[kind][np.isin(cells, mesh.index(nodes)).any(axis=1)]
+                              for kind, cells in mesh.cells.items()])
+    own = [m for m in study.materials.values()
+           if np.isin(numbers, mesh.cell_groups.get(m["group"], ())).any()]
+    whole = own and np.isin(numbers, mesh.cell_groups[own[0]["group"]]).all()
+    if len(own) > 1 or (own and not whole):
+        raise InputError(f"{study.path}: {where}: its cells are of several materials; one is needed for the half-space")
+    return own[0] if own else study["material"]
 
 
 def whole_patch(study, meshes) -> ContactTable:
     """All node pairs of all sides, with their stiffness and friction."""
-    from static_contact.pairing import Side, join, pair
+    from static_contact.pairing import Side, join, offsets, pair
 
     damper, contact = study[DAMPER], study["contact"]
     if contact["pairs"]:
@@ -67,7 +97,9 @@ def whole_patch(study, meshes) -> ContactTable:
                    blade_body=BLADES, damper_body=DAMPER, axis=damper["axis"], pull=damper["pull_direction"],
                    tolerance=contact["tolerance"]) for name, side in study.sides.items()]
     pairs = join(*tables)
-    kn, kt = node_stiffness(study, pairs)
+    if contact["distance"] == "gap":
+        pairs = pairs.replace(gap=pairs.gap + offsets(pairs, meshes[BLADES], meshes[DAMPER]))
+    kn, kt = node_stiffness(study, pairs, meshes)
     return pairs.replace(kn=kn, kt=kt, mu=np.full(len(pairs), contact["mu"]))
 
 
@@ -84,14 +116,14 @@ def own_pairs(study) -> ContactTable:
     return pairs
 
 
-def node_stiffness(study, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
+def node_stiffness(study, pairs: ContactTable, meshes) -> tuple[np.ndarray, np.ndarray]:
     """kn, kt (P,) N/m: as given, or from the half-space under the side's force, total / nodes of the full patch."""
     from static_contact.equilibrium import side_forces, side_normals
     from static_contact.halfspace import ContactSide, nodal_stiffness
     from static_contact.moduli import MaterialPair
 
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
-    damper, material = study[DAMPER], study["material"]
+    damper = study[DAMPER]
     forces = side_forces(side_normals(pairs), damper["pull"] * np.array(damper["pull_direction"]))
     for name, side in study.sides.items():
         mine = pairs.side == name
@@ -99,8 +131,10 @@ def node_stiffness(study, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
             kn[mine], kt[mine] = side["kn"], side["kt"]
             continue
         along = pairs.position[mine] @ np.array(damper["axis"])
+        one, two = (material_at(study, meshes[body], getattr(pairs, column)[mine], f"[contact.{name}]")
+                    for body, column in ((BLADES, "blade_node"), (DAMPER, "damper_node")))
         contact = ContactSide(side["shape"], float(np.ptp(along)),
-                              MaterialPair(material["E"], material["nu"], material["E"], material["nu"]),
+                              MaterialPair(one["E"], one["nu"], two["E"], two["nu"]),
                               radius=side["radius"] if side["shape"] == "cylinder" else None,
                               width=side["width"] if side["shape"] == "flat" else None)
         found = nodal_stiffness(contact, forces[name], int(mine.sum()))
@@ -178,22 +212,57 @@ def given_model(study) -> tuple[ReducedModel, ContactTable, dict]:
 def describe_model(study) -> dict:
     model, pairs, facts = given_model(study)
     return {"bodies": {b: {"dofs": int((model.body == b).sum())} for b in (BLADES, DAMPER)},
-            "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts}
+            "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts,
+            "warnings": [*damping_warnings(study)]}
 
 
 def describe_meshes(study, tick) -> dict:
     """Counts, masses, boxes, groups and rigid modes of the bodies."""
     from modal.body import check_support
+    from modal.mesh import DIMENSION
+    from tipdamp.plausible import warnings_of
 
     meshes = read_meshes(study)
-    found = {}
+    found, warnings = {}, []
     for body in assemble_bodies(study, meshes, tick):
         mesh = meshes[body.name]
         found[body.name] = {
-            "file": study[body.name]["mesh"], "nodes": len(mesh.node),
+            "file": study[body.name]["mesh"], "format": mesh.format, "nodes": len(mesh.node),
             "cells": {k: len(c) for k, c in mesh.cells.items()}, "free_dofs": body.dofs,
             "moving_mass_kg": body.mass(), "box_m": [mesh.position.min(axis=0), mesh.position.max(axis=0)],
             "rigid_modes": check_support(body), "groups": {k: len(v) for k, v in sorted(mesh.groups.items())},
-            "not_read": list(mesh.unused)}
+            "groups_are": {k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
+            "cell_groups": {k: len(v) for k, v in sorted(mesh.cell_groups.items())}, "not_read": list(mesh.unused)}
+        warnings += warnings_of(study, body.name, mesh, body.mass().max())
     pairs = whole_patch(study, meshes)
-    return {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}}
+    if not study["contact"]["pairs"]:
+        warnings += [*distance_warnings(study, pairs, meshes)]
+    return {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
+            "warnings": warnings + [*damping_warnings(study)]}
+
+
+def distance_warnings(study, pairs, meshes):
+    """Pairs whose nodes lie farther apart along the normal than neighbouring nodes do along the surface."""
+    from scipy.spatial import cKDTree
+
+    from static_contact.pairing import offsets
+
+    apart = offsets(pairs, meshes[BLADES], meshes[DAMPER])
+    for name in pairs.sides:
+        mine = np.flatnonzero(pairs.side == name)
+        size = np.median(cKDTree(pairs.position[mine]).query(pairs.position[mine], 2)[0][:, 1])
+        far = mine[np.abs(apart[mine]) > size]
+        if len(far):
+            i = far[np.abs(apart[far]).argmax()]
+            how = ("they count as touching (shifted onto each other)" if study["contact"]["distance"] == "closed"
+                   else "it counts as initial gap")
+            yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'gape'} by more than the "
+                   f"distance of neighbouring nodes ({size:.3g} m), most at blade node {pairs.blade_node[i]} "
+                   f"({np.round(pairs.position[i], 5).tolist()} m): {apart[i]:.3g} m; {how}: [contact] distance")
+
+
+def damping_warnings(study):
+    for section in ("respond", "free"):
+        large = max(study[section]["damping_ratio"], default=0) if section in study else 0
+        if large >= LARGE_DAMPING:
+            yield f"[{section}] damping_ratio = {large:g}: is it in percent? A ratio, 0.02 for 2 %, is meant"

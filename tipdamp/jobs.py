@@ -62,7 +62,7 @@ def group(model: ReducedModel, study, name: str) -> np.ndarray:
     """Nodes of a group of the blades that the study names."""
     key = f"{BLADES}/{name}"
     if key not in model.groups:
-        names = [k.split("/")[1] for k in model.groups if k.startswith(f"{BLADES}/")]
+        names = [k.split("/", 1)[1] for k in model.groups if k.startswith(f"{BLADES}/")]
         raise InputError(f"{study.path}: the blades have no group '{name}'; {nearest(name, names)}")
     return model.groups[key]
 

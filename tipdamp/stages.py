@@ -34,7 +34,7 @@ def _report(study, store, tick):
     return write_report(study, store, tick)
 
 
-_BODIES = ("material", "blades", "damper", "model")
+_BODIES = ("material", "materials", "blades", "damper", "model")
 STAGES = {stage.name: stage for stage in (
     Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
           (*_BODIES, "contact", "sides"), ("inspect.json",), reads_meshes=True),

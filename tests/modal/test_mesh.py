@@ -57,7 +57,7 @@ def test_missing_group_names_the_nearest(bar):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(InputError, match="mesh file not found"):
+    with pytest.raises(InputError, match="no such file"):
         read_mesh(tmp_path / "none.msh")
 
 

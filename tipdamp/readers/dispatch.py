@@ -40,10 +40,10 @@ def load(path: Path) -> bytes:
     """The bytes of a file; InputError with the path as typed and the folder that it was looked for in."""
     where = f"{path} (looked for in {path.parent.absolute()})"
     if path.is_dir():
-        raise InputError(f"mesh file is a folder: {where}")
+        raise InputError(f"is a folder, not a mesh file: {where}")
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        raise InputError(f"mesh file not found: no such file: {where}") from None
+        raise InputError(f"no such file: {where}") from None
     except OSError as error:
-        raise InputError(f"mesh file cannot be read: {error.strerror}: {where}") from None
+        raise InputError(f"cannot be read: {error.strerror}: {where}") from None
