@@ -38,16 +38,16 @@ def _size(study, name, mesh):
     if low <= size <= high:
         return []
     unit, other = ("m", "mm") if study.length_unit == 1 else ("mm", "m")
-    return [f"{name}: the mesh is {size:.4g} m in size, {low:g} to {high:g} m is usual: it was read in {unit}; a factor "
-            f"of 1000 ([units] length = \"{other}\")?"]
+    return [f"{name}: the mesh is {size:.4g} m in size, {low:g} to {high:g} m is usual: it was read in {unit}; a "
+            f"factor of 1000 ([units] length = \"{other}\")?"]
 
 
 def _mass(name, mass):
     low, high = MASS[name]
     if low <= mass <= high:
         return []
-    return [f"{name}: its mass is {mass:.3g} kg, {low:g} to {high:g} kg is usual: a factor of 1000 in the length is 1e9 "
-            "in the mass, in the density 1000"]
+    return [f"{name}: its mass is {mass:.3g} kg, {low:g} to {high:g} kg is usual: a factor of 1000 in the length is "
+            "1e9 in the mass, in the density 1000"]
 
 
 def _frequency(study, name, mesh):
@@ -63,6 +63,6 @@ def _frequency(study, name, mesh):
     band = study["respond"]["band"]
     if low <= band[1] and band[0] <= high:
         return []
-    return [f"blades: a body of this size and material has its first natural frequency between {low:.3g} and {high:.3g} "
-            f"Hz, the band of the study is {band[0]:g} to {band[1]:g} Hz: a factor of 1000 in the length is one in "
-            "frequency too"]
+    return [f"blades: a body of this size and material has its first natural frequency between {low:.3g} and "
+            f"{high:.3g} Hz, the band of the study is {band[0]:g} to {band[1]:g} Hz: a factor of 1000 in the length is "
+            "one in frequency too"]

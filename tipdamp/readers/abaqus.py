@@ -145,6 +145,9 @@ def _name(options, key, where):
 
 
 def _nodes(f, options, data, where):
+    if f.open and f.open[-1] == "ASSEMBLY":
+        f.content.unused.append(f"{len(data)} reference points of the assembly")
+        return
     if options.get("SYSTEM", "R").upper() != "R":
         raise InputError(f"{where}: SYSTEM={options['SYSTEM']} is not read; write the nodes in the global system")
     flat = numbers(" ".join(data), where)
@@ -192,6 +195,10 @@ def _elements(f, options, data, where):
 def _set(kind):
     def read(f, options, data, where):
         name = _name(options, kind, where)
+        outside = f.open and f.open[-1] == "ASSEMBLY" and "INSTANCE" not in options
+        if outside and re.match(r"\s*\d+\s*(,|$)", "".join(data[:1])):
+            f.content.unused.append(f"set '{shown(name)}' of reference points of the assembly")
+            return
         f.scope.add(kind, name)
         if kind == "NSET" and "ELSET" in options:
             f.scope.add(kind, name, ("ELSET", options["ELSET"]))
