@@ -80,8 +80,10 @@ def _match(blade, damper, side, tolerance):
     unmatched = int((distance > tolerance).sum() + (back > tolerance).sum())
     worst = max(distance.max(), back.max())
     if unmatched or len(np.unique(nearest)) < len(nearest):
-        advice = (f"tolerance = {1.1 * worst:.2g} m would match them" if len(blade) == len(damper)
-                  else "the two surfaces need the same nodes")
+        shared = len(nearest) - len(np.unique(nearest))
+        advice = (f"{shared} share their nearest partner with another: the two surfaces need the same nodes" if shared
+                  else "the two surfaces need the same nodes" if len(blade) != len(damper)
+                  else f"tolerance = {1.1 * worst:.2g} m would match them")
         raise InputError(f"side '{side.name}': {len(blade)} blade nodes in '{side.blade}' and {len(damper)} damper "
                          f"nodes in '{side.damper}', {unmatched} without a partner within {tolerance:g} m "
                          f"(largest distance {worst:.3g} m); {advice}")

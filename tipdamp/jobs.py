@@ -143,7 +143,7 @@ def free_response(study, blades: ReducedModel) -> dict:
     rows = outputs(study, blades)
     x = np.abs(linear_response(blades, None, excitation(study, blades), hz,
                                ratio(study["free"]["damping_ratio"]), rows))
-    names = np.array([name.split(":")[0] for name in rows])
+    names = np.array([name.rpartition(":")[0] for name in rows])
     return {"hz": hz, "m_per_N": {p: x[:, names == p].max(axis=1) for p in study["respond"]["patches"]}}
 
 

@@ -190,6 +190,8 @@ def _field(value, width):
         return ""
     if not isinstance(value, float):
         return str(value)
+    if not np.isfinite(value):
+        return str(value)
     if width == 8:  # Nastran's own short form, 1.25-3
         short = min((f"{value:.{d}e}" for d in range(6, -1, -1)), key=lambda t: (len(_short(t)) > 8, -len(t)))
         return _short(short)
@@ -200,3 +202,52 @@ def _short(text):
     mantissa, _, power = text.partition("e")
     mantissa = mantissa if "." in mantissa else mantissa + "."
     return mantissa + (f"{int(power):+d}" if int(power) else "")
+
+
+# ---- plain, with whatever groups a mesh has --------------------------------------------------------------------
+
+def plain(mesh):
+    """Abaqus text with the mesh's own groups of nodes and cells."""
+    lines = ["*NODE", *(_abaqus_node(mesh, i) for i in range(len(mesh.node)))]
+    for kind in mesh.cells:
+        lines.append(f"*ELEMENT, TYPE={ABAQUS[kind]}")
+        for number, nodes in zip(mesh.number[kind], theirs(mesh, kind), strict=True):
+            lines += rows([number, *nodes], 16)
+    for name, members in mesh.groups.items():
+        lines += [f'*NSET, NSET="{name}"', *rows(members, 8)]
+    for name, members in mesh.cell_groups.items():
+        lines += [f'*ELSET, ELSET="{name}"', *rows(members, 8)]
+    return "\n".join([*lines, ""])
+
+
+def gmsh_text(mesh, version="4.1", names=None):
+    """gmsh text of one cell type, groups as points; names {group: name in the file}."""
+    (kind, cells), = mesh.cells.items()
+    types = {"tetra": 4, "hexahedron": 5, "wedge": 6, "hexahedron20": 17, "hexahedron27": 12, "tetra10": 11}
+    names = names or {k: k for k in mesh.groups}
+    groups = list(mesh.groups)
+    head = [f"$MeshFormat\n{version} 0 8\n$EndMeshFormat\n$PhysicalNames\n{len(groups) + 1}"]
+    head += [f'0 {i} "{names[g]}"' for i, g in enumerate(groups, start=1)] + ['3 99 "solid"', "$EndPhysicalNames"]
+    xyz = [f"{' '.join(f'{x:.17g}' for x in p)}" for p in mesh.position]
+    points = [(i, n) for i, g in enumerate(groups, start=1) for n in mesh.groups[g]]
+    start = int(max(mesh.number[kind])) + 1
+    if version == "2.2":
+        body = ["$Nodes", f"{len(xyz)}", *(f"{n} {p}" for n, p in zip(mesh.node, xyz, strict=True)), "$EndNodes",
+                "$Elements", f"{len(cells) + len(points)}"]
+        body += [f"{start + k} 15 2 {i} {i} {n}" for k, (i, n) in enumerate(points)]
+        body += [f"{e} {types[kind]} 2 99 1 {' '.join(map(str, mesh.node[c]))}"
+                 for e, c in zip(mesh.number[kind], cells, strict=True)]
+        return "\n".join([*head, *body, "$EndElements", ""])
+    body = ["$Entities", f"{len(groups)} 0 0 1", *(f"{i} 0 0 0 1 {i}" for i in range(1, len(groups) + 1)),
+            "1 0 0 0 1 1 1 1 99 0", "$EndEntities", "$Nodes",
+            f"1 {len(xyz)} {mesh.node[0]} "
+            f"{mesh.node[-1]}", f"3 1 0 {len(xyz)}", *map(str, mesh.node), *xyz, "$EndNodes",
+            "$Elements", f"{len(groups) + 1} {len(cells) + len(points)} 1 {start + len(points)}"]
+    k = start
+    for i, g in enumerate(groups, start=1):
+        body.append(f"0 {i} 15 {len(mesh.groups[g])}")
+        body += [f"{k + j} {n}" for j, n in enumerate(mesh.groups[g])]
+        k += len(mesh.groups[g])
+    body.append(f"3 1 {types[kind]} {len(cells)}")
+    body += [f"{e} {' '.join(map(str, mesh.node[c]))}" for e, c in zip(mesh.number[kind], cells, strict=True)]
+    return "\n".join([*head, *body, "$EndElements", ""])

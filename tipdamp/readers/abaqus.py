@@ -98,7 +98,7 @@ def _blocks(f, lines):
 
 def _keyword(head):
     """('NODE', {'NSET': 'all'}) of '*NODE, NSET=all'."""
-    words = re.findall(r'(?:"[^"]*"|[^,])+', head[1:])
+    words = re.findall(r'(?:"[^"]*"|[^,])+', head[1:]) or [""]
     options = {}
     for word in words[1:]:
         name, _, value = word.partition("=")

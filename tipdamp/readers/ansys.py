@@ -51,6 +51,8 @@ def read(path, data: bytes) -> Content:
                              "write the archive with CDWRITE in blocked format")
     _elements(path, content, elements, routines)
     _components(content, elements)
+    if not any(line.strip().upper() in ("FINISH", "/EOF") for line in lines):
+        content.warnings.append("the archive does not end with FINISH: is it whole?")
     if skipped:
         content.unused.append("commands " + ", ".join(f"{k} ({n})" for k, n in sorted(skipped.items())))
     if elements:
@@ -160,6 +162,8 @@ def _eblock(path, lines, place, words, elements):
 
 def _cmblock(path, lines, place, words, content):
     """A component: numbers, where a negative one ends a range that the number before it began."""
+    if len(words) < 3:
+        raise InputError(f"{path}, line {place}: '{shown(','.join(words))}' is cut off")
     name, kind = words[1], words[2].upper()[:4]
     count = _counted(path, place, words, 3)
     _, width, _ = _format(path, lines, place, "CMBLOCK")

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from hbm.errors import InputError, nearest
+from hbm.errors import InputError, nearest, shown
 from modal.mesh import Mesh
 from tipdamp.readers.content import to_mesh
 
@@ -26,7 +26,12 @@ def read_mesh(path, length_unit: float = 1.0) -> Mesh:
     if not data.strip():
         raise InputError(f"{path}: the file is empty: it holds no nodes")
     module, name = FORMATS[suffix]
-    content = _reader(module)(path, data)
+    try:
+        content = _reader(module)(path, data)
+    except InputError:
+        raise
+    except (ArithmeticError, LookupError, ValueError) as error:  # damage that no check of the reader foresaw
+        raise InputError(f"{path}: damaged: its {name} text cannot be made sense of ({shown(error)})") from error
     return to_mesh(content, path.name, name, length_unit)
 
 
