@@ -242,7 +242,7 @@ def describe_meshes(study, tick) -> dict:
 
 
 def distance_warnings(study, pairs, meshes):
-    """Pairs whose nodes lie farther apart along the normal than neighbouring nodes do along the surface."""
+    """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of neighbouring nodes."""
     from scipy.spatial import cKDTree
 
     from static_contact.pairing import offsets
@@ -251,14 +251,14 @@ def distance_warnings(study, pairs, meshes):
     for name in pairs.sides:
         mine = np.flatnonzero(pairs.side == name)
         size = np.median(cKDTree(pairs.position[mine]).query(pairs.position[mine], 2)[0][:, 1])
-        far = mine[np.abs(apart[mine]) > size]
+        far = mine[np.abs(apart[mine]) > 0.1 * size]
         if len(far):
             i = far[np.abs(apart[far]).argmax()]
             how = ("they count as touching (shifted onto each other)" if study["contact"]["distance"] == "closed"
                    else "it counts as initial gap")
-            yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'gape'} by more than the "
-                   f"distance of neighbouring nodes ({size:.3g} m), most at blade node {pairs.blade_node[i]} "
-                   f"({np.round(pairs.position[i], 5).tolist()} m): {apart[i]:.3g} m; {how}: [contact] distance")
+            yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'gape'}, most at blade node "
+                   f"{pairs.blade_node[i]} ({np.round(pairs.position[i], 5).tolist()} m): {apart[i]:.3g} m, "
+                   f"{abs(apart[i]) / size:.2g} of the distance of neighbouring nodes; {how}: [contact] distance")
 
 
 def damping_warnings(study):

@@ -8,7 +8,7 @@ import numpy as np
 
 from hbm.errors import InputError, shown
 from modal.cells import CELLS
-from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, decode, numbers
+from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, decode, numbers, whole
 
 _HEX_FACES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
 _TET_FACES = [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]
@@ -154,9 +154,10 @@ def _nodes(f, options, data, where):
     if len(flat) != 4 * len(data) or any(line.count(",") != 3 for line in data[:1]):
         flat = np.array([_node(line, where) for line in data]).ravel()
     rows = flat.reshape(-1, 4)
-    f.scope.nodes.append((rows[:, 0].astype(np.int64), rows[:, 1:]))
+    number = whole(rows[:, 0], where)
+    f.scope.nodes.append((number, rows[:, 1:]))
     if "NSET" in options:
-        f.scope.add("NSET", options["NSET"], rows[:, 0].astype(np.int64))
+        f.scope.add("NSET", options["NSET"], number)
 
 
 def _node(line, where):
@@ -164,7 +165,10 @@ def _node(line, where):
     words = [w.strip() for w in line.split(",")]
     if len(words) < 4:
         raise InputError(f"{where}: node line '{shown(line)}' has fewer than three coordinates")
-    return numbers(" ".join(w or "0" for w in words[:4]), where)
+    found = numbers(" ".join(w or "0" for w in words[:4]), where)
+    if len(found) != 4:
+        raise InputError(f"{where}: node line '{shown(line)}' is damaged")
+    return found
 
 
 def _elements(f, options, data, where):
@@ -184,7 +188,7 @@ def _elements(f, options, data, where):
     if len(found) % (per + 1):
         raise InputError(f"{where}: {len(found)} numbers are no whole number of {kind} elements ({per + 1} each): "
                          "cut off or damaged")
-    rows = found.astype(np.int64).reshape(-1, per + 1)
+    rows = whole(found, where).reshape(-1, per + 1)
     f.scope.elements.append((per if solid else 0, rows[:, 0], rows[:, 1:]))
     if flat:
         f.content.unused.append(f"{len(rows)} elements of type {shown(kind)} (their sets are kept as groups of nodes)")
@@ -213,7 +217,7 @@ def _set(kind):
 
 
 def _generated(line, where):
-    limits = numbers(line, where).astype(np.int64)
+    limits = whole(numbers(line, where), where)
     if len(limits) not in (2, 3) or (len(limits) == 3 and limits[2] < 1):
         raise InputError(f"{where}: '{shown(line)}' must be first, last and step")
     return np.arange(limits[0], limits[1] + 1, limits[2] if len(limits) == 3 else 1)

@@ -162,3 +162,14 @@ def numbers(text: str, where: str) -> np.ndarray:
             except ValueError:
                 raise InputError(f"{where}: '{shown(word)}' is not a number") from None
         raise
+
+
+def whole(values, where: str) -> np.ndarray:
+    """Numbers of nodes, elements or counts as integers; InputError at the first that is none."""
+    values = np.asarray(values)
+    with np.errstate(invalid="ignore"):
+        found = values.astype(np.int64)
+    wrong = found != values
+    if wrong.any():
+        raise InputError(f"{where}: {values[wrong].flat[0]:g} stands where a whole number must: cut off or damaged")
+    return found

@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 
 from hbm.errors import InputError, shown
-from tipdamp.readers.content import Content
+from tipdamp.readers.content import Content, whole
 
 # element number -> (name, dimension, nodes)            [gmsh manual, file format MSH]
 ELEMENTS = {1: ("line", 1, 2), 2: ("triangle", 2, 3), 3: ("quadrangle", 2, 4), 4: ("tetra", 3, 4),
@@ -116,7 +116,7 @@ class _Stream:
         self.place += size
         if self.binary:
             return np.frombuffer(part, kind)
-        return part if kind == "<f8" else part.astype(np.int64)
+        return part if kind == "<f8" else whole(part, self.where)
 
     def line(self):
         """A count that stands in a line of its own, as text also in binary files of version 2."""
@@ -233,7 +233,7 @@ def _read_2(path, sections, binary, names, content):
         content.add_nodes(rows["n"], rows["x"])
     else:
         rows = s.take(4 * count, "<f8").reshape(-1, 4)
-        content.add_nodes(rows[:, 0], rows[:, 1:])
+        content.add_nodes(whole(rows[:, 0], s.where), rows[:, 1:])
     s.done()
     s = _Stream(path, "Elements", sections["Elements"], binary)
     count = s.line()
