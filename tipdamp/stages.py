@@ -37,7 +37,7 @@ def _report(study, store, tick):
 _BODIES = ("material", "materials", "blades", "damper", "model")
 STAGES = {stage.name: stage for stage in (
     Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
-          (*_BODIES, "contact", "sides"), ("inspect.json",), reads_meshes=True),
+          (*_BODIES, "contact", "sides", "expected"), ("inspect.json",), reads_meshes=True),
     Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", jobs.reduce, (),
           (*_BODIES, "contact", "sides", "points", "free"), ("model.npz", "pairs.csv", "reduce.json"),
           reads_meshes=True),

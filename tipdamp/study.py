@@ -149,11 +149,12 @@ class Study:
         return section in self.sections
 
     def part(self, name: str):
-        """A section, or 'sides', 'title', 'reference', or 'points' (nodes that [respond] names): what a stage may
-        depend on."""
+        """A section, or 'sides', 'materials', 'title', 'reference', 'points' (nodes that [respond] names) or
+        'expected' (what it tells of the frequencies and the damping): what a stage may depend on."""
         points = {k: v for k, v in self.sections.get("respond", {}).items() if RESPOND[k].kind in _POINTS}
         own = {"sides": self.sides, "title": self.title, "reference": self.reference, "points": points,
-               "materials": self.materials}
+               "materials": self.materials,
+               "expected": {k: self.sections.get("respond", {}).get(k) for k in ("band", "damping_ratio")}}
         return own[name] if name in own else self.sections.get(name)
 
     def group_name(self, section: str, key: str) -> str:
