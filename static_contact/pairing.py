@@ -113,17 +113,23 @@ def _frames(normals, axis, side):
 
 
 def _grid(along, up, side, tolerance):
-    """Station and row of each node; every station must hold the same rows."""
+    """Station and row of each node. Where stations hold different numbers of nodes, as on the faces of 20-node
+    hexahedra, a row is what lies at one height, and the lowest row must be there at every station."""
     station = _clusters(along, tolerance)
-    row = np.empty_like(station)
-    for s in range(station.max() + 1):
-        members = np.flatnonzero(station == s)
-        row[members[np.argsort(up[members], kind="stable")]] = np.arange(len(members))
     rows = np.bincount(station)
-    if (rows != rows[0]).any():
+    if (rows == rows[0]).all():
+        row = np.empty_like(station)
+        for s in range(station.max() + 1):
+            members = np.flatnonzero(station == s)
+            row[members[np.argsort(up[members], kind="stable")]] = np.arange(len(members))
+        return station, row
+    row = _clusters(up, tolerance)
+    twice = len(np.unique(station * (row.max() + 1) + row)) < len(row)
+    if twice or (np.bincount(station[row == 0], minlength=len(rows)) != 1).any():
         odd = int(np.flatnonzero(rows != rows[0])[0])
-        raise InputError(f"side '{side.name}': station {odd} has {rows[odd]} nodes, station 0 has {rows[0]}; "
-                         "every station along the axis needs the same rows")
+        raise InputError(f"side '{side.name}': station {odd} has {rows[odd]} nodes, station 0 has {rows[0]}, and they "
+                         "do not lie in rows along the axis; every station needs the lowest row, and rows apart by more "
+                         "than the tolerance")
     return station, row
 
 

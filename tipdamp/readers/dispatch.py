@@ -25,6 +25,8 @@ def read_mesh(path, length_unit: float = 1.0) -> Mesh:
         raise InputError(f"{path}: mesh files of type '{path.suffix}' are not read; {nearest(suffix, FORMATS)}")
     if not data.strip():
         raise InputError(f"{path}: the file is empty: it holds no nodes")
+    if suffix == ".dat" and b"NBLOCK" not in data.upper():  # Workbench and Nastran users both say .dat
+        suffix = ".bdf"
     module, name = FORMATS[suffix]
     try:
         content = _reader(module)(path, data)
