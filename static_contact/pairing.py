@@ -128,8 +128,8 @@ def _grid(along, up, side, tolerance):
     if twice or (np.bincount(station[row == 0], minlength=len(rows)) != 1).any():
         odd = int(np.flatnonzero(rows != rows[0])[0])
         raise InputError(f"side '{side.name}': station {odd} has {rows[odd]} nodes, station 0 has {rows[0]}, and they "
-                         "do not lie in rows along the axis; every station needs the lowest row, and rows apart by more "
-                         "than the tolerance")
+                         "do not lie in rows along the axis; every station needs the lowest row, and rows apart by "
+                         "more than the tolerance")
     return station, row
 
 

@@ -10,7 +10,6 @@ from hbm.errors import InputError, nearest, shown
 from hbm.model import ReducedModel
 
 BLADES, DAMPER = "blades", "damper"
-LARGE_DAMPING = 0.2
 
 
 # ---- meshes ----------------------------------------------------------------------------------------------------
@@ -210,6 +209,8 @@ def given_model(study) -> tuple[ReducedModel, ContactTable, dict]:
 
 
 def describe_model(study) -> dict:
+    from tipdamp.plausible import damping_warnings
+
     model, pairs, facts = given_model(study)
     return {"bodies": {b: {"dofs": int((model.body == b).sum())} for b in (BLADES, DAMPER)},
             "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts,
@@ -220,7 +221,7 @@ def describe_meshes(study, tick) -> dict:
     """Counts, masses, boxes, groups and rigid modes of the bodies."""
     from modal.body import check_support
     from modal.mesh import DIMENSION
-    from tipdamp.plausible import warnings_of
+    from tipdamp.plausible import damping_warnings, distance_warnings, mesh_warnings
 
     meshes = read_meshes(study)
     found, warnings = {}, []
@@ -233,36 +234,9 @@ def describe_meshes(study, tick) -> dict:
             "rigid_modes": check_support(body), "groups": {k: len(v) for k, v in sorted(mesh.groups.items())},
             "groups_are": {k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
             "cell_groups": {k: len(v) for k, v in sorted(mesh.cell_groups.items())}, "not_read": list(mesh.unused)}
-        warnings += warnings_of(study, body.name, mesh, body.mass().max())
+        warnings += mesh_warnings(study, body.name, mesh, body.mass().max())
     pairs = whole_patch(study, meshes)
     if not study["contact"]["pairs"]:
         warnings += [*distance_warnings(study, pairs, meshes)]
     return {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
             "warnings": warnings + [*damping_warnings(study)]}
-
-
-def distance_warnings(study, pairs, meshes):
-    """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of neighbouring nodes."""
-    from scipy.spatial import cKDTree
-
-    from static_contact.pairing import offsets
-
-    apart = offsets(pairs, meshes[BLADES], meshes[DAMPER])
-    for name in pairs.sides:
-        mine = np.flatnonzero(pairs.side == name)
-        size = np.median(cKDTree(pairs.position[mine]).query(pairs.position[mine], 2)[0][:, 1])
-        far = mine[np.abs(apart[mine]) > 0.1 * size]
-        if len(far):
-            i = far[np.abs(apart[far]).argmax()]
-            how = ("they count as touching (shifted onto each other)" if study["contact"]["distance"] == "closed"
-                   else "it counts as initial gap")
-            yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'gape'}, most at blade node "
-                   f"{pairs.blade_node[i]} ({np.round(pairs.position[i], 5).tolist()} m): {apart[i]:.3g} m, "
-                   f"{abs(apart[i]) / size:.2g} of the distance of neighbouring nodes; {how}: [contact] distance")
-
-
-def damping_warnings(study):
-    for section in ("respond", "free"):
-        large = max(study[section]["damping_ratio"], default=0) if section in study else 0
-        if large >= LARGE_DAMPING:
-            yield f"[{section}] damping_ratio = {large:g}: is it in percent? A ratio, 0.02 for 2 %, is meant"

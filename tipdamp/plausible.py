@@ -8,9 +8,10 @@ from modal.mesh_checks import parts
 # largest size (m) and mass (kg) of what is sold as blades and as dampers, and a margin
 SIZE = {"blades": (5e-3, 5.0), "damper": (1e-3, 1.0)}
 MASS = {"blades": (1e-3, 1e3), "damper": (1e-5, 10.0)}
+LARGE_DAMPING = 0.2
 
 
-def warnings_of(study, name: str, mesh: Mesh, mass: float) -> list[str]:
+def mesh_warnings(study, name: str, mesh: Mesh, mass: float) -> list[str]:
     """What looks wrong with the mesh of a body: what its reader says, pieces, and units, with the factor of 1000."""
     found = [f"{name}: {w}" for w in mesh.warnings]
     pieces, label = parts(mesh)
@@ -66,3 +67,30 @@ def _frequency(study, name, mesh):
     return [f"blades: a body of this size and material has its first natural frequency between {low:.3g} and "
             f"{high:.3g} Hz, the band of the study is {band[0]:g} to {band[1]:g} Hz: a factor of 1000 in the length is "
             "one in frequency too"]
+
+
+def distance_warnings(study, pairs, meshes):
+    """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of neighbouring nodes."""
+    from scipy.spatial import cKDTree
+
+    from static_contact.pairing import offsets
+
+    apart = offsets(pairs, meshes["blades"], meshes["damper"])
+    for name in pairs.sides:
+        mine = np.flatnonzero(pairs.side == name)
+        size = np.median(cKDTree(pairs.position[mine]).query(pairs.position[mine], 2)[0][:, 1])
+        far = mine[np.abs(apart[mine]) > 0.1 * size]
+        if len(far):
+            i = far[np.abs(apart[far]).argmax()]
+            how = ("they count as touching (shifted onto each other)" if study["contact"]["distance"] == "closed"
+                   else "it counts as initial gap")
+            yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'gape'}, most at blade node "
+                   f"{pairs.blade_node[i]} ({np.round(pairs.position[i], 5).tolist()} m): {apart[i]:.3g} m, "
+                   f"{abs(apart[i]) / size:.2g} of the distance of neighbouring nodes; {how}: [contact] distance")
+
+
+def damping_warnings(study):
+    for section in ("respond", "free"):
+        large = max(study[section]["damping_ratio"], default=0) if section in study else 0
+        if large >= LARGE_DAMPING:
+            yield f"[{section}] damping_ratio = {large:g}: is it in percent? A ratio, 0.02 for 2 %, is meant"

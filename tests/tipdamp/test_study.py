@@ -91,7 +91,7 @@ def test_the_documented_keys_are_the_programs_own():
 
 def test_b33_damping_ratios(tmp_path):
     """Below 0 and from 1 on: refused. From 0.2 on: run, with the warning that it may be in percent."""
-    from tipdamp.bodies import damping_warnings
+    from tipdamp.plausible import damping_warnings
 
     for bad in ("-0.01", "1.0"):
         with pytest.raises(InputError, match=rf"\[respond\] damping_ratio = {bad}: must be at least 0"):
