@@ -419,6 +419,7 @@ def test_a21_all_gmsh_variants_read_the_same(tmp_path):
         assert {k: v.tolist() for k, v in other.groups.items()} == {k: v.tolist() for k, v in first.groups.items()}
         assert np.array_equal(other.cells["hexahedron27"], first.cells["hexahedron27"])
         assert {k: len(v) for k, v in other.cell_groups.items()} == {"bar": 24, "also": 24}
+        assert other.warnings == ()
     _rewritten(gmsh, tmp_path / "two.msh", tmp_path / "lost.msh", 2.2, 0, 1)
     refused(tmp_path / "lost.msh", "version 2.2 saved with 'save all' loses the groups")
 
