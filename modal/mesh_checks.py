@@ -52,7 +52,8 @@ def _once(kind, block, number, warnings):
 
 def _upright(mesh, kind, block, number, warnings):
     corners = mesh.position[block[:, :CELLS[kind].corners]]
-    size = np.linalg.norm(np.ptp(corners, axis=1), axis=1) ** 3
+    with np.errstate(over="ignore"):  # a damaged coordinate may be as large as a number can be
+        size = np.linalg.norm(np.ptp(corners, axis=1), axis=1) ** 3
     low, high = smallest_jacobians(kind, mesh.position, block).T
     turned = (high < -_FLAT * size)
     if turned.any():

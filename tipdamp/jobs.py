@@ -311,6 +311,6 @@ def response_figures(study, curve, back, kept, Fe, H) -> dict:
 
 def patch_peak(curve, patch: str) -> dict:
     """Largest peak of the nodes of a patch with its frequency, and the smallest node's peak."""
-    peaks = [curve.peak(n) for n in curve.output_names if n.split(":")[0] == patch]
+    peaks = [curve.peak(n) for n in curve.output_names if n.rpartition(":")[0] == patch]
     hz, top = max(peaks, key=lambda p: p[1])
     return {"peak_hz": hz, "peak_m": top, "min_peak_m": min(p[1] for p in peaks)}
