@@ -10,7 +10,7 @@ import sys
 import time
 
 import tipdamp
-from hbm.errors import InputError
+from hbm.errors import InputError, shown
 
 
 def main(argv=None) -> int:
@@ -111,7 +111,10 @@ def _line(name, how, store) -> str:
 
     seconds = store.record(name)["seconds"]
     when = "up to date" if how == "skipped" else f"{seconds:.1f} s"
-    return f"{name:8s} {when:>10s}  {highlight(name, store)}"
+    lines = [f"{name:8s} {when:>10s}  {highlight(name, store)}"]
+    if name == "inspect":
+        lines += [f"warning: {shown(w, 400)}" for w in store.read_json("inspect.json")["warnings"]]
+    return "\n".join(lines)
 
 
 def _partial(store) -> int:

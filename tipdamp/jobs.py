@@ -57,7 +57,7 @@ def group(model: ReducedModel, study, name: str) -> np.ndarray:
     """Nodes of a group of the blades that the study names."""
     key = f"{BLADES}/{name}"
     if key not in model.groups:
-        names = [k.split("/")[1] for k in model.groups if k.startswith(f"{BLADES}/")]
+        names = [k.split("/", 1)[1] for k in model.groups if k.startswith(f"{BLADES}/")]
         raise InputError(f"{study.path}: the blades have no group '{name}'; {nearest(name, names)}")
     return model.groups[key]
 
@@ -136,14 +136,15 @@ def free_response(study, blades: ReducedModel) -> dict:
     rows = outputs(study, blades)
     x = np.abs(linear_response(blades, None, excitation(study, blades), hz,
                                ratio(study["free"]["damping_ratio"]), rows))
-    names = np.array([name.split(":")[0] for name in rows])
+    names = np.array([name.rpartition(":")[0] for name in rows])
     return {"hz": hz, "m_per_N": {p: x[:, names == p].max(axis=1) for p in study["respond"]["patches"]}}
 
 
 def preload(study, store, tick):
     """Unilateral static contact of the whole patch under the pull: the preload map."""
     model = ReducedModel.load(store.path("model.npz"))
-    pairs = bodies.with_values(study, ContactTable.load(store.path("pairs.csv")))
+    pairs = bodies.with_values(study, ContactTable.load(store.path("pairs.csv")),
+                               store.read_json("reduce.json").get("side_materials", {}))
     forces = equilibrium(study, pairs)
     tick(0.2, f"{len(pairs)} pairs")
     result = StaticContact(model, pairs).solve(study.driver["pull"] * model.loads["pull"])
@@ -304,6 +305,6 @@ def response_figures(study, curve, back, kept, Fe, H) -> dict:
 
 def patch_peak(curve, patch: str) -> dict:
     """Largest peak of the nodes of a patch with its frequency, and the smallest node's peak."""
-    peaks = [curve.peak(n) for n in curve.output_names if n.split(":")[0] == patch]
+    peaks = [curve.peak(n) for n in curve.output_names if n.rpartition(":")[0] == patch]
     hz, top = max(peaks, key=lambda p: p[1])
     return {"peak_hz": hz, "peak_m": top, "min_peak_m": min(p[1] for p in peaks)}

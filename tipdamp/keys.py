@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from tipdamp.study import REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
+from tipdamp.study import OTHER_MATERIAL, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
 
-_KINDS = {"texts": "list of texts", "numbers": "list of numbers", "ratios": "number or list", "counts": "whole number "
-          "or list", "count": "whole number", "vector": "[x, y, z]", "band": "[first, last]", "flag": "true or false",
-          "table": "[[coordinate, value], ...]", "roll": "'from_flat' or number", "choice": "one of the choices"}
+_KINDS = {"texts": "list of texts", "one_or_more": "text or list of texts", "numbers": "list of numbers",
+          "ratios": "number or list", "counts": "whole number or list", "count": "whole number", "vector": "[x, y, z]",
+          "band": "[first, last]", "flag": "true or false", "table": "[[coordinate, value], ...]",
+          "roll": "'from_flat' or number", "choice": "one of the choices"}
 
 
 def reference() -> str:
@@ -20,6 +21,8 @@ def reference() -> str:
     tables = {"top of the file": STUDY, **{f"[{k}]": v for k, v in SECTIONS.items()}}
     for title, keys in tables.items():
         lines += _table(title, keys)
+        if title == "[material]":
+            lines += _table("[material.NAME], one for each other material", OTHER_MATERIAL)
         if title == "[contact]":
             lines += _table("[contact.NAME], one for each side of the damper", SIDE)
     lines += ["", "## [reference]", "", "Measured or published values, set beside the computed ones in the report: "

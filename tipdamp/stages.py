@@ -39,10 +39,10 @@ def _report(study, store, tick):
     return write_report(study, store, tick)
 
 
-_BODIES = ("material", "blades", "damper_body", "model_body", "groups")
+_BODIES = ("material", "materials", "blades", "damper_body", "model_body", "groups")
 STAGES = {stage.name: stage for stage in (
     Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
-          (*_BODIES, "points"), ("inspect.json",), reads_meshes=True),
+          (*_BODIES, "points", "expected"), ("inspect.json",), reads_meshes=True),
     Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", jobs.reduce, (),
           (*_BODIES, "points", "free"), ("model.npz", "pairs.csv", "reduce.json"),
           reads_meshes=True),

@@ -40,14 +40,17 @@ MATERIAL = {
     "E": Key("number", "Young's modulus", unit="stress", low=0, open_low=True),
     "nu": Key("number", "Poisson's ratio", low=0, high=0.4999),
     "density": Key("number", "density", unit="density", low=0, open_low=True),
+    "wave_speed": Key("band", "range of sqrt(E/density) in m/s that passes without a warning of wrong units",
+                      (2000.0, 7000.0), low=0, open_low=True),
 }
+OTHER_MATERIAL = {"group": Key("text", "cells that are made of it: a group of cells of one of the meshes"), **MATERIAL}
 BLADES = {
-    "mesh": Key("text", "gmsh file of both blades on their fixture"),
-    "clamp": Key("text", "group of nodes that are fixed"),
+    "mesh": Key("text", "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf"),
+    "clamp": Key("one_or_more", "group of nodes that are fixed, or several groups"),
     "modes": Key("count", "fixed-interface modes kept", 40, low=0, high=2000),
 }
 DAMPER = {
-    "mesh": Key("text", "gmsh file of the damper"),
+    "mesh": Key("text", "mesh of the damper: .msh, .inp, .cdb or .bdf"),
     "modes": Key("count", "fixed-interface modes kept", 20, low=0, high=2000),
     "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
     "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
@@ -70,6 +73,8 @@ CONTACT = {
     "mu": Key("number", "friction coefficient", None, low=0, high=2),
     "tolerance": Key("number", "largest distance of the two nodes of a pair", 1e-6, unit="length", low=0,
                      open_low=True),
+    "distance": Key("choice", "of the two nodes of a pair along the normal: 'closed': they count as touching; 'gap': "
+                    "it adds to the initial gap", "closed", choices=("closed", "gap")),
     "stiffness": Key("choice", "'given': kn, kt of each side; 'halfspace': from the analytical model", "given",
                      choices=("given", "halfspace")),
 }
@@ -123,7 +128,7 @@ REFERENCE = ("out_of_phase_hz", "in_phase_hz", "full_line_hz", "tuned_hz", "full
 
 @dataclass(frozen=True)
 class Study:
-    """A checked study in SI units. `sections` {name: {key: value}}; sides in the order of the file."""
+    """A checked study in SI units. `sections` {name: {key: value}}; sides and materials in the order of the file."""
 
     path: Path
     title: str
@@ -132,6 +137,7 @@ class Study:
     sides: dict
     reference: dict
     length_unit: float
+    materials: dict
 
     @property
     def name(self) -> str:
@@ -152,12 +158,15 @@ class Study:
         """A section or one of these: what a stage may depend on.
 
         'points', 'groups' - nodes that [respond] and the contact sides name; 'damper_body', 'model_body' - [damper] and
-        [model] without the size of the pull; 'driver' - axis and pull; 'sides', 'title', 'reference'.
+        [model] without the size of the pull; 'driver' - axis and pull; 'expected' - what [respond] tells of the
+        frequencies and the damping; 'sides', 'materials', 'title', 'reference'.
         """
         points = {k: v for k, v in self.sections.get("respond", {}).items() if RESPOND[k].kind in _POINTS}
         groups = [{k: side[k] for k in ("blade", "damper")} for side in self.sides.values()]
-        contact = {k: self.sections["contact"][k] for k in ("pairs", "tolerance")}
+        contact = {k: self.sections["contact"][k] for k in ("pairs", "tolerance", "distance", "stiffness")}
         own = {"sides": self.sides, "title": self.title, "reference": self.reference, "points": points,
+               "materials": self.materials,
+               "expected": {k: self.sections.get("respond", {}).get(k) for k in ("band", "damping_ratio")},
                "groups": [list(self.sides), groups, contact], "driver": self.driver,
                "damper_body": _without_pull(self.sections.get("damper")),
                "model_body": _without_pull(self.sections.get("model"))}
@@ -165,7 +174,8 @@ class Study:
 
     def group_name(self, section: str, key: str) -> str:
         """The node group that a key names, such as ('contact.left', 'blade') or ('respond', 'patches[0]')."""
-        table = self.sides[section.removeprefix("contact.")] if section.startswith("contact.") else self[section]
+        part, _, name = section.partition(".")
+        table = {"contact": self.sides, "material": self.materials}[part][name] if name else self[section]
         key, _, index = key.partition("[")
         return table[key][int(index.rstrip("]"))] if index else table[key]
 
@@ -198,9 +208,7 @@ def load_study(path) -> Study:
             raise InputError(f"{path}: unknown key '{key}'; {nearest(key, known)}")
     factors = _units(path, raw.pop("units", {}))
     top = _section(path, "", {k: raw.pop(k) for k in STUDY if k in raw}, STUDY, factors)
-    contact = raw.get("contact")
-    contact = contact if isinstance(contact, dict) else {}
-    sides = given_sides = {k: contact.pop(k) for k in list(contact) if isinstance(contact[k], dict)}
+    sides, materials = (_named(raw, section) for section in ("contact", "material"))
     _require(path, raw, sides)
     sections = {name: _section(path, name, raw[name], SECTIONS[name], factors) for name in SECTIONS if name in raw}
     if not _own_pairs(raw) and sections["contact"]["mu"] is None:
@@ -210,18 +218,26 @@ def load_study(path) -> Study:
     if "tune" in sections:
         _check_tune(f"{path}: [tune]", sections["tune"])
     if _own_pairs(raw):
-        _refuse_beside_pairs(path, raw["contact"], given_sides)
+        _refuse_beside_pairs(path, raw["contact"], sides)
     if "respond" in sections:
         _check_respond(f"{path}: [respond]", sections["respond"])
     sections.setdefault("free", _section(path, "free", {}, FREE, factors))
     sides = {k: _side(path, k, v, factors, sections["contact"]) for k, v in sides.items()}
+    materials = {k: _section(path, f"material.{k}", v, OTHER_MATERIAL, factors) for k, v in materials.items()}
     reference = raw.get("reference", {})
     for key, value in reference.items():
         if key not in REFERENCE:
             raise InputError(f"{path}: [reference] unknown key '{key}'; {nearest(key, REFERENCE)}")
         _number(f"{path}: [reference] {key} = {value!r}", value, Key("number", "", low=0))
     results = path.parent / (top["results"] or Path("results") / path.stem)
-    return Study(path, top["title"] or path.stem, results, sections, sides, reference, factors["length"])
+    return Study(path, top["title"] or path.stem, results, sections, sides, reference, factors["length"],
+                 materials)
+
+
+def _named(raw, section):
+    """Tables inside a section, such as [contact.left] or [material.tip], taken out of it."""
+    table = raw.get(section)
+    return {k: table.pop(k) for k in list(table) if isinstance(table[k], dict)} if isinstance(table, dict) else {}
 
 
 def _require(path, raw, sides):
@@ -382,10 +398,10 @@ def _vector(where, value, *_):
 
 def _band(where, value, spec, _=1.0):
     if not isinstance(value, list) or len(value) != 2:
-        raise InputError(f"{where}: must be two frequencies [first, last] in Hz")
+        raise InputError(f"{where}: must be two numbers [first, last]")
     a, b = (_number(where, v, spec) for v in value)
     if a >= b:
-        raise InputError(f"{where}: the band is empty: the first frequency must be below the last")
+        raise InputError(f"{where}: the band is empty: the first must be below the last")
     return a, b
 
 
@@ -406,5 +422,6 @@ def _scaled(where, value, spec, factor):
 
 
 _READ = {"text": _text, "choice": _text, "flag": _flag, "roll": _roll, "number": _scaled, "count": _count,
-         "texts": _each(_text, False), "numbers": _each(_scaled, False), "ratios": _each(_scaled, True),
+         "texts": _each(_text, False), "one_or_more": _each(_text, True),
+         "numbers": _each(_scaled, False), "ratios": _each(_scaled, True),
          "counts": _each(_count, True), "vector": _vector, "band": _band, "table": _profile}

@@ -99,8 +99,8 @@ def test_a_stage_whose_needs_are_out_of_date(copy, capsys):
 
 @pytest.mark.parametrize("verb, old, new, message", [
     ("inspect", "asymmetric_blades.msh", "none.msh", "[blades] mesh = 'none.msh': no such file"),
-    ("reduce", 'clamp = "clamp"', 'clamp = "clmp"', "[blades] clamp: asymmetric_blades.msh: no group 'clmp'; did you "
-                                                    "mean 'clamp'"),
+    ("reduce", 'clamp = "clamp"', 'clamp = "clmp"', "[blades] clamp[0]: asymmetric_blades.msh: no group 'clmp'; did "
+                                                    "you mean 'clamp'"),
     ("reduce", 'blade = "contact_right"', 'blade = "contact_left"', "62 damper nodes in 'contact_right'"),
     ("reduce", "asymmetric_blades.msh", "asymmetric_damper.msh", "no group 'clamp'"),
     ("reduce", "[respond]", '[respond]\nexcitation = "tip"', "[respond] excitation: asymmetric_blades.msh: no group"),

@@ -17,6 +17,7 @@ from tipdamp.study import load_study
 
 from .test_cli import SAID_BY_THE_TABLE
 
+STEEL = (207e9, 0.3, 207e9, 0.3)
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # N, frictionless balance between faces at 45 degrees
 
 
@@ -131,8 +132,8 @@ def test_half_space_stiffness_is_the_modules_own(rig_results, tmp_path):
                                                                                  'shape = "cylinder"\nradius = 2e-3')
     (tmp_path / "s.toml").write_text(text)
     pairs = ContactTable.load(rig_results.path("preload.csv"))
-    kn, kt = bodies.node_stiffness(load_study(tmp_path / "s.toml"), pairs)
-    steel = MaterialPair(207e9, 0.3, 207e9, 0.3)
+    kn, kt = bodies.node_stiffness(load_study(tmp_path / "s.toml"), pairs, dict.fromkeys(pairs.sides, STEEL))
+    steel = MaterialPair(*STEEL)
     for name, side, nodes in (("left", ContactSide("cylinder", 0.07, steel, radius=2e-3), 31),
                               ("right", ContactSide("flat", 0.07, steel, width=1.6e-3), 62)):
         own = nodal_stiffness(side, EACH_SIDE, nodes)
@@ -146,7 +147,7 @@ def test_gap_profile_reaches_the_pairs(rig, tmp_path):
     for mesh in rig.glob("*.msh"):
         shutil.copy(mesh, tmp_path)
     study = load_study(tmp_path / "s.toml")
-    pairs = bodies.with_values(study, bodies.matched_pairs(study, bodies.read_meshes(study)))
+    pairs = bodies.with_values(study, bodies.matched_pairs(study, bodies.read_meshes(study)), {})
     left = pairs.select(pairs.side == "left")
     assert left.gap == pytest.approx(60e-6 * (1 - np.abs(left.position[:, 1] / 0.035 - 1)), abs=1e-12)
     assert (pairs.gap[pairs.side == "right"] == 0).all()
@@ -175,7 +176,7 @@ def test_shares_must_match_and_add_up(options):
 
 
 def test_an_empty_group_is_named(tmp_path):
-    mesh = Mesh(np.arange(3), np.zeros((3, 3)), {}, {"clamp": np.empty(0, int)}, source="m.msh")
+    mesh = Mesh(np.arange(3), np.zeros((3, 3)), {}, groups={"clamp": np.empty(0, int)}, source="m.msh")
     with pytest.raises(InputError, match="m.msh: group 'clamp' is empty"):
         mesh.group("clamp")
 
