@@ -4,6 +4,8 @@ CHOLMOD through PETSc, SuperLU where PETSc is missing. The modes come from block
 counted by a second factorisation at a shift just above the highest of them (inertia.py).
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
@@ -21,6 +23,15 @@ _PROBES = 4
 
 class SingularStiffness(RuntimeError):
     """A linear solve did not satisfy its own equations: the stiffness matrix leaves a motion free."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """omega : (m,) rad/s; phi : (d, m) mass-normalised; free_to : rad/s - there is no further mode below it."""
+
+    omega: np.ndarray
+    phi: np.ndarray
+    free_to: float
 
 
 class Factor:
@@ -66,40 +77,37 @@ class Factor:
         Raises RuntimeError when a mode's residual exceeds 1e-6 of its stiffness force, or the count by inertia is not
         met.
         """
-        size = self.K.shape[0]
-        if count < 0 or count > size:
-            raise InputError(f"{count} modes asked for: must be between 0 and the {size} dofs")
-        if count == 0:
-            return np.empty(0), np.empty((size, 0))
-        if self._is_dense(count):
-            return self._dense(M, count)
-        lam, phi = block_lanczos(self._solver.solve, M, int(count))
-        lam, phi = self._complete(M, lam[:count], phi, _gap_above(lam, count))
-        return self._checked(M, lam[:count], phi[:, :count])
+        modes = self.modes(M, count)
+        return modes.omega, modes.phi
 
     def modes_below(self, M: sp.csr_matrix, hz: float) -> tuple[np.ndarray, np.ndarray]:
         """omega (m,) rad/s and mass-normalised shapes (d, m) of all modes of (K, M) below a frequency, Hz."""
-        shift = (2 * np.pi * hz) ** 2
-        count = modes_below(self.K, M, 2 * np.pi * hz)
-        if count == 0:
-            return np.empty(0), np.empty((self.K.shape[0], 0))
-        if self._is_dense(count):
-            return self._dense(M, count)
-        lam, phi = block_lanczos(self._solver.solve, M, count)
-        lam, phi = self._complete(M, lam[:count], phi, shift, count)
-        below = lam < shift
-        return self._checked(M, lam[below], phi[:, below])
+        modes = self.modes(M, below_hz=hz)
+        return modes.omega, modes.phi
 
-    def _is_dense(self, count):
+    def modes(self, M: sp.csr_matrix, count: int | None = None, below_hz: float | None = None) -> "Modes":
+        """The `count` lowest modes, or all below a frequency, and the frequency up to which there are no others."""
         size = self.K.shape[0]
-        return size <= _DENSE or count > size // 4
-
-    def _dense(self, M, count):
-        lam, phi = sl.eigh(self.K.toarray(), M.toarray(), subset_by_index=(0, int(count) - 1))
-        return self._checked(M, lam, phi)
+        top = None if below_hz is None else (2 * np.pi * below_hz) ** 2
+        count = modes_below(self.K, M, np.sqrt(top)) if below_hz is not None else count
+        if not 0 <= count <= size:
+            raise InputError(f"{count} modes asked for: must be between 0 and the {size} dofs")
+        if size <= _DENSE or count > size // 4:
+            lam, phi = sl.eigh(self.K.toarray(), M.toarray())
+            free = lam[count] if count < size else np.inf
+            return self._checked(M, lam[:count], phi[:, :count], free)
+        lam, phi = block_lanczos(self._solver.solve, M, max(int(count), 1))
+        keep, free = max(int(count), 1), top
+        if top is None:
+            free = _gap_above(lam, keep)
+            lam, phi, free = self._complete(M, lam[:keep], phi, free)
+        else:
+            lam, phi, _ = self._complete(M, lam[:count], phi[:, :count], free, count)
+            count = int((lam < top).sum())
+        return self._checked(M, lam[:count], phi[:, :count], lam[count] if len(lam) > count else free)
 
     def _complete(self, M, lam, phi, shift, count=None):
-        """All modes below the shift, as many as the inertia counts there.
+        """All modes below the shift, as many as the inertia counts there, and the shift.
 
         Those that are missing are asked for with the known ones held out. Where a mode lies on the shift to rounding
         and the two disagree, the shift is raised.
@@ -108,7 +116,7 @@ class Factor:
             count = modes_below(self.K, M, np.sqrt(shift)) if count is None else count
             lam, phi = self._fill(M, lam, phi, shift, count)
             if int((lam < shift).sum()) == count:
-                return lam, phi
+                return lam, phi, shift
             found, tried = int((lam < shift).sum()), count
             shift, count = shift * (1 + 1e-6 * 8**attempt), None
         raise RuntimeError(f"{found} modes found near {np.sqrt(shift) / (2 * np.pi):g} Hz, where the inertia counts "
@@ -125,20 +133,20 @@ class Factor:
                 break
         return lam, phi
 
-    def _checked(self, M, lam, phi):
+    def _checked(self, M, lam, phi, free):
         phi = phi / np.sqrt(np.einsum("ij,ij->j", phi, M @ phi))
         force = self.K @ phi
         residual = np.linalg.norm(force - M @ phi * lam, axis=0) / np.linalg.norm(force, axis=0)
-        if residual.max() > 1e-6:
+        if residual.max(initial=0) > 1e-6:
             raise RuntimeError(f"the residual of a mode is {residual.max():.1e} of its stiffness force, allowed 1e-6")
-        return np.sqrt(lam), phi
+        return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))
 
 
 def _gap_above(lam, count):
-    """omega^2 in the widest gap (by ratio) between the top mode asked for and the estimates that follow it."""
+    """omega^2 high up in the widest gap (by ratio) between the top mode asked for and the estimates that follow it."""
     above = lam[count - 1:]
     place = int((above[1:] / above[:-1]).argmax())
-    return above[place] * min(np.sqrt(above[place + 1] / above[place]), 1.01)
+    return above[place] ** 0.1 * above[place + 1] ** 0.9
 
 
 class _Cholmod:
