@@ -92,7 +92,7 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     Psi = -factor.solve(np.ascontiguousarray(K_IB.T.toarray()).T)
     found = factor.modes(M_II, modes, below_hz)
     M_Psi = M_II @ Psi + M_IB
-    G = _left_out(factor, M_II, M_Psi, found.phi) if len(found.omega) < len(interior) else np.zeros((len(boundary),) * 2)
+    G = _left_out(factor, M_II, M_Psi, found.phi)
     omega, Phi = _with_load_modes(body, interior, factor, M_II, found, loads)
 
     S = K[boundary][:, boundary].toarray() + K_IB.T @ Psi
@@ -133,6 +133,8 @@ def _partition(body, masters):
 
 def _left_out(factor, M_II, M_Psi, Phi):
     """G of `truncation`: the compliance of the inertia forces of Psi that the kept modes do not carry."""
+    if Phi.shape[0] == Phi.shape[1]:
+        return np.zeros((M_Psi.shape[1],) * 2)
     rest = M_Psi - (M_II @ Phi) @ (Phi.T @ M_Psi)
     G = rest.T @ factor.solve(rest)
     return (G + G.T) / 2
