@@ -48,10 +48,18 @@ BLADES = {
     "mesh": Key("text", "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf"),
     "clamp": Key("one_or_more", "group of nodes that are fixed, or several groups"),
     "modes": Key("count", "fixed-interface modes kept", 40, low=0, high=2000),
+    "modes_below_hz": Key("number", "instead of a number: all fixed-interface modes below this frequency", low=0,
+                          open_low=True, default=None),
+    "error": Key("number", "instead of a number: as many modes as it takes for the body to add at most this relative "
+                 "error to any stuck frequency below 5 kHz", low=1e-9, high=0.1, default=None),
 }
 DAMPER = {
     "mesh": Key("text", "mesh of the damper: .msh, .inp, .cdb or .bdf"),
     "modes": Key("count", "fixed-interface modes kept", 20, low=0, high=2000),
+    "modes_below_hz": Key("number", "instead of a number: all fixed-interface modes below this frequency", low=0,
+                          open_low=True, default=None),
+    "error": Key("number", "instead of a number: as many modes as it takes for the body to add at most this relative "
+                 "error to any stuck frequency below 5 kHz", low=1e-9, high=0.1, default=None),
     "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
     "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
     "pull_direction": Key("vector", "direction of the pull", (0.0, 0.0, 1.0)),
@@ -215,6 +223,8 @@ def load_study(path) -> Study:
         raise InputError(f"{path}: [contact] mu is missing: {CONTACT['mu'].text}")
     if "model" in raw and not _own_pairs(raw):
         raise InputError(f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV")
+    for name in ("blades", "damper"):
+        _check_modes(f"{path}: [{name}]", raw.get(name, {}))
     if "tune" in sections:
         _check_tune(f"{path}: [tune]", sections["tune"])
     if _own_pairs(raw):
@@ -276,6 +286,12 @@ def _check_respond(where, respond):
             raise InputError(f"{where} {key}: {double[0]} stands there twice")
     if len(respond["patches"]) != 2:
         raise InputError(f"{where} patches = {list(respond['patches'])}: two groups are needed, one on each blade")
+
+
+def _check_modes(where, body):
+    given = [k for k in ("modes", "modes_below_hz", "error") if k in body]
+    if len(given) > 1:
+        raise InputError(f"{where} {given[0]} and {given[1]} exclude each other: one of them says how many modes")
 
 
 def _check_tune(where, tune):
