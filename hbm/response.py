@@ -1,7 +1,7 @@
 """forced_response: from a reduced model, contact pairs and a forcing to the curve over a frequency band."""
 
 import time
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,8 @@ class ForcedResponse:
     dissipated : (n, P) J per cycle by friction
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
+    leaps : (k, 2) parameters between which a branch that folds on and on was left, and the band stepped over in small
+        steps, each solved from the one before; empty where the curve is one branch
     """
 
     frequency: np.ndarray
@@ -53,6 +55,7 @@ class ForcedResponse:
     start: str
     seconds: float
     residual_calls: int
+    leaps: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
 
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'harmonic' |X_1|, or 'rms' of the vibration."""
@@ -114,11 +117,12 @@ class ForcedResponse:
         if not path.is_file():
             raise InputError(f"forced response not found: {path}")
         with np.load(path, allow_pickle=False) as z:
-            missing = [f.name for f in fields(cls) if f.name not in z]
+            missing = [f.name for f in fields(cls) if f.name not in z and f.default_factory is MISSING]
             if missing:
                 raise InputError(f"{path}: is not a forced response, '{missing[0]}' is missing")
             plain = {str: str, bool: bool, int: int, float: float}
-            return cls(**{f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name] for f in fields(cls)})
+            return cls(**{f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name] for f in fields(cls)
+                          if f.name in z})
 
 
 def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ratio=None, outputs, origin="preloaded",
@@ -196,7 +200,8 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
         branch = continuation.Branch([begin, end], "no force: the static state", end.converged, 2)
     else:
         report(begin, 0.0)
-        branch = continuation.follow(balance.evaluate, begin, two_pi * last, weights, settings, report)
+        branch = continuation.follow(balance.evaluate, begin, two_pi * last, weights, settings, report,
+                                     lambda w: first_point(balance, w, weights, settings))
         solve_passages(balance, branch, two_pi * np.asarray(at, dtype=float), weights, settings)
         refine_peaks(balance, branch, recover, weights, settings)
     ended = _explain(branch, balance, problem)
@@ -235,28 +240,49 @@ def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, har
     curve = _record(branch, balance, rows @ balance.receptance.shapes, names, branch.ended, problem, start, 0.0)
     values = 2 * np.pi * curve.frequency
     return replace(curve, parameter_name=name, parameter=values, frequency=np.full(len(values), float(hz)),
+                   leaps=2 * np.pi * curve.leaps,
                    seconds=time.perf_counter() - began)
 
 
 def first_point(balance, w, weights, settings):
-    """A solution at w: from the stuck response, else by raising the force from zero."""
+    """A solution at w: from the stuck response, else by raising the force from zero, else from a marched motion."""
     x = balance.linear(w)
     point = continuation.solve_at(balance.evaluate, x, w, weights, settings)
     if point.converged:
         return point
     calls = point.iterations
+    for guess in (_raise_level, _march_on):
+        x, more = guess(balance, w, weights, settings)
+        calls += more
+        if x is not None:
+            point = continuation.solve_at(balance.evaluate, x, w, weights, settings)
+            calls += point.iterations
+            if point.converged:
+                break
+    return replace(point, iterations=calls)
 
+
+def _raise_level(balance, w, weights, settings):
+    """(x or None, residual calls): the branch over the force level, from almost nothing to the whole force."""
     def by_level(x, level):
         return balance.evaluate(x, w, level, by="level")
 
-    low = continuation.solve_at(by_level, 1e-3 * x, 1e-3, weights, settings)
+    low = continuation.solve_at(by_level, 1e-3 * balance.linear(w), 1e-3, weights, settings)
     if not low.converged:
-        return point
-    branch = continuation.follow(by_level, low, 1.0, weights, settings)
-    if not branch.complete:
-        return point
-    point = continuation.solve_at(balance.evaluate, branch.points[-1].x, w, weights, settings)
-    return replace(point, iterations=point.iterations + calls + branch.calls)
+        return None, low.iterations
+    branch = continuation.follow(by_level, low, 1.0, weights, replace(settings, most_points=150, most_leaps=0))
+    return branch.points[-1].x if branch.complete else None, branch.calls
+
+
+def _march_on(balance, w, weights, settings):
+    """(x or None, residual calls): where time integration from rest gets to; corridor laws only."""
+    from hbm import march
+    if not balance.problem.law.corridor:
+        return None, 0
+    motion = march.March(balance, w, 512)
+    motion.periods(motion.at_rest(), 60)
+    x = motion.harmonics_of_motion()
+    return x if np.isfinite(x).all() else None, 0
 
 
 def solve_passages(balance, branch, at, weights, settings):
@@ -330,7 +356,7 @@ def _record(branch, balance, recover, names, ended, problem, start, seconds):
         iterations=np.array([p.iterations for p in branch.points]), ended=ended,
         complete=bool(branch.complete and all(p.converged for p in branch.points)), H=H,
         origin="preloaded" if problem.preloaded else "unloaded", start=start if isinstance(start, str) else "given",
-        seconds=seconds, residual_calls=branch.calls)
+        seconds=seconds, residual_calls=branch.calls, leaps=np.reshape(branch.leaps, (-1, 2)) / (2 * np.pi))
 
 
 def _dissipated(point, balance, tangents):
@@ -341,13 +367,23 @@ def _dissipated(point, balance, tangents):
 
 
 def _explain(branch, balance, problem):
-    """The end in Hz, and the motion that no force holds where that is why the corrector gave up."""
+    """The end in Hz, where points failed or the branch was left, and the motion that no force holds, if that is why."""
     ended = branch.ended
     good = [p for p in branch.points if p.converged]
-    if branch.complete or not good:
+    if not good:
         return ended
-    last = good[-1]
-    ended = ended.replace(f"{last.parameter:.6g}", f"{last.parameter / (2 * np.pi):.6g} Hz")
+    last, failed = good[-1], [p for p in branch.points if not p.converged]
+    for parameter in (last.parameter, branch.points[0].parameter):
+        ended = ended.replace(f"{parameter:.6g}", f"{parameter / (2 * np.pi):.6g} Hz")
+    if branch.leaps:
+        places = ", ".join(f"{a / (2 * np.pi):.6g} to {b / (2 * np.pi):.6g}" for a, b in branch.leaps)
+        ended += (f"; not one branch: it folds on and on, and was left and stepped over at {places} Hz (more damping, "
+                  "or more or fewer harmonics, may give one)")
+    if failed and branch.complete:
+        ended += (f"; {len(failed)} point{'s' * (len(failed) > 1)} failed near {failed[0].parameter / (2 * np.pi):.6g} "
+                  "Hz: run the other direction, or other harmonics, there")
+    if branch.complete:
+        return ended
     value, q = last.detail.smallest_motion()
     if q is not None and value < 1e-4 and np.abs(q[:, 0]).max() > 0.9 * np.abs(q).max():
         motion = q[:, 0].real

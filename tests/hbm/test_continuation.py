@@ -78,6 +78,27 @@ def test_a_jump_to_another_branch_is_refused():
     assert branch.complete and np.allclose([b.x[0] - b.parameter for b in branch.points], 0, atol=1e-6)
 
 
+def test_a_branch_that_folds_on_and_on_is_left_by_a_named_leap():
+    """From p = 5 on the branch x = p goes to and fro for ever; the branch x = -p leads on."""
+    def endless(x, p):
+        a, slope = (x[0], 1.0) if x[0] < 5 else (5 + 0.2 * np.sin(5 * (x[0] - 5)), np.cos(5 * (x[0] - 5)))
+        b = x[0] + p
+        return Dense(np.array([(a - p) * b]), np.array([[slope * b + a - p]]), np.array([a - p - b]))
+    branch = continuation.follow(endless, start_at(endless, 1.0, 1.0), 10.0, np.ones(1),
+                                 continuation.Settings(patience=50), restart=lambda p: start_at(endless, -p, p))
+    assert branch.complete and branch.leaps[-1][0] == pytest.approx(5.2, abs=0.02) and branch.leaps[-1][1] < 5.5
+    assert all(b.converged for b in branch.points) and branch.points[-1].x[0] == pytest.approx(-10)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered in det")
+def test_nothing_is_evaluated_where_a_step_is_not_a_number():
+    def broken(x, p):
+        assert np.isfinite(p) and np.isfinite(x).all()
+        return Dense(np.array([x[0]**3 - p]), np.array([[3 * x[0]**2 if p < 3 else np.nan]]), np.array([-1.0]))
+    branch = continuation.follow(broken, start_at(broken, 1.0, 1.0), 10.0, np.ones(1))
+    assert not branch.complete and "no further point" in branch.ended
+
+
 def test_between_lies_on_the_branch():
     branch = continuation.follow(s_curve, start_at(s_curve, -2.5, -8.0), 8.0, np.ones(1))
     a, b = branch.points[4:6]
