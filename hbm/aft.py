@@ -62,8 +62,8 @@ def slider_start(start, P: int, tangents: int):
 
 def _announce_compilation():
     """Say once that numba has to compile the kernels, where no compiled ones newer than the source are stored."""
-    newest = max((path.stat().st_mtime for path in Path(located.brackets.stats.cache_path).glob("located.brackets*.nbi")),
-                 default=0.0)
+    stored = Path(located.brackets.stats.cache_path).glob("located.brackets*.nbi")
+    newest = max((path.stat().st_mtime for path in stored), default=0.0)
     if newest < Path(located.__file__).stat().st_mtime:
         logging.getLogger("hbm").warning("compiling the contact kernels (once per machine, half a minute at most)")
 

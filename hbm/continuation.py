@@ -163,7 +163,7 @@ class _Walk:
             self.branch.ended = (f"stopped at {last.parameter:.6g}: the corrector found no further point; "
                                  "try the other direction, more harmonics or a lower level first")
         elif self.gaps > self.settings.most_gaps:
-            self.branch.ended = f"stopped at {found.parameter:.6g}: the branch was lost again and again"
+            self.branch.ended = f"stopped at {last.parameter:.6g}: the branch was lost again and again"
         else:
             self._resume(found)
 
