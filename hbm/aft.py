@@ -35,6 +35,16 @@ class Bracket:
     by_preload: np.ndarray
     shares: np.ndarray
 
+    def with_springs(self, stiffness, x) -> "Bracket":
+        """The bracket with springs (P, nd) N/m more at the relative motion x (P, nd, nh); every row then moves."""
+        P, nd, nh = x.shape
+        D = np.zeros((P, nd, nh, nd, nh))
+        D[self.pair] = self.D
+        for d in range(nd):
+            D[:, d, np.arange(nh), d, np.arange(nh)] += stiffness[:, d, None]
+        return Bracket(self.g + stiffness[:, :, None] * x, np.arange(P), D, np.ones((P, nd), bool), self.by_preload,
+                       self.shares)
+
 
 def default_samples(H: int) -> int:
     """Samples that separate the transitions; the result does not depend on them."""

@@ -13,7 +13,7 @@ from hbm.laws import PairSettings
 from hbm.linear import describe_motion
 from hbm.residual import ContactProblem, HarmonicBalance
 
-PARAMETERS = ("level", "preload", "mu")
+PARAMETERS = ("level", "preload", "mu", "kn", "kt")
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 MOST_HARMONICS = 200
 ORDER_ZERO_WEIGHT = 0.01    # the mean position is nearly indeterminate in slip: it counts little in the arc length
@@ -28,13 +28,15 @@ class ForcedResponse:
     output_names : (m,) str
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point failed
     parameter_name, parameter : what the branch was followed in, and its (n,) values: 'frequency' in Hz, or 'level',
-        'preload' or 'mu' as factors on the force, the preload or the friction coefficient, at one frequency
+        'preload', 'mu', 'kn' or 'kt' as factors on the force or on that setting of every pair, at one frequency
     share_stick, share_slip, share_open : (n, P) share of the cycle
     dissipated : (n, P) J per cycle by friction
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
     leaps : (k, 2) parameters between which a branch that folds on and on was left, and the band stepped over in small
         steps, each solved from the one before; empty where the curve is one branch
+    contact_force, contact_motion : (n, P, nd, H+1) complex, N and m - of each pair in the order of the law,
+        the force of the damper on the blade and the relative motion that makes it; empty unless asked for
     """
 
     frequency: np.ndarray
@@ -56,6 +58,8 @@ class ForcedResponse:
     seconds: float
     residual_calls: int
     leaps: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    contact_force: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
+    contact_motion: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
 
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'harmonic' |X_1|, or 'rms' of the vibration."""
@@ -126,7 +130,8 @@ class ForcedResponse:
 
 
 def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ratio=None, outputs, origin="preloaded",
-                    start=None, static=None, at=(), samples=None, progress=None, settings=None) -> ForcedResponse:
+                    start=None, static=None, at=(), samples=None, contact=False, progress=None,
+                    settings=None) -> ForcedResponse:
     """Curve of periodic responses over a frequency band.
 
     model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of `hbm.laws`
@@ -140,6 +145,7 @@ def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ra
     start : where the sliders stand before the first of two marched periods: 'zero_slider' (T = 0 at q = 0, the default
         of 'preloaded'), 'zero_force' (T = 0 at the position of t = 0, the default of 'unloaded') or positions (P, 2)
     at : frequencies in Hz at which every passage of the curve is solved, for `solutions_at`
+    contact : whether to keep the harmonics of force and relative motion of every pair too
     progress : function (frequency_hz, step, iterations), called at each point
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays in the result.
     """
@@ -152,7 +158,7 @@ def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ra
         start = np.asarray(start, dtype=float)
         start = start[kept] if start.shape[:1] == kept.shape else start
     curve = follow_band(problem, forcing, band, harmonics=harmonics, outputs=outputs, start=start, at=at,
-                        samples=samples, progress=progress, settings=settings)
+                        samples=samples, contact=contact, progress=progress, settings=settings)
     return _spread(curve, kept)
 
 
@@ -173,7 +179,7 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
 
 
 def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs, start=None, at=(), samples=None,
-                progress=None, settings=None) -> ForcedResponse:
+                contact=False, progress=None, settings=None) -> ForcedResponse:
     """forced_response for a ContactProblem: the door for matrices without a node table."""
     began = time.perf_counter()
     H = _check_harmonics(harmonics)
@@ -205,13 +211,15 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
         solve_passages(balance, branch, two_pi * np.asarray(at, dtype=float), weights, settings)
         refine_peaks(balance, branch, recover, weights, settings)
     ended = _explain(branch, balance, problem)
-    return _record(branch, balance, recover, names, ended, problem, start, time.perf_counter() - began)
+    curve = _record(branch, balance, recover, names, ended, problem, start, time.perf_counter() - began)
+    return replace(curve, **_contact(branch, balance)) if contact else curve
 
 
 def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, harmonics=5, outputs, start=None,
                      samples=None, settings=None) -> ForcedResponse:
-    """Branch of periodic responses at one frequency over a factor on the force ('level'), the 'preload' or 'mu'.
+    """Branch of periodic responses at one frequency over a factor on the force or on a setting of every pair.
 
+    name : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt'
     between : (from, to) of the factor; 0 < from. Everything else as in forced_response.
     """
     began = time.perf_counter()
@@ -229,7 +237,9 @@ def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, har
     weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(balance.nh - 1)], balance.n_components)
 
     def evaluate(x, value):
-        return balance.evaluate(x, w, **({"level": value} if name == "level" else {"factor": value}), by=name)
+        # a long Newton step may ask for a negative stiffness: the settings end at zero
+        setting = {"level": value} if name == "level" else {"factor": max(value, 1e-9)}
+        return balance.evaluate(x, w, **setting, by=name)
 
     guess = balance.linear(w) * (first if name == "level" else 1.0)
     begin = continuation.solve_at(evaluate, guess, first, weights, settings)
@@ -359,6 +369,15 @@ def _record(branch, balance, recover, names, ended, problem, start, seconds):
         seconds=seconds, residual_calls=branch.calls, leaps=np.reshape(branch.leaps, (-1, 2)) / (2 * np.pi))
 
 
+def _contact(branch, balance):
+    shape = (len(branch.points), len(balance.problem.pairs), balance.nd, balance.H + 1)
+    force, motion = np.full(shape, np.nan, dtype=complex), np.full(shape, np.nan, dtype=complex)
+    for i, point in enumerate(branch.points):
+        if point.converged:
+            force[i], motion[i] = point.detail.contact()
+    return {"contact_force": force, "contact_motion": motion}
+
+
 def _dissipated(point, balance, tangents):
     """(P,) J per cycle: sum of pi k Im(f_k conj(u_k)) over the tangents; the springs give nothing."""
     g = fourier.to_complex(point.detail.bracket.g)[:, :tangents, 1:]
@@ -403,7 +422,12 @@ def _spread(curve, kept):
         full = np.full((n, len(kept)), value)
         full[:, kept] = getattr(curve, name)
         columns[name] = full
-    return ForcedResponse(**{f.name: columns.get(f.name, getattr(curve, f.name)) for f in fields(curve)})
+    for name in ("contact_force", "contact_motion"):
+        part = getattr(curve, name)
+        if part.size:
+            columns[name] = np.zeros((n, len(kept), *part.shape[2:]), dtype=complex)
+            columns[name][:, kept] = part
+    return replace(curve, **columns)
 
 
 def _check_harmonics(H):

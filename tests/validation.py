@@ -146,7 +146,8 @@ def error(ours, reference):
 def section(title, text, rows):
     """(markdown of a section, its worst row for each kind of reference)."""
     rows = list(rows())
-    lines = [f"## {title}", "", text, "", "| case | H | ours | reference | error | against |", "|---|---|---|---|---|---|"]
+    lines = [f"## {title}", "", text, "", "| case | H | ours | reference | error | against |",
+             "|---|---|---|---|---|---|"]
     lines += [f"| {name} | {H} | {ours:.9g} | {reference:.9g} | {error(ours, reference):.1e} | {kind} |"
               for name, H, ours, reference, kind in rows]
     worst = {}
@@ -161,8 +162,8 @@ def speed():
     if not path.exists():
         return "Not measured: run tests/benchmarks/hbm_speed.py.\n"
     found = json.loads(path.read_text())
-    lines = [f"{found['processor']}; {found['versions']}; one thread, CPU time, {found['date']}. The machine was shared: "
-             "ratios within one run say more than milliseconds.", "",
+    lines = [f"{found['processor']}; {found['versions']}; one thread, CPU time, {found['date']}. The machine was "
+             "shared: ratios within one run say more than milliseconds.", "",
              "| case | H | ms a point | residual calls a point | points | complete | pyHarm-os, ms a point | ratio |",
              "|---|---|---|---|---|---|---|---|"]
     for r in found["rows"]:
@@ -178,19 +179,20 @@ def robustness():
     if not path.exists():
         return "Not measured: run tests/benchmarks/hbm_robustness.py.\n"
     r = json.loads(path.read_text())
-    lines = [f"{r['complete']} of {r['count']} random oscillators are complete from 60 to 300 Hz with default settings, "
-             f"{r['one_branch']} of them as one branch; {r['residual_calls_per_point']:.2f} residual calls a point over "
-             f"{r['points']} points. The others:", ""]
+    lines = [f"{r['complete']} of {r['count']} random oscillators are complete from 60 to 300 Hz with default "
+             f"settings, {r['one_branch']} of them as one branch; {r['residual_calls_per_point']:.2f} residual calls a "
+             f"point over {r['points']} points. The others:", ""]
     lines += [f"- {text}" for text in r["incomplete"] + r["leaps"]]
     if r["checked"]:
         settled = [c for c in r["checked"] if c[2] is not None]
         stayed = [c for c in settled if c[3] < 3e-2]
         agree = [c for c in stayed if c[3] <= 5e-3]
-        lines += ["", f"{len(r['checked'])} points drawn at random. {len(settled)} settle below H = 80 (the first harmonic "
-                  f"changes by less than 0.25 % when H doubles). From the orbit, time integration stays within 3 % at "
-                  f"{len(stayed)} of these; {len(agree)} of them agree to 0.5 %. Where it leaves, the orbit is unstable "
-                  "or another is near: such points, and those that disagree, are listed (oscillator, Hz, H, difference).",
-                  "", *(f"- {c[0]}, {c[1]:.2f} Hz, {c[2]}, {c[3]:.1%}" for c in settled if c[3] > 5e-3)]
+        lines += ["", f"{len(r['checked'])} points drawn at random. {len(settled)} settle below H = 80 (harmonic 1 "
+                  "changes by less than 0.25 % when H doubles). From the orbit, time integration stays within 3 % at "
+                  f"{len(stayed)} of these; {len(agree)} of them agree to 0.5 %. Where it leaves, the orbit is "
+                  "unstable or another is near: such points, and those that disagree, follow (oscillator, Hz, H, "
+                  "difference).", ""]
+        lines += [f"- {c[0]}, {c[1]:.2f} Hz, {c[2]}, {c[3]:.1%}" for c in settled if c[3] > 5e-3]
     return "\n".join(lines) + "\n"
 
 
@@ -200,8 +202,8 @@ def main():
         markdown, worst_rows = section(title, text, rows)
         parts.append(markdown)
         worst += worst_rows
-    print("# Validation of the harmonic balance\n\nMade by `tests/validation.py` from the cases of the tests; not edited "
-          "by hand. Every number is computed when this page is made; references and their sources are in "
+    print("# Validation of the harmonic balance\n\nMade by `tests/validation.py` from the cases of the tests; not "
+          "edited by hand. Every number is computed when this page is made; references and their sources are in "
           "`tests/reference/hbm`.\n\n## The worst row of each\n\n| section | case | H | error | against |\n"
           "|---|---|---|---|---|")
     for title, name, H, ours, reference, kind in worst:

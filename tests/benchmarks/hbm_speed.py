@@ -90,7 +90,7 @@ def all_around(n, one_in=8):
 
 def peak_memory(n, H, level):
     """(GiB of a fresh process that follows `all_around(n)`, complete)."""
-    script = (f"import resource; from tests.benchmarks.hbm_speed import *; c = follow_band(*_scaled(all_around({n}), "
+    script = (f"import resource; from tests.benchmarks.hbm_speed import *; c = follow_band(*scaled(all_around({n}), "
               f"{level}), BAND, harmonics={H}, outputs=all_around(8)[2]); "
               "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20, c.complete)")
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=HERE.parents[1],
@@ -99,7 +99,7 @@ def peak_memory(n, H, level):
     return float(used), complete == "True"
 
 
-def _scaled(case, level):
+def scaled(case, level):
     return case[0], level * case[1]
 
 
@@ -116,7 +116,8 @@ def start_up(cache):
 def versions():
     import numba
     import scipy
-    return f"Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}, numba {numba.__version__}"
+    return (f"Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}, "
+            f"numba {numba.__version__}")
 
 
 def processor():

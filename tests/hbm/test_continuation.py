@@ -1,5 +1,7 @@
 """The continuation by itself, on equations that have nothing to do with vibration; then in level, preload and mu."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -107,7 +109,8 @@ def test_between_lies_on_the_branch():
     assert point.x[0] ** 3 - 3 * point.x[0] == pytest.approx(point.parameter, abs=1e-8)
 
 
-@pytest.mark.parametrize("name,between", [("level", (1.0, 40.0)), ("preload", (3.0, 1.0)), ("mu", (3.0, 1.0))])
+@pytest.mark.parametrize("name,between", [("level", (1.0, 40.0)), ("preload", (3.0, 1.0)), ("mu", (3.0, 1.0)),
+                                          ("kn", (0.3, 1.0)), ("kt", (3.0, 1.0))])
 def test_level_preload_and_friction_end_where_the_frequency_curve_is(name, between):
     """C8 at 932.1 Hz, H = 3: the branch ends at the state of 40 N with the preload and mu of the model."""
     problem, force, outputs = beam("C8")
@@ -117,6 +120,16 @@ def test_level_preload_and_friction_end_where_the_frequency_curve_is(name, betwe
     assert curve.complete and curve.parameter[-1] == pytest.approx(between[1])
     assert abs(curve.harmonics[-1, 0, 1]) == pytest.approx(expected, rel=1e-6)
     assert (curve.frequency == 932.1).all() and curve.parameter_name == name
+
+
+@pytest.mark.parametrize("name", ["kn", "kt"])
+def test_a_branch_over_a_contact_stiffness_leads_to_the_model_with_that_stiffness(name):
+    """From 1 to 2: the end is the solution of the model whose springs are twice as stiff."""
+    problem, force, outputs = beam("C8")
+    curve = follow_parameter(problem, 40 * force, 932.1, name, (1.0, 2.0), harmonics=3, outputs=outputs)
+    other = replace(problem, pairs=replace(problem.pairs, **{name: 2 * getattr(problem.pairs, name)}))
+    expected = outputs["tip"] @ solve(other, 40 * force, 2 * np.pi * 932.1, 3)[0]
+    assert curve.complete and np.abs(curve.harmonics[-1, 0] - expected).max() < 1e-8 * np.abs(expected).max()
 
 
 def test_unknown_parameter():

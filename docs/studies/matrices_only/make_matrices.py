@@ -18,7 +18,7 @@ PULL = 60.0                      # N, along z
 def matrices():
     """M, K (27, 27): dofs x, y, z of the nodes in the order of NODES."""
     mass = np.repeat([0.02, 0.021, 0.003], 9)                    # kg a node; the right blade is a little heavier
-    ground = np.r_[np.tile([4e6, 1e6, 2e7], 6), np.tile([1e5, 0, 0], 3)]     # the damper: a soft stop along x, else free
+    ground = np.r_[np.tile([4e6, 1e6, 2e7], 6), np.tile([1e5, 0, 0], 3)]     # damper: a soft stop along x, else free
     K = np.diag(ground)
     for part in range(3):                                        # neighbours along x hold each other
         for i in range(2):
