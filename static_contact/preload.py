@@ -1,10 +1,10 @@
 """Unilateral static contact of the free damper: the signed preload of every pair.
 
-    K q + B_n' N = f,    N = max(0, kn (B_n q - g0))
+    K q + B_n' N = f,    0 <= N  complementary to  g0 + N/kn - B_n q >= 0        (kn = inf: hard contact)
 
 The elastic bodies are already condensed on the pairs (Schur stiffness), so that what remains is a small
-complementarity problem. With all pairs closed A = K + B_n' kn B_n is factored once; each set of open pairs is a
-low-rank correction on the compliance G = B_n A^-1 B_n', and a further load or gap costs milliseconds.
+complementarity problem. With a reference spring k0 at every pair A = K + B_n' k0 B_n is factored once; a set of closed
+pairs is one small system on the compliance G = B_n A^-1 B_n', and a further load or gap costs milliseconds.
 """
 
 from dataclasses import dataclass
@@ -15,9 +15,8 @@ import scipy.linalg as sl
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-
-_NEWTON_STEPS = 60
-_PIVOTS_PER_PAIR = 20
+from static_contact.complementarity import Normal, closed_pairs
+from static_contact.free_motions import free_motions, rigid_motions
 
 
 @dataclass(frozen=True)
@@ -34,13 +33,17 @@ class Motion:
 
 @dataclass(frozen=True)
 class Preload:
-    """pairs - the table with its preload; displacement : (r,) m; motions - free ones and the load along each
+    """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening of open ones (0
+    where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
+    displacement : (r,) m; motions - free ones and the load along each
     held : {name: amount} - load along free motions that was taken up in the reference state (empty by default)
     residual - |K q + B' N - f| / |f|; balance - |sum of contact forces and loads| / |sum of loads|
-    iterations - Newton steps; method - 'newton', or 'pivoting' after cycling
+    iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
     """
 
     pairs: ContactTable
+    force: np.ndarray
+    opening: np.ndarray
     displacement: np.ndarray
     motions: tuple
     held: dict
@@ -51,27 +54,32 @@ class Preload:
 
 
 class StaticContact:
-    """The frictionless problem of one model and one set of pairs, factored once, solved for many loads."""
+    """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
 
     def __init__(self, model: ReducedModel, pairs: ContactTable):
         if not len(pairs) or not pairs.carrying.any():
             raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
         self.model, self.pairs = model, pairs
         self.B = relative_motion(model, pairs)[2::3].toarray()
-        self.kn = pairs.kn * pairs.weight
-        K = model.K + self.B.T * self.kn @ self.B
-        self.free, self.names, gauge = _free_motions(model, K)
+        self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
+        k0 = reference_stiffness(model.K, self.B, self.kn)
+        K = model.K + self.B.T * k0 @ self.B
+        self.free, self.names, gauge = free_motions(model, K)
         # the gauge carries no force (no load along it is accepted), it only makes the free motions definite
         self.factor = sl.cho_factor(K + gauge)
-        self.compliance = self.B @ sl.cho_solve(self.factor, self.B.T)
+        G = self.B @ sl.cho_solve(self.factor, self.B.T)
+        c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
+        self.normal = Normal(G, k0, c, pairs.carrying & (self.kn > 0))
+        self.rigid = rigid_motions(model)
 
-    def solve(self, load: np.ndarray, *, hold: bool = False) -> Preload:
-        """Preloads under load (r,) N on the dofs of the model.
+    def solve(self, load: np.ndarray, *, gap=None, hold: bool = False) -> Preload:
+        """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
 
         A load along a motion that no contact resists raises InputError with its amount; with hold=True it is taken
-        up in the reference state instead, and reported.
+        up in the reference state instead, and reported. Raises InputError when the load lifts the damper off.
         """
         load = np.asarray(load, dtype=float)
+        gap = self.pairs.gap if gap is None else np.asarray(gap, dtype=float)
         motions = tuple(Motion(name, unit, float(amount)) for (name, unit), amount
                         in zip(self.names, self.free.T @ load, strict=True))
         scale = np.abs(self.free).max(axis=0, initial=0.0) * np.abs(load).sum()
@@ -81,12 +89,12 @@ class StaticContact:
                                        for m in loaded))
         applied = load - self._along_free(load) if loaded else load
         start = self.B @ sl.cho_solve(self.factor, applied)
-        u, iterations, method = self._active_set(start)
-        force = np.where(self.pairs.weight > 0, np.maximum(0.0, self.kn * (u - self.pairs.gap)), 0.0)
-        q = sl.cho_solve(self.factor, applied - self.B.T @ (force - self.kn * u))
+        u, force, closed, iterations, method = closed_pairs(self.normal, start, gap)
+        q = sl.cho_solve(self.factor, applied - self.B.T @ (force - self.normal.k0 * u))
         left = self.model.K @ q + self.B.T @ force - applied
-        preload = np.where(self.pairs.weight > 0, self.kn, self.pairs.kn) * (u - self.pairs.gap)
-        return Preload(pairs=self.pairs.replace(preload=preload), displacement=q, motions=motions,
+        spring = np.where(np.isinf(self.pairs.kn), 0.0, np.where(self.pairs.carrying, self.kn, self.pairs.kn))
+        return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
+                       force=force, opening=np.where(closed, 0.0, gap - u), displacement=q, motions=motions,
                        held={m.name: m.load for m in loaded}, residual=_ratio(left, applied),
                        balance=self._balance(load, force), iterations=iterations, method=method)
 
@@ -94,46 +102,24 @@ class StaticContact:
         """The part of the load that works on the free motions, as the smallest nodal forces that do the same."""
         return self.free @ np.linalg.solve(self.free.T @ self.free, self.free.T @ load)
 
-    def _displacement(self, start, closed):
-        """Normal motion at the pairs for a given set of closed ones."""
-        kn, gap = self.kn, self.pairs.gap
-        open_ = ~closed
-        A = np.eye(len(kn)) - self.compliance * (kn * open_)
-        right = start + self.compliance @ (kn * gap * closed)
-        u = np.linalg.solve(A, right)
-        if not np.isfinite(u).all() or np.linalg.norm(A @ u - right) > 1e-8 * (np.linalg.norm(right) + 1e-300):
-            raise InputError(f"the {int(closed.sum())} pairs that stay closed do not hold the damper")
-        return u
-
-    def _active_set(self, start):
-        """Semismooth Newton on the closed set, then one pair at a time (least index), which cannot cycle."""
-        closed = self.pairs.carrying.copy()
-        seen = set()
-        for step in range(1, _NEWTON_STEPS + 1):
-            u = self._displacement(start, closed)
-            new = (u > self.pairs.gap) & self.pairs.carrying
-            if (new == closed).all():
-                return u, step, "newton"
-            if new.tobytes() in seen or not new.any():
-                break
-            seen.add(new.tobytes())
-            closed = new
-        for step in range(1, _PIVOTS_PER_PAIR * len(closed) + 1):
-            wrong = np.flatnonzero(((u > self.pairs.gap) & self.pairs.carrying) != closed)
-            if not len(wrong):
-                return u, step, "pivoting"
-            closed = closed.copy()
-            closed[wrong[-1]] ^= True
-            u = self._displacement(start, closed)
-        raise RuntimeError("the set of closed pairs was not found: this should not happen, please report the case")
-
     def _balance(self, load, force):
         """Resultant of all loads and contact forces on the free bodies against the loads' own."""
-        motions = _rigid_null_space(self.model)
-        if not motions.shape[1]:
+        if not self.rigid.shape[1]:
             return 0.0
-        translation = motions[:, :3]
+        translation = self.rigid[:, :3]
         return _ratio(translation.T @ (load - self.B.T @ force), translation.T @ load)
+
+
+def reference_stiffness(K, B, spring) -> np.ndarray:
+    """(P,) N/m: the pair's own spring, but no stiffer than the bodies at the pair, so that the sum stays well scaled.
+
+    K (r, r); B (P, r) one row for each pair; spring (P,) N/m, may be inf, 0 where nothing acts.
+    """
+    size = np.einsum("ij,ij->i", B, B)
+    local = np.divide(np.einsum("ij,ij->i", B @ K, B), size**2, out=np.zeros(len(B)), where=size > 0)
+    local = np.where(local > 0, local, local.max(initial=0.0))
+    finite = spring[np.isfinite(spring)]
+    return np.minimum(spring, np.where(local > 0, local, finite.max(initial=1.0)))
 
 
 def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, hold: bool = False) -> Preload:
@@ -144,64 +130,3 @@ def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, hold:
 def _ratio(a, b):
     size = np.linalg.norm(b)
     return float(np.linalg.norm(a) / size) if size > 0 else float(np.linalg.norm(a))
-
-
-def _rigid_null_space(model: ReducedModel) -> np.ndarray:
-    """(r, 6 f): unit translations and rotations of every body of the model that floats, in its physical dofs.
-
-    Rotations are about the mean position of the body's nodes.
-    """
-    blocks = []
-    for body in dict.fromkeys(model.body.tolist()):
-        rows = np.flatnonzero((model.body == body) & (model.direction != "mode"))
-        if not len(rows) or not np.isfinite(model.position[rows]).all():
-            continue
-        axis = np.array([("x", "y", "z").index(d) for d in model.direction[rows]])
-        arm = model.position[rows] - model.position[rows].mean(axis=0)
-        motions = np.zeros((model.size, 6))
-        motions[rows, axis] = 1.0
-        for k in range(3):
-            motions[rows, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
-        stiffness = np.linalg.norm(model.K @ motions, axis=0)
-        size = np.abs(model.K[rows][:, rows]).max() * np.linalg.norm(motions, axis=0)
-        if (stiffness <= 1e-8 * size).all():
-            blocks.append(motions)
-    return np.hstack(blocks) if blocks else np.zeros((model.size, 0))
-
-
-def _free_motions(model, K):
-    """Motions that neither the bodies nor the contact normals resist: (r, m), their names, and the gauge (r, r)."""
-    lam, vectors = sl.eigh(K)
-    count = int((lam < 1e-12 * lam[-1]).sum())
-    if not count:
-        return np.zeros((model.size, 0)), [], 0.0
-    space = vectors[:, :count]
-    rigid = _rigid_null_space(model)
-    if not rigid.shape[1]:
-        raise InputError(f"{count} motions meet no stiffness and the model has no node positions to name them")
-    coefficients = np.linalg.lstsq(rigid, space, rcond=None)[0]
-    if np.linalg.norm(rigid @ coefficients - space) > 1e-5:
-        raise InputError("a motion that is not rigid meets no stiffness: the model's K is singular")
-    motions, names = _name_motions(rigid, coefficients.T)
-    return motions, names, lam[-1] * 1e-3 * (space @ space.T)
-
-
-def _name_motions(rigid, coefficients):
-    """Unit rigid motions that span the free ones: each named after the slide or rotation that leads it.
-
-    Row reduction of coefficients (m, 6 f) with complete pivoting, rotations weighed by the size of the body.
-    """
-    arm = np.linalg.norm(rigid[:, 3:6]) / np.linalg.norm(rigid[:, :3])
-    weight = np.tile([1.0, 1.0, 1.0, arm, arm, arm], rigid.shape[1] // 6)
-    rows, names = coefficients.copy(), [None] * len(coefficients)
-    label = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
-    for _ in names:
-        left = [i for i, name in enumerate(names) if name is None]
-        i, j = np.unravel_index(np.abs(rows[left] * weight).argmax(), (len(left), rows.shape[1]))
-        i = left[i]
-        names[i] = label[j % 6]
-        rows[i] /= rows[i, j]
-        for other in range(len(rows)):
-            if other != i:
-                rows[other] -= rows[other, j] * rows[i]
-    return rigid @ rows.T, names
