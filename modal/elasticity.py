@@ -1,4 +1,4 @@
-"""Linear elasticity: a Mesh and a Material become a Body. The only file that touches dolfinx."""
+"""Linear elasticity: a Mesh and a Material become a Body. It and stiffening.py touch dolfinx, no other."""
 
 import logging
 from contextlib import contextmanager
@@ -45,9 +45,10 @@ def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp: str | None
         K, M = (k, m) if K is None else (K + k, M + m)
     held = np.zeros(len(mesh.node), dtype=bool)
     held[fixed] = True
-    keep = np.flatnonzero(np.repeat(~held, 3))
+    keep, clamped = (np.flatnonzero(np.repeat(m, 3)) for m in (~held, held))
     return Body(name=name, node=mesh.node, position=mesh.position, dof_node=keep // 3, dof_direction=keep % 3,
                 K=K[keep][:, keep].tocsr(), M=M[keep][:, keep].tocsr(), groups=dict(mesh.groups), free=free,
+                M_clamped=M[keep][:, clamped].tocsr(),
                 provenance={"mesh": mesh.source, "cells": ", ".join(f"{len(c)} {k}" for k, c in mesh.cells.items())})
 
 
