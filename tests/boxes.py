@@ -7,7 +7,7 @@ from modal.mesh import Mesh
 
 
 def block(x, y, z, order=1) -> Mesh:
-    """Nodes at all combinations of the coordinates; groups x0, x1, y0, y1, z0, z1. order 2: 27-node cells, odd counts."""
+    """Nodes at all combinations of the coordinates; groups x0 to z1. order 2: 27-node cells, odd counts."""
     shape = len(x), len(y), len(z)
     position = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     index = np.arange(len(position)).reshape(shape)

@@ -8,6 +8,7 @@ import numpy as np
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
+from tipdamp.loads import at_speed, case_forces, check
 
 BLADES, DAMPER = "blades", "damper"
 
@@ -52,6 +53,7 @@ def assemble_bodies(study, meshes, tick) -> list:
     material = Material(**study["material"])
     tick(0.02, "assembling the blades")
     blades = elastic_body(meshes[BLADES], material, BLADES, clamp=study[BLADES]["clamp"])
+    blades = at_speed(study, blades, meshes[BLADES], material)
     tick(0.1, "assembling the damper")
     return [blades, elastic_body(meshes[DAMPER], material, DAMPER, free=True)]
 
@@ -114,6 +116,7 @@ def reduced_model(study, tick) -> tuple[ReducedModel, ContactTable, dict]:
     from static_contact.pull import pull_forces
 
     meshes = read_meshes(study)
+    check(study, meshes)
     pairs = whole_patch(study, meshes)
     blades, damper = assemble_bodies(study, meshes, tick)
     r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
@@ -126,6 +129,10 @@ def reduced_model(study, tick) -> tuple[ReducedModel, ContactTable, dict]:
     nodes, forces = pull_forces(meshes[DAMPER], d["load_points"], d["axis"], d["pull_direction"],
                                 shares=d["shares"], positions=d["positions"])
     r_damper.model.loads["pull"] = r_damper.condense(nodes, forces)
+    for reduction in (r_blades, r_damper):
+        for case in study.loads:
+            force = case_forces(study, case, reduction.body, meshes[reduction.body.name])
+            reduction.model.loads[case] = reduction.condense_dofs(force)
     model = assemble(r_blades.model, r_damper.model)
     masters = sum(len(r.boundary) for r in (r_blades, r_damper))
     facts = {"reduction": {"dofs": blades.dofs + damper.dofs, "masters": masters,

@@ -2,11 +2,14 @@
 
 import numpy as np
 
-from tipdamp.study import REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
+from tipdamp.study import LOAD, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
 
 _KINDS = {"texts": "list of texts", "numbers": "list of numbers", "ratios": "number or list", "counts": "whole number "
-          "or list", "count": "whole number", "vector": "[x, y, z]", "band": "[first, last]", "flag": "true or false",
-          "table": "[[coordinate, value], ...]", "roll": "'from_flat' or number", "choice": "one of the choices"}
+          "or list", "count": "whole number", "vector": "[x, y, z]", "triple": "[x, y, z]",
+          "band": "[first, last]",
+          "group_values": "[[body, group, value], ...]", "group_vectors": "[[body, group, x, y, z], ...]",
+          "flag": "true or false", "table": "[[coordinate, value], ...]",
+          "roll": "'from_flat' or number", "choice": "one of the choices"}
 
 
 def reference() -> str:
@@ -22,6 +25,8 @@ def reference() -> str:
         lines += _table(title, keys)
         if title == "[contact]":
             lines += _table("[contact.NAME], one for each side of the damper", SIDE)
+        if title == "[rotation]":
+            lines += _table("[loads.NAME], one for each further load case of the preload", LOAD)
     lines += ["", "## [reference]", "", "Measured or published values, set beside the computed ones in the report: "
               + ", ".join(f"`{k}`" for k in REFERENCE) + "."]
     return "\n".join(lines) + "\n"
