@@ -43,11 +43,11 @@ def free_motions(model, K):
     coefficients = np.linalg.lstsq(rigid, space, rcond=None)[0]
     if np.linalg.norm(rigid @ coefficients - space) > 1e-5:
         raise InputError("a motion that is not rigid meets no stiffness: the model's K is singular")
-    motions, names = _name_motions(rigid, coefficients.T)
+    motions, names = name_motions(rigid, coefficients.T)
     return motions, names, lam[-1] * 1e-3 * (space @ space.T)
 
 
-def _name_motions(rigid, coefficients):
+def name_motions(rigid, coefficients):
     """Unit rigid motions that span the free ones: each named after the slide or rotation that leads it.
 
     Row reduction of coefficients (m, 6 f) with complete pivoting, rotations weighed by the size of the body.

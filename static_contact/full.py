@@ -16,7 +16,7 @@ def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs=(
     size = sum(b.dofs for b in bodies)
     K = sp.block_diag([b.K for b in bodies], format="csr")
     M = sp.block_diag([b.M for b in bodies], format="csr")
-    B = _relative_motion(bodies, pairs, size)
+    B = sparse_relative_motion(bodies, pairs, size)
     k = (np.column_stack([pairs.kt, pairs.kt, pairs.kn]) * pairs.weight[:, None]).ravel()
     K = K + B.T @ sp.diags(k) @ B
     for s in springs:
@@ -26,7 +26,7 @@ def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs=(
     return omega / (2 * np.pi)
 
 
-def _relative_motion(bodies, pairs, size):
+def sparse_relative_motion(bodies, pairs, size):
     """B (3P, dofs of all bodies); a clamped direction simply has no column."""
     start = np.concatenate([[0], np.cumsum([b.dofs for b in bodies])])
     table = {}
