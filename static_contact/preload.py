@@ -67,7 +67,8 @@ class StaticContact:
         self.free, self.names, gauge = free_motions(model, K)
         # the gauge carries no force (no load along it is accepted), it only makes the free motions definite
         self.factor = sl.cho_factor(K + gauge)
-        G = self.B @ sl.cho_solve(self.factor, self.B.T)
+        self.by_pair = sl.cho_solve(self.factor, self.B.T)
+        G = self.B @ self.by_pair
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
         self.normal = Normal(G, k0, c, pairs.carrying & (self.kn > 0))
         self.rigid = rigid_motions(model)
@@ -88,9 +89,9 @@ class StaticContact:
             raise InputError("; ".join(f"{m.name} is loaded: {abs(m.load):.3g} {m.unit}, and no contact resists it"
                                        for m in loaded))
         applied = load - self._along_free(load) if loaded else load
-        start = self.B @ sl.cho_solve(self.factor, applied)
-        u, force, closed, iterations, method = closed_pairs(self.normal, start, gap)
-        q = sl.cho_solve(self.factor, applied - self.B.T @ (force - self.normal.k0 * u))
+        start = sl.cho_solve(self.factor, applied)
+        u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
+        q = start - self.by_pair @ (force - self.normal.k0 * u)
         left = self.model.K @ q + self.B.T @ force - applied
         spring = np.where(np.isinf(self.pairs.kn), 0.0, np.where(self.pairs.carrying, self.kn, self.pairs.kn))
         return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
