@@ -85,6 +85,10 @@ class ContactTable:
         if (off > 1e-6).any():
             i = int(off.argmax())
             raise InputError(f"contact table, pair {i + 1}: t1, t2, n are not orthonormal (off by {off[i]:.1e})")
+        left = np.linalg.det(self.frame) < 0
+        if left.any():
+            raise InputError(f"contact table, pair {int(left.argmax()) + 1}: t1, t2, n are left-handed, t1 x t2 must "
+                             "be n")
 
     def __len__(self) -> int:
         return len(self.side)
@@ -131,11 +135,16 @@ class ContactTable:
         path = Path(path)
         if not path.is_file():
             raise InputError(f"contact table not found: {path}")
-        with open(path, newline="", encoding="utf-8-sig") as f:
-            lines = list(csv.reader(f))
+        try:
+            with open(path, newline="", encoding="utf-8-sig") as f:
+                lines = [line for line in csv.reader(f) if line]
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise InputError(f"{path}: is not a CSV text in UTF-8 ({error})") from None
         if len(lines) < 2:
             raise InputError(f"{path}: holds no contact pairs")
         header = [h.strip() for h in lines[0]]
+        if len(header) == 1 and ";" in header[0]:
+            raise InputError(f"{path}: the columns are separated by semicolons; save it with commas and decimal points")
         for h in header:
             if h not in COLUMNS:
                 raise InputError(f"{path}: unknown column '{h}'; {nearest(h, COLUMNS)}")

@@ -30,7 +30,7 @@ class Settings:
     most_iterations: int = 12
     most_points: int = 4000
     most_gaps: int = 3
-    runaway: float = 1e6          # unknowns this many times those of the start mean that no solution exists further on
+    runaway: float = 1e8          # unknowns this many times those of the start mean that no solution exists further on
     stall: int = 200              # points within a thousandth of the way
 
 
@@ -77,7 +77,7 @@ def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
     x0, p0 = x, p
     for iteration in range(1, settings.most_iterations + 1):
         e = evaluate(x, p)
-        size = max(np.linalg.norm(metric.weights * x), 1e-6 * metric.size)
+        size = np.clip(np.linalg.norm(metric.weights * x), 1e-6 * metric.size, 10 * metric.size)
         error = np.linalg.norm(e.residual)
         if error <= settings.tolerance * size:
             return Point(x, p, True, iteration, e)
@@ -93,14 +93,16 @@ def solve_at(evaluate, x, p, weights, settings=Settings()) -> Point:
     none = np.zeros(len(x))
     e = evaluate(x, p)
     calls = 1
+    reach = 1e3 * max(np.linalg.norm(x), np.linalg.norm(e.residual))     # a Jacobian near singular sends x far away
     for _ in range(6 * settings.most_iterations):
         error = np.linalg.norm(e.residual)
-        if error <= settings.tolerance * max(np.linalg.norm(weights * x), 1e-300):
+        if error <= settings.tolerance * min(max(np.linalg.norm(weights * x), 1e-300), reach):
             return Point(x, p, True, calls, e)
-        if not np.isfinite(error):
-            break
         dx, _ = e.solve(none, 1.0, 0.0)
-        share = 1.0
+        gone = np.linalg.norm(dx)
+        if not np.isfinite(error + gone) or np.linalg.norm(x) > 100 * reach:
+            break
+        share = min(1.0, reach / gone) if gone else 1.0
         for _ in range(7):
             trial = evaluate(x + share * dx, p)
             calls += 1

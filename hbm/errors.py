@@ -7,11 +7,17 @@ class InputError(ValueError):
     """Raised at the door, before any heavy work, in one line: what came, and what is allowed."""
 
 
+def shown(name, most: int = 80) -> str:
+    """A name from a file as it may stand in a message: control characters escaped, cut at so many characters."""
+    text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(name))
+    return text if len(text) <= most else f"{text[:most - 3]}..."
+
+
 def nearest(name: str, allowed) -> str:
     """'did you mean ...?' and the list of valid names, as the tail of an error line."""
-    allowed = [str(a) for a in allowed]
+    allowed = [shown(a) for a in allowed]
     if not allowed:
         return "there are none to choose from"
-    close = get_close_matches(str(name), allowed, n=1, cutoff=0.5)
+    close = get_close_matches(shown(name), allowed, n=1, cutoff=0.5)
     hint = f"did you mean '{close[0]}'? " if close else ""
     return f"{hint}valid: {', '.join(allowed)}"

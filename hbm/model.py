@@ -4,12 +4,13 @@ The matrices may come from `modal.craig_bampton` or from any other code; nothing
 """
 
 import json
+import zipfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError, nearest
+from hbm.errors import InputError, nearest, shown
 
 DIRECTIONS = ("x", "y", "z")
 SYMMETRY_TOLERANCE = 1e-10
@@ -50,21 +51,24 @@ class ReducedModel:
                       groups=None, loads=None, provenance=None) -> "ReducedModel":
         """Dense or sparse matrices from anywhere. Without a dof table every dof is modal.
 
-        Raises InputError when shapes disagree, an entry is not finite, or a matrix is not symmetric to 1e-10.
+        Raises InputError when shapes disagree, an entry is not finite, a matrix is not symmetric to 1e-10, M is not
+        positive definite, C feeds energy in, a dof is there twice, or a group names a node without a dof.
         """
         M, K = _square("M", M), _square("K", K)
         C = None if C is None else _square("C", C)
         r = K.shape[0]
-        for name, matrix in (("M", M), ("C", C)):
-            if matrix is not None and matrix.shape != K.shape:
-                raise InputError(f"{name} is {matrix.shape}, K is {K.shape}: they must agree")
+        if any(matrix is not None and matrix.shape != K.shape for matrix in (M, C)):
+            shapes = ", ".join(f"{n} is {m.shape}" for n, m in (("M", M), ("C", C), ("K", K)) if m is not None)
+            columns = {"body": body, "node": node, "direction": direction, "position": position}
+            tables = [f"{n} has {len(c)} rows" for n, c in columns.items() if c is not None and not isinstance(c, str)]
+            raise InputError("; ".join([shapes, *tables]) + ": all must have the same size")
         node = np.arange(1, r + 1) if node is None else np.asarray(node, dtype=np.int64)
         direction = np.full(r, "mode") if direction is None else np.asarray(direction, dtype=str)
         body = np.full(r, body) if isinstance(body, str) else np.asarray(body, dtype=str)
         position = np.full((r, 3), np.nan) if position is None else np.asarray(position, dtype=float)
         for name, column in (("body", body), ("node", node), ("direction", direction), ("position", position)):
             if len(column) != r:
-                raise InputError(f"dof table: {name} has {len(column)} rows, the matrices have {r}")
+                raise InputError(f"dof table: {name} has {len(column)} rows, M and K are {K.shape}")
         unknown = sorted(set(direction.tolist()) - set(DIRECTIONS) - {"mode"})
         if unknown:
             raise InputError(f"dof table: direction '{unknown[0]}' is unknown; valid: x, y, z, mode")
@@ -73,7 +77,10 @@ class ReducedModel:
         for name, load in loads.items():
             if load.shape != (r,) or not np.isfinite(load).all():
                 raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
-        return cls(M, K, C, body, node, direction, position, groups, loads, dict(provenance or {}))
+        model = cls(M, K, C, body, node, direction, position, groups, loads, dict(provenance or {}))
+        _check_definite(model)
+        _check_table(model)
+        return model
 
     def dofs(self, body: str, node: int) -> np.ndarray:
         """Rows of the x, y, z displacement of a node, (3,) int; -1 where that direction is not in the model."""
@@ -140,7 +147,13 @@ class ReducedModel:
         path = Path(path)
         if not path.is_file():
             raise InputError(f"reduced model not found: {path}")
-        with np.load(path, allow_pickle=False) as z:
+        try:
+            content = np.load(path, allow_pickle=False)
+        except (ValueError, OSError, zipfile.BadZipFile) as error:
+            raise InputError(f"{path}: is not an .npz of plain arrays ({error})") from None
+        if not hasattr(content, "files"):
+            raise InputError(f"{path}: is a single array, an .npz with M and K is needed")
+        with content as z:
             for key in ("M", "K"):
                 if key not in z:
                     raise InputError(f"{path}: holds no matrix '{key}', only {', '.join(z.files)}")
@@ -166,3 +179,46 @@ def _square(name: str, matrix) -> np.ndarray:
         raise InputError(f"{name} is not symmetric: |{name}[{i}, {j}] - {name}[{j}, {i}]| is "
                          f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10")
     return matrix
+
+
+def _dof(model, i) -> str:
+    return f"dof {i} ({model.body[i]}, node {model.node[i]}, {model.direction[i]})"
+
+
+def _check_definite(model):
+    """Every motion has mass, and none is driven by its damping."""
+    diagonal = model.M.diagonal()
+    if (diagonal <= 0).any():
+        i = int((diagonal <= 0).argmax())
+        what = f"{diagonal[i]:g} on its diagonal" if model.M[i].any() else "a row of zeros"
+        raise InputError(f"M has {what} at {_dof(model, i)}: every dof must have mass")
+    try:
+        np.linalg.cholesky(model.M)
+    except np.linalg.LinAlgError:
+        values, shapes = np.linalg.eigh(model.M / np.sqrt(np.outer(diagonal, diagonal)))
+        i = int(np.abs(shapes[:, 0]).argmax())
+        raise InputError(f"M is not positive definite: a motion mostly of {_dof(model, i)} has the mass "
+                         f"{values[0]:.1e} of its diagonal") from None
+    if model.C is not None:
+        values, shapes = np.linalg.eigh(model.C)
+        if values[0] < -1e-10 * np.abs(values).max():
+            i = int(np.abs(shapes[:, 0]).argmax())
+            raise InputError(f"C feeds energy in: a motion mostly of {_dof(model, i)} has the negative damping "
+                             f"{values[0]:.3g} N s/m")
+
+
+def _check_table(model):
+    """No dof twice; groups name nodes that have dofs, not clamped or eliminated ones."""
+    seen = {}
+    for i in np.flatnonzero(model.direction != "mode"):
+        key = str(model.body[i]), int(model.node[i]), str(model.direction[i])
+        if key in seen:
+            raise InputError(f"dof table: {_dof(model, i)} is the same as dof {seen[key]}")
+        seen[key] = i
+    present = {(body, node) for body, node, _ in seen}
+    for name, members in model.groups.items():
+        body = name.split("/")[0]
+        absent = [int(n) for n in members if (body, int(n)) not in present]
+        if absent:
+            raise InputError(f"group '{shown(name)}': node {absent[0]} of body '{shown(body)}' has no dof in the model "
+                             "(clamped, eliminated, or of another body)")

@@ -100,7 +100,7 @@ class ForcedResponse:
     @property
     def slipping_pairs(self) -> np.ndarray:
         """Indices of the pairs that slip or open anywhere in the band."""
-        return np.flatnonzero(np.nanmax(self.share_slip + self.share_open, axis=0, initial=0.0) > 1e-12)
+        return np.flatnonzero(np.nanmax(self.share_slip + self.share_open, axis=0, initial=0.0) > 1e-6)
 
     def save(self, path) -> Path:
         """One .npz of plain arrays."""

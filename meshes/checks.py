@@ -25,9 +25,9 @@ def check(rig, damper, rows, blades, solid):
         if abs(volume - expected) > tolerance * expected:
             raise MeshError(f"{mesh.name}: volume {volume:.6e} m3, expected {expected:.6e}")
     _check_groups(rig, found, blades, solid)
-    gap = np.ptp([f(blades.nodes[blades.surfaces[f"cover_{s}"]][..., 0])
-                  for f, s in ((np.max, "left"), (np.min, "right"))])
-    if not gap > 0 or blades.nodes[blades.surfaces["cover_left"]][..., 0].max() >= 0:
+    left, right = (blades.nodes[np.unique(blades.surfaces[f"cover_{s}"])][:, 0] for s in ("left", "right"))
+    gap = right.min() - left.max()
+    if not gap > 0:
         raise MeshError(f"blades: the covers overlap in the mid-plane (gap {gap:.3e} m)")
     return volumes
 

@@ -1,14 +1,22 @@
-"""Linear elasticity: a Mesh and a Material become a Body. It and stiffening.py touch dolfinx, no other."""
+"""Linear elasticity: a Mesh and its materials become a Body. It and stiffening.py touch dolfinx, no other.
+
+dolfinx assembles the cells that it can take; the others (20-node hexahedra, wedges), and all where it is not
+installed, are assembled by isoparametric.py. Displacements live at the nodes of the mesh whatever the cell, so the
+blocks are added by node and nothing is promoted to another element.
+"""
 
 import logging
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError
 from modal.body import Body
+from modal.isoparametric import stiffness_and_mass
+from modal.memory import check_memory
 from modal.mesh import Mesh
 
 # full Gauss integration, stated here because the default differs from code to code (and moves preloads by 1e-5):
@@ -32,24 +40,61 @@ class Material:
                 raise InputError(f"material: {name} = {getattr(self, name):g}, must lie between {low} and {high}")
 
 
-def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp: str | None = None, free: bool = False) -> Body:
-    """Assemble K and M over the free dofs; nodes of the group `clamp` are fixed in x, y, z.
+    @property
+    def lame(self) -> float:
+        return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu))
 
-    Displacements live at the nodes of the mesh (isoparametric), so node numbers of the user stay valid. Meshes of
-    several cell types are assembled block by block and added. Raises InputError for an absent or empty clamp group.
+    @property
+    def shear(self) -> float:
+        return self.E / (2 * (1 + self.nu))
+
+
+def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp=None, free: bool = False,
+                 other_materials=None) -> Body:
+    """Assemble K and M over the free dofs; nodes of the groups `clamp` (a name or several) are fixed in x, y, z.
+
+    other_materials {cell group: Material}: what those cells are made of instead. Raises InputError for an absent or
+    empty group, a cell that two materials claim, and a mesh that the memory will not hold.
     """
-    fixed = mesh.index(mesh.group(clamp)) if clamp else np.empty(0, dtype=int)
-    K = M = None
-    for kind, cells in mesh.cells.items():
-        k, m = _assemble(mesh.position, kind, cells, material)
-        K, M = (k, m) if K is None else (K + k, M + m)
+    check_memory(len(mesh.node), mesh.source)
+    clamps = [clamp] if isinstance(clamp, str) else list(clamp or ())
     held = np.zeros(len(mesh.node), dtype=bool)
-    held[fixed] = True
+    for group in clamps:
+        held[mesh.index(mesh.group(group))] = True
+    K = M = None
+    for kind, cells, of in _blocks(mesh, material, other_materials or {}):
+        assemble = _dolfinx if kind in _SHAPE and has_dolfinx() else stiffness_and_mass
+        k, m = assemble(mesh.position, kind, cells, of.lame, of.shear, of.density)
+        K, M = (k, m) if K is None else (K + k, M + m)
     keep, clamped = (np.flatnonzero(np.repeat(m, 3)) for m in (~held, held))
     return Body(name=name, node=mesh.node, position=mesh.position, dof_node=keep // 3, dof_direction=keep % 3,
                 K=K[keep][:, keep].tocsr(), M=M[keep][:, keep].tocsr(), groups=dict(mesh.groups), free=free,
                 M_clamped=M[keep][:, clamped].tocsr(),
                 provenance={"mesh": mesh.source, "cells": ", ".join(f"{len(c)} {k}" for k, c in mesh.cells.items())})
+
+
+def has_dolfinx() -> bool:
+    try:
+        return find_spec("dolfinx") is not None
+    except (ImportError, ValueError):
+        return False
+
+
+def _blocks(mesh, material, others):
+    """(cell type, cells, material) of every block of cells that are alike."""
+    owner = {kind: np.zeros(len(cells), dtype=int) for kind, cells in mesh.cells.items()}
+    materials, names = [material, *others.values()], list(others)
+    for i, group in enumerate(names, start=1):
+        for kind, mine in mesh.members(group).items():
+            twice = mine & (owner[kind] > 0)
+            if twice.any():
+                raise InputError(f"{mesh.source}: {int(twice.sum())} {kind} cells are in the groups '{group}' and "
+                                 f"'{names[owner[kind][twice][0] - 1]}', which have different materials (first: "
+                                 f"element {mesh.number[kind][twice][0]})")
+            owner[kind][mine] = i
+    for kind, cells in mesh.cells.items():
+        for i in np.unique(owner[kind]):
+            yield kind, cells[owner[kind] == i], materials[i]
 
 
 @contextmanager
@@ -64,7 +109,7 @@ def _quiet_compiler():
 
 
 @_quiet_compiler()
-def _assemble(position, kind, cells, material):
+def _dolfinx(position, kind, cells, lame, shear, density):
     """K, M of one block of cells over all dofs of the mesh (3 i + k for node i), zero rows where it has no cell."""
     from modal import petsc
 
@@ -83,10 +128,8 @@ def _assemble(position, kind, cells, material):
     V = fem.VectorFunctionSpace(grid, ("Lagrange", degree))
     u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
     dx = ufl.Measure("dx", domain=grid, metadata={"quadrature_degree": _QUADRATURE[kind]})
-    lame = material.E * material.nu / ((1 + material.nu) * (1 - 2 * material.nu))
-    shear = material.E / (2 * (1 + material.nu))
     # material values enter as constants so that the compiled kernel is shared by all bodies
-    lame, shear, density = (fem.Constant(grid, np.float64(c)) for c in (lame, shear, material.density))
+    lame, shear, density = (fem.Constant(grid, np.float64(c)) for c in (lame, shear, density))
     eps = ufl.sym(ufl.grad(u))
     stress = lame * ufl.tr(eps) * ufl.Identity(3) + 2 * shear * eps
     place = used[_dof_to_input(grid, V)]

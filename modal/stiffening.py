@@ -14,19 +14,19 @@ import scipy.sparse as sp
 from hbm.errors import InputError
 from modal.body import Body
 from modal.eigen import Factor
-from modal.elasticity import _QUADRATURE, _SHAPE, Material, _dof_to_input, _quiet_compiler, _scatter
+from modal.elasticity import _QUADRATURE, _SHAPE, Material, _blocks, _dof_to_input, _quiet_compiler, _scatter
 from modal.loads import Rotation, centrifugal
 from modal.mesh import Mesh
 
 
-def rotating_body(body: Body, mesh: Mesh, material: Material, rotation: Rotation) -> Body:
+def rotating_body(body: Body, mesh: Mesh, material: Material, rotation: Rotation, other_materials=None) -> Body:
     """The body as it vibrates at speed. Raises InputError for a free body."""
     if body.free:
         raise InputError(f"body '{body.name}' is free: without contact it has no static state at speed")
     displacement = np.zeros((len(body.node), 3))
     displacement[body.dof_node, body.dof_direction] = Factor(body.K).solve(centrifugal(body, rotation))
     keep = 3 * body.dof_node + body.dof_direction
-    Kg = geometric_stiffness(mesh, material, displacement)[keep][:, keep]
+    Kg = geometric_stiffness(mesh, material, displacement, other_materials)[keep][:, keep]
     return replace(body, K=(body.K + Kg - spin_softening(body, rotation)).tocsr(),
                    provenance={**body.provenance, "speed": f"{rotation.speed:g} rad/s about {tuple(rotation.axis)}"})
 
@@ -42,14 +42,14 @@ def spin_softening(body: Body, rotation: Rotation) -> sp.csr_matrix:
 
 
 @_quiet_compiler()
-def geometric_stiffness(mesh: Mesh, material: Material, displacement: np.ndarray) -> sp.csr_matrix:
+def geometric_stiffness(mesh: Mesh, material: Material, displacement, other_materials=None) -> sp.csr_matrix:
     """K_g (3n, 3n): integral of stress : grad(u)' grad(v), with the linear stress of a displacement (n, 3) m."""
     K = sp.csr_matrix((3 * len(mesh.node),) * 2)
-    for kind, cells in mesh.cells.items():
+    for kind, cells, of in _blocks(mesh, material, other_materials or {}):
         if kind not in _SHAPE:
             raise InputError(f"{mesh.source}: stress stiffening of {kind} cells is not available; "
                              f"allowed: {', '.join(_SHAPE)}")
-        K = K + _assemble(mesh.position, kind, cells, material, displacement)
+        K = K + _assemble(mesh.position, kind, cells, of, displacement)
     return K.tocsr()
 
 
@@ -72,8 +72,8 @@ def _assemble(position, kind, cells, material, displacement):
     place = used[_dof_to_input(grid, V)]
     static = fem.Function(V)
     static.x.array[:] = displacement[place].ravel()
-    lame = fem.Constant(grid, np.float64(material.E * material.nu / ((1 + material.nu) * (1 - 2 * material.nu))))
-    shear = fem.Constant(grid, np.float64(material.E / (2 * (1 + material.nu))))
+    lame = fem.Constant(grid, np.float64(material.lame))
+    shear = fem.Constant(grid, np.float64(material.shear))
     eps = ufl.sym(ufl.grad(static))
     stress = lame * ufl.tr(eps) * ufl.Identity(3) + 2 * shear * eps
     u, v = ufl.TrialFunction(V), ufl.TestFunction(V)

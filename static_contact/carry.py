@@ -23,31 +23,39 @@ class Carried:
 def carry_scaled(whole: ContactTable, kept: ContactTable, forces: dict, axis) -> Carried:
     """Scale the whole map's part on the kept stations to the side forces of the equilibrium.
 
-    whole - solved preload of all rows; kept - carrying pairs only; forces {side: N}. Where fewer rows are kept than
-    were solved, the forces of each station go to the kept rows in equal parts. Open stations stay open.
+    whole - solved preload of all rows; kept - carrying pairs only; forces {side: N}. Each kept pair has its own part of
+    the map, and where fewer rows are kept than were solved, the forces of the others of its station go to the kept
+    ones in equal parts. Open stations stay open.
     """
     preload = np.empty(len(kept))
     scale, moment = {}, 0.0
     axis = np.asarray(axis, float) / np.linalg.norm(axis)
+    whole = whole.select(whole.carrying)
     for side in kept.sides:
         mine = np.flatnonzero(kept.side == side)
-        station_sum = np.array([_station_force(whole, side, kept.station[i]) for i in mine])
-        rows = np.bincount(kept.station[mine])[kept.station[mine]]
-        share = station_sum / rows
-        carried = share[share > 0].sum()
+        full = whole.select(whole.side == side)
+        part = np.array([_share(full, kept, i) for i in mine])
+        carried = part[part > 0].sum()
         if carried <= 0:
             raise InputError(f"side '{side}': none of the kept stations is closed under the pull")
         scale[side] = float(forces[side] / carried)
-        preload[mine] = np.where(share > 0, share * scale[side], share)
-        moment += _moment(whole.select(whole.side == side), axis)
-        moment -= _moment(kept.replace(preload=preload).select(mine), axis)
+        preload[mine] = np.where(part > 0, part * scale[side], part)
+        moment += _moment(full, axis) - _moment(kept.replace(preload=preload).select(mine), axis)
     return Carried(kept.replace(preload=preload), scale, float(moment))
 
 
-def _station_force(whole, side, station):
-    """Contact force of a station; where all its rows are open, the mildest of their (negative) preloads."""
-    preload = whole.preload[(whole.side == side) & (whole.station == station)]
-    return preload[preload > 0].sum() if (preload > 0).any() else preload.max()
+def _share(full, kept, i):
+    """A kept pair's own force and its part of those of the rows of its station that are not kept.
+
+    Where the whole station is open the pair's own (negative) preload stays.
+    """
+    station = full.select(full.station == kept.station[i])
+    closed = np.maximum(station.preload, 0.0)
+    own = station.row == kept.row[i]
+    if not closed.any():
+        return station.preload[own].max(initial=-np.inf) if own.any() else station.preload.max(initial=0.0)
+    rows = kept.row[(kept.side == kept.side[i]) & (kept.station == kept.station[i])]
+    return closed[own].sum() + closed[~np.isin(station.row, rows)].sum() / len(rows)
 
 
 def _moment(pairs, axis):

@@ -13,7 +13,8 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 
-_MODES = 20
+_MODES = 20          # computed at first; doubled until what is asked for is among them
+_ENOUGH = 0.9        # of the followed shape must lie in the modes that were computed
 
 
 @dataclass(frozen=True)
@@ -57,16 +58,20 @@ class StuckAssembly:
 
     def __init__(self, model: ReducedModel):
         self.model = model
-        self.L = np.linalg.cholesky(model.M)
+        try:
+            self.L = np.linalg.cholesky(model.M)
+        except np.linalg.LinAlgError:
+            raise InputError("the mass matrix is not positive definite: condense massless dofs first") from None
         half = sl.solve_triangular(self.L, model.K, lower=True)
         self.K = sl.solve_triangular(self.L, half.T, lower=True)
 
-    def modes(self, pairs: ContactTable, follow: np.ndarray, *, count: int = _MODES, extra=None) -> StuckModes:
+    def modes(self, pairs: ContactTable, follow: np.ndarray, *, above_hz: float = 0.0, extra=None) -> StuckModes:
         """Lowest modes with every carrying pair stuck (kt, kt, kn).
 
         follow (r,): mass-normalised shape; the mode that holds most of it, (follow' M phi)^2, is the tracked one:
         for a shape without damper this is MAC on the blades times their share of kinetic energy.
         extra : (m, r) rows e with springs e'e added to K (declared roll springs), or None.
+        As many modes are computed as reach above_hz and hold most of the followed shape.
         """
         K = self.K
         rows = stuck_rows(self.model, pairs)
@@ -75,12 +80,17 @@ class StuckAssembly:
         if len(rows):
             half = sl.solve_triangular(self.L, rows.T, lower=True)
             K = K + half @ half.T
-        count = min(count, len(K))
-        lam, y = sl.eigh((K + K.T) / 2, subset_by_index=(0, count - 1))
-        shapes = sl.solve_triangular(self.L.T, y, lower=False)
-        share = (follow @ self.model.M @ shapes) ** 2
-        best = int(share.argmax())
-        return StuckModes(np.sqrt(np.maximum(lam, 0)) / (2 * np.pi), shapes, best, float(share[best]))
+        K, count = (K + K.T) / 2, _MODES
+        while True:
+            count = min(count, len(K))
+            lam, y = sl.eigh(K, subset_by_index=(0, count - 1))
+            shapes = sl.solve_triangular(self.L.T, y, lower=False)
+            share = (follow @ self.model.M @ shapes) ** 2
+            hz = np.sqrt(np.maximum(lam, 0)) / (2 * np.pi)
+            if count == len(K) or (hz[-1] > above_hz and share.sum() > _ENOUGH):
+                best = int(share.argmax())
+                return StuckModes(hz, shapes, best, float(share[best]))
+            count *= 2
 
 
 def stuck_rows(model: ReducedModel, pairs: ContactTable) -> np.ndarray:
@@ -100,10 +110,12 @@ def keep_ends(pairs: ContactTable, front: int, back: int) -> ContactTable:
 
 def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, follow: np.ndarray, *,
                  springs=None, at_least: int = 2, progress=None) -> Detachment:
-    """Detach stations from the middle, one at a time on all sides, until the tracked stuck frequency passes the target.
+    """Detach stations from the middle, one at a time on all sides, and keep those whose tracked stuck frequency is
+    nearest the target.
 
-    The step nearest the target is chosen. springs(pairs) -> (m, r) extra rows of the kept pairs (roll springs).
-    Raises InputError "not reachable: a..b Hz" when the target lies outside what at_least.. all stations give.
+    springs(pairs) -> (m, r) extra rows that go with the carrying pairs (roll springs). All steps from every station to
+    at_least are made: where two modes come close the tracked frequency may rise for a step.
+    Raises InputError "not reachable: a..b Hz" when the target lies outside what they give.
     """
     stations = int(pairs.station.max()) + 1
     assembly = StuckAssembly(model)
@@ -113,11 +125,10 @@ def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, fol
         history.append(step)
         if progress:
             progress(step, (stations - kept + 1) / (stations - at_least + 1))
-        if step.hz <= target_hz:
-            break
     found = [s.hz for s in history]
-    spread = max(abs(a - b) for a, b in zip(found, found[1:], strict=False)) if len(found) > 1 else 0.0
-    if not min(found) - spread / 2 <= target_hz <= max(found) + spread / 2:
+    # half a step beyond the last set is still nearest to it
+    reach = max(abs(a - b) for a, b in zip(found, found[1:], strict=False)) / 2 if len(found) > 1 else 0.0
+    if not min(found) - reach <= target_hz <= max(found) + reach:
         raise InputError(f"target {target_hz:g} Hz is not reachable: {min(found):.0f}..{max(found):.0f} Hz with "
                          f"{at_least}..{stations} stations kept")
     chosen = min(history, key=lambda s: abs(s.hz - target_hz))

@@ -1,14 +1,14 @@
 """Motions of the bodies that meet no stiffness: found, named, and made definite by a gauge that carries no force."""
 
 import numpy as np
-import scipy.linalg as sl
 
-from hbm.errors import InputError
 from hbm.model import ReducedModel
+
+FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
 
 
 def rigid_motions(model: ReducedModel) -> np.ndarray:
-    """(r, 6 f): unit translations and rotations of every body of the model that floats, in its physical dofs.
+    """(r, 6 b): unit translations along and rotations about x, y, z of every body whose node positions are known.
 
     Rotations are about the mean position of the body's nodes.
     """
@@ -23,28 +23,29 @@ def rigid_motions(model: ReducedModel) -> np.ndarray:
         motions[rows, axis] = 1.0
         for k in range(3):
             motions[rows, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
-        stiffness = np.linalg.norm(model.K @ motions, axis=0)
-        size = np.abs(model.K[rows][:, rows]).max() * np.linalg.norm(motions, axis=0)
-        if (stiffness <= 1e-8 * size).all():
-            blocks.append(motions)
+        blocks.append(motions)
     return np.hstack(blocks) if blocks else np.zeros((model.size, 0))
 
 
-def free_motions(model, K):
-    """Motions that neither the bodies nor the contact normals resist: (r, m), their names, and the gauge (r, r)."""
-    lam, vectors = sl.eigh(K)
-    count = int((lam < 1e-12 * lam[-1]).sum())
+def free_motions(rigid, model, K):
+    """Rigid motions that neither the bodies nor the contact normals resist: (r, m), names, their coefficients in the
+    columns of `rigid`, and the gauge (r, r).
+
+    The stiffness that each rigid motion meets is measured against that of its nodes held one by one.
+    """
+    scale = np.sqrt(np.einsum("ij,i,ij->j", rigid, model.K.diagonal(), rigid))
+    used = np.flatnonzero(scale > 0)
+    unit = rigid[:, used] / scale[used]
+    lam, z = np.linalg.eigh(unit.T @ K @ unit)
+    count = int((lam < FREE_STIFFNESS).sum())
     if not count:
-        return np.zeros((model.size, 0)), [], 0.0
-    space = vectors[:, :count]
-    rigid = rigid_motions(model)
-    if not rigid.shape[1]:
-        raise InputError(f"{count} motions meet no stiffness and the model has no node positions to name them")
-    coefficients = np.linalg.lstsq(rigid, space, rcond=None)[0]
-    if np.linalg.norm(rigid @ coefficients - space) > 1e-5:
-        raise InputError("a motion that is not rigid meets no stiffness: the model's K is singular")
-    motions, names = name_motions(rigid, coefficients.T)
-    return motions, names, lam[-1] * 1e-3 * (space @ space.T)
+        return np.zeros((model.size, 0)), [], np.zeros((rigid.shape[1], 0)), 0.0
+    coefficients = np.zeros((rigid.shape[1], count))
+    coefficients[used] = z[:, :count] / scale[used, None]
+    reduced, names = name_motions(rigid, coefficients.T)
+    free = rigid @ reduced.T
+    basis = np.linalg.qr(free)[0]
+    return free, names, reduced.T, np.median(model.K.diagonal()) * (basis @ basis.T)
 
 
 def name_motions(rigid, coefficients):
@@ -65,4 +66,4 @@ def name_motions(rigid, coefficients):
         for other in range(len(rows)):
             if other != i:
                 rows[other] -= rows[other, j] * rows[i]
-    return rigid @ rows.T, names
+    return rows, names

@@ -15,7 +15,7 @@ import scipy.linalg as sl
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.free_motions import free_motions
+from static_contact.free_motions import free_motions, rigid_motions
 
 _ITERATIONS = 40
 _TOLERANCE = 1e-11      # of the relative motion
@@ -69,7 +69,7 @@ class FrictionalContact:
         self.kn, self.kt = pairs.kn * pairs.weight, pairs.kt * pairs.weight
         self.k0 = np.column_stack([self.kt, self.kt, self.kn]).ravel()
         A = model.K + self.B.T * self.k0 @ self.B
-        _, names, _ = free_motions(model, A)
+        _, names, *_ = free_motions(rigid_motions(model), model, A)
         if names:
             raise InputError(f"{', '.join(n for n, _ in names)}: not even stuck pairs resist this")
         self.factor = sl.cho_factor(A)

@@ -67,7 +67,8 @@ def _pins(bodies, B, kn, f, diagonal):
     free = vectors[:, values < 1e-10 * values[-1]].T / size
     if not len(free):
         return pins
-    motions, names = name_motions(rigid, free)
+    coefficients, names = name_motions(rigid, free)
+    motions = rigid @ coefficients.T
     work = motions.T @ f
     for (name, unit), amount, one in zip(names, work, motions.T, strict=True):
         if abs(amount) > 1e-8 * np.abs(one).max() * np.abs(f).sum():

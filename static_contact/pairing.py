@@ -15,23 +15,18 @@ _LARGEST_ANGLE = 20.0
 
 @dataclass(frozen=True)
 class Side:
-    """One contact side of the damper.
-
-    name; blade, damper - node groups of the two meshes
-    gap : ((y, g0), ...) m - initial gap along the axis, interpolated linearly; empty where the surfaces touch
-    """
+    """One contact side of the damper: its name, and the node groups of the two meshes that meet there."""
 
     name: str
     blade: str
     damper: str
-    gap: tuple = ()
 
 
 def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body: str, axis, pull,
          tolerance: float) -> ContactTable:
     """Match the nodes of both groups one to one within `tolerance` m and give each pair its frame.
 
-    kn, kt and mu of the table are still 0: they come from the study or from `halfspace`.
+    kn, kt, mu and gap of the table are still 0: they come from the study or from `halfspace`.
 
     axis (3,): along the damper; pull (3,): direction of Fc, which orders the rows: row 0 is the one farthest against
     it (the lower edge). Raises InputError with the number of unmatched nodes and the tolerance that would match
@@ -52,12 +47,18 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body:
     station, row = _grid(along, position @ np.asarray(pull, float), side, tolerance)
     order = np.lexsort((row, station))
     P = len(order)
-    gap = np.interp(along, *np.array(side.gap).T) if len(side.gap) else np.zeros(P)
     full = np.full
     return ContactTable(side=full(P, side.name), station=station, row=row, blade_body=full(P, blade_body),
                         blade_node=b_nodes, damper_body=full(P, damper_body), damper_node=d_nodes,
-                        position=position, frame=frame, gap=gap, kn=np.zeros(P), kt=np.zeros(P),
+                        position=position, frame=frame, gap=np.zeros(P), kn=np.zeros(P), kt=np.zeros(P),
                         mu=np.zeros(P), preload=np.zeros(P), weight=np.ones(P)).select(order)
+
+
+def offsets(pairs: ContactTable, blade: Mesh, damper: Mesh) -> np.ndarray:
+    """(P,) m: distance of the two nodes of each pair along the normal; positive where the meshes leave a gap,
+    negative where they overlap."""
+    apart = blade.position[blade.index(pairs.blade_node)] - damper.position[damper.index(pairs.damper_node)]
+    return np.einsum("ij,ij->i", apart, pairs.normal)
 
 
 def join(*tables: ContactTable) -> ContactTable:
@@ -73,8 +74,10 @@ def _match(blade, damper, side, tolerance):
     unmatched = int((distance > tolerance).sum() + (back > tolerance).sum())
     worst = max(distance.max(), back.max())
     if unmatched or len(np.unique(nearest)) < len(nearest):
-        advice = (f"tolerance = {1.1 * worst:.2g} m would match them" if len(blade) == len(damper)
-                  else "the two surfaces need the same nodes")
+        shared = len(nearest) - len(np.unique(nearest))
+        advice = (f"{shared} share their nearest partner with another: the two surfaces need the same nodes" if shared
+                  else "the two surfaces need the same nodes" if len(blade) != len(damper)
+                  else f"tolerance = {1.1 * worst:.2g} m would match them")
         raise InputError(f"side '{side.name}': {len(blade)} blade nodes in '{side.blade}' and {len(damper)} damper "
                          f"nodes in '{side.damper}', {unmatched} without a partner within {tolerance:g} m "
                          f"(largest distance {worst:.3g} m); {advice}")
@@ -104,17 +107,23 @@ def _frames(normals, axis, side):
 
 
 def _grid(along, up, side, tolerance):
-    """Station and row of each node; every station must hold the same rows."""
+    """Station and row of each node. Where stations hold different numbers of nodes, as on the faces of 20-node
+    hexahedra, a row is what lies at one height, and the lowest row must be there at every station."""
     station = _clusters(along, tolerance)
-    row = np.empty_like(station)
-    for s in range(station.max() + 1):
-        members = np.flatnonzero(station == s)
-        row[members[np.argsort(up[members], kind="stable")]] = np.arange(len(members))
     rows = np.bincount(station)
-    if (rows != rows[0]).any():
+    if (rows == rows[0]).all():
+        row = np.empty_like(station)
+        for s in range(station.max() + 1):
+            members = np.flatnonzero(station == s)
+            row[members[np.argsort(up[members], kind="stable")]] = np.arange(len(members))
+        return station, row
+    row = _clusters(up, tolerance)
+    twice = len(np.unique(station * (row.max() + 1) + row)) < len(row)
+    if twice or (np.bincount(station[row == 0], minlength=len(rows)) != 1).any():
         odd = int(np.flatnonzero(rows != rows[0])[0])
-        raise InputError(f"side '{side.name}': station {odd} has {rows[odd]} nodes, station 0 has {rows[0]}; "
-                         "every station along the axis needs the same rows")
+        raise InputError(f"side '{side.name}': station {odd} has {rows[odd]} nodes, station 0 has {rows[0]}, and they "
+                         "do not lie in rows along the axis; every station needs the lowest row, and rows apart by "
+                         "more than the tolerance")
     return station, row
 
 

@@ -16,7 +16,9 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.complementarity import Normal, closed_pairs
-from static_contact.free_motions import free_motions, rigid_motions
+from static_contact.free_motions import FREE_STIFFNESS, free_motions, rigid_motions
+
+LOAD_TOLERANCE = 1e-7   # of the load's reach: matrices from text files have eight digits
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,8 @@ class Preload:
     where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
     displacement : (r,) m; motions - free ones and the load along each
     held : {name: amount} - load along free motions that was taken up in the reference state (empty by default)
-    residual - |K q + B' N - f| / |f|; balance - |sum of contact forces and loads| / |sum of loads|
+    residual - |K q + B' N - f| / |f|
+    balance - |sum of contact forces and loads| / |sum of loads| on the floating dampers, None where none floats
     iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
     """
 
@@ -48,7 +51,7 @@ class Preload:
     motions: tuple
     held: dict
     residual: float
-    balance: float
+    balance: float | None
     iterations: int
     method: str
 
@@ -64,14 +67,18 @@ class StaticContact:
         self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
         k0 = reference_stiffness(model.K, self.B, self.kn)
         K = model.K + self.B.T * k0 @ self.B
-        self.free, self.names, gauge = free_motions(model, K)
-        # the gauge carries no force (no load along it is accepted), it only makes the free motions definite
-        self.factor = sl.cho_factor(K + gauge)
+        self.rigid = rigid_motions(model)
+        self.free, self.names, self.coefficients, gauge = free_motions(self.rigid, model, K)
+        try:
+            # the gauge carries no force (no load along it is accepted), it only makes the free motions definite
+            self.factor = sl.cho_factor(K + gauge)
+        except np.linalg.LinAlgError:
+            raise InputError("a motion meets no stiffness and is not a rigid motion of a body whose node positions "
+                             "are known: the model's K is singular") from None
         self.by_pair = sl.cho_solve(self.factor, self.B.T)
         G = self.B @ self.by_pair
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
         self.normal = Normal(G, k0, c, pairs.carrying & (self.kn > 0))
-        self.rigid = rigid_motions(model)
 
     def solve(self, load: np.ndarray, *, gap=None, hold: bool = False) -> Preload:
         """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
@@ -84,11 +91,11 @@ class StaticContact:
         motions = tuple(Motion(name, unit, float(amount)) for (name, unit), amount
                         in zip(self.names, self.free.T @ load, strict=True))
         scale = np.abs(self.free).max(axis=0, initial=0.0) * np.abs(load).sum()
-        loaded = [m for m, s in zip(motions, scale, strict=True) if abs(m.load) > 1e-9 * max(s, 1e-300)]
+        loaded = [m for m, s in zip(motions, scale, strict=True) if abs(m.load) > LOAD_TOLERANCE * s]
         if loaded and not hold:
             raise InputError("; ".join(f"{m.name} is loaded: {abs(m.load):.3g} {m.unit}, and no contact resists it"
                                        for m in loaded))
-        applied = load - self._along_free(load) if loaded else load
+        applied = load - self._taken_up(loaded) if loaded else load
         start = sl.cho_solve(self.factor, applied)
         u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
         q = start - self.by_pair @ (force - self.normal.k0 * u)
@@ -99,16 +106,28 @@ class StaticContact:
                        held={m.name: m.load for m in loaded}, residual=_ratio(left, applied),
                        balance=self._balance(load, force), iterations=iterations, method=method)
 
-    def _along_free(self, load):
-        """The part of the load that works on the free motions, as the smallest nodal forces that do the same."""
-        return self.free @ np.linalg.solve(self.free.T @ self.free, self.free.T @ load)
+    def _taken_up(self, loaded):
+        """Nodal forces that do the loads' work along the loaded free motions: pure couples against rolls, pure forces
+        against slides, so that the balance of forces on the normals stays what it was."""
+        taken = np.zeros(self.model.size)
+        for motion in loaded:
+            coefficients = self.coefficients[:, self.names.index((motion.name, motion.unit))]
+            lead = np.tile(np.repeat([motion.unit == "N", motion.unit == "N m"], 3), len(coefficients) // 6)
+            part = np.where(lead, coefficients, 0.0)
+            resultant = motion.load * part / (part @ part)
+            taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
+        return taken
 
     def _balance(self, load, force):
-        """Resultant of all loads and contact forces on the free bodies against the loads' own."""
-        if not self.rigid.shape[1]:
-            return 0.0
-        translation = self.rigid[:, :3]
-        return _ratio(translation.T @ (load - self.B.T @ force), translation.T @ load)
+        """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""
+        total, left = 0.0, 0.0
+        for body in dict.fromkeys(self.pairs.damper_body.tolist()):
+            motions = np.array([(self.model.body == body) & (self.model.direction == d) for d in "xyz"], dtype=float).T
+            stiffness = np.abs(self.model.K @ motions).max(initial=0.0)
+            if motions.any() and stiffness < FREE_STIFFNESS * np.abs(self.model.K).max():
+                total += np.linalg.norm(motions.T @ load) ** 2
+                left += np.linalg.norm(motions.T @ (load - self.B.T @ force)) ** 2
+        return float(np.sqrt(left / total)) if total > 0 else None
 
 
 def reference_stiffness(K, B, spring) -> np.ndarray:

@@ -32,6 +32,8 @@ def _on_line(mesh, points, axis, positions, shares):
     off = np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1)
     line = np.flatnonzero(off < 1e-6)
     line = line[np.argsort(mesh.position[line] @ axis)]
+    if len(line) < 2:
+        raise InputError("[damper] positions: the load points do not lie on one line of nodes along the axis")
     along = mesh.position[line] @ axis
     low, high = (mesh.position @ axis).min(), (mesh.position @ axis).max()
     weight = np.zeros(len(line))

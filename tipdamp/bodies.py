@@ -6,7 +6,7 @@ The finite-element half of the stages `inspect`, `reduce` and `tune`.
 import numpy as np
 
 from hbm.contact import ContactTable
-from hbm.errors import InputError
+from hbm.errors import InputError, nearest, shown
 from hbm.model import ReducedModel
 from tipdamp.loads import at_speed, case_forces, check
 
@@ -17,60 +17,118 @@ BLADES, DAMPER = "blades", "damper"
 
 def read_meshes(study) -> dict:
     """{"blades": Mesh, "damper": Mesh} in metres; every group that the study names is checked."""
-    from modal.mesh import read_mesh
+    from tipdamp.readers.dispatch import read_mesh
 
     meshes = {}
     for name in (BLADES, DAMPER):
-        path = study.file(study[name]["mesh"])
-        if not path.is_file():
-            raise InputError(f"{study.path}: [{name}] mesh = '{study[name]['mesh']}': no such file ({path})")
-        meshes[name] = read_mesh(path, study.length_unit)
-    for name, section, key in named_groups(study):
         try:
-            meshes[name].group(study.group_name(section, key))
+            meshes[name] = read_mesh(study.file(study[name]["mesh"]), study.length_unit)
+        except InputError as error:
+            raise InputError(f"{study.path}: [{name}] mesh = '{shown(study[name]['mesh'])}': {error}") from None
+    for name, section, key, dimensions in named_groups(study):
+        try:
+            meshes[name].group(study.group_name(section, key), dimensions)
         except InputError as error:
             raise InputError(f"{study.path}: [{section}] {key}: {error}") from None
+    for name, material in study.materials.items():
+        held = sorted({group for mesh in meshes.values() for group in mesh.cell_groups})
+        if material["group"] not in held:
+            raise InputError(f"{study.path}: [material.{name}] group: no mesh has a group of cells "
+                             f"'{shown(material['group'])}'; {nearest(material['group'], held)}")
     return meshes
 
 
 def named_groups(study):
-    """(body, section, key) of every key of the study that names a node group of a mesh."""
-    yield BLADES, BLADES, "clamp"
-    yield DAMPER, DAMPER, "load_points"
+    """(body, section, key, dimensions that make sense) of every key of the study that names a node group of a mesh."""
+    for i in range(len(study[BLADES]["clamp"])):
+        yield BLADES, BLADES, f"clamp[{i}]", (0, 1, 2, 3)
+    yield DAMPER, DAMPER, "load_points", (0, 1, 2)
     if "respond" in study:
-        yield BLADES, "respond", "excitation"
+        yield BLADES, "respond", "excitation", (0, 1, 2)
         for i in range(len(study["respond"]["patches"])):
-            yield BLADES, "respond", f"patches[{i}]"
+            yield BLADES, "respond", f"patches[{i}]", (0, 1, 2)
     for name in () if study["contact"]["pairs"] else study.sides:
-        yield BLADES, f"contact.{name}", "blade"
-        yield DAMPER, f"contact.{name}", "damper"
+        dimensions = (0, 2) if study.sides[name]["shape"] == "flat" else (0, 1, 2)
+        yield BLADES, f"contact.{name}", "blade", dimensions
+        yield DAMPER, f"contact.{name}", "damper", dimensions
 
 
 def assemble_bodies(study, meshes, tick) -> list:
     """[blades, damper] as Body records; the support of each is checked when it is reduced."""
     from modal.elasticity import Material, elastic_body
+    from modal.memory import check_memory
 
-    material = Material(**study["material"])
+    for mesh in meshes.values():
+        check_memory(len(mesh.node), mesh.source)
+
+    def others(name):
+        return {m["group"]: material(m) for m in study.materials.values() if m["group"] in meshes[name].cell_groups}
+
+    def body(name, **support):
+        return elastic_body(meshes[name], material(study["material"]), name, other_materials=others(name), **support)
+
+    def material(section):
+        return Material(section["E"], section["nu"], section["density"])
+
     tick(0.02, "assembling the blades")
-    blades = elastic_body(meshes[BLADES], material, BLADES, clamp=study[BLADES]["clamp"])
-    blades = at_speed(study, blades, meshes[BLADES], material)
+    blades = body(BLADES, clamp=study[BLADES]["clamp"])
+    blades = at_speed(study, blades, meshes[BLADES], material(study["material"]), others(BLADES))
     tick(0.1, "assembling the damper")
-    return [blades, elastic_body(meshes[DAMPER], material, DAMPER, free=True)]
+    return [blades, body(DAMPER, free=True)]
 
 
-def whole_patch(study, meshes) -> ContactTable:
-    """All node pairs of all sides, with their stiffness and friction."""
-    from static_contact.pairing import Side, join, pair
+def material_at(study, mesh, nodes, where: str) -> dict:
+    """The material section of the cells that hold the nodes; InputError when they are of several."""
+    numbers = np.concatenate([mesh.number[kind][np.isin(cells, mesh.index(nodes)).any(axis=1)]
+                              for kind, cells in mesh.cells.items()])
+    own = [m for m in study.materials.values()
+           if np.isin(numbers, mesh.cell_groups.get(m["group"], ())).any()]
+    whole = own and np.isin(numbers, mesh.cell_groups[own[0]["group"]]).all()
+    if len(own) > 1 or (own and not whole):
+        raise InputError(f"{study.path}: {where}: its cells are of several materials; one is needed for the half-space")
+    return own[0] if own else study["material"]
+
+
+def matched_pairs(study, meshes) -> ContactTable:
+    """All node pairs of all sides with their frames: matched between the meshes, or the person's own table."""
+    from static_contact.pairing import Side, join, offsets, pair
 
     damper, contact = study[DAMPER], study["contact"]
     if contact["pairs"]:
-        return own_pairs(study)
-    tables = [pair(meshes[BLADES], meshes[DAMPER], Side(name, side["blade"], side["damper"], side["gap"]),
-                   blade_body=BLADES, damper_body=DAMPER, axis=damper["axis"], pull=damper["pull_direction"],
-                   tolerance=contact["tolerance"]) for name, side in study.sides.items()]
-    pairs = join(*tables)
-    kn, kt = node_stiffness(study, pairs)
-    return pairs.replace(kn=kn, kt=kt, mu=np.full(len(pairs), contact["mu"]))
+        pairs = own_pairs(study)
+        check_positions(study, meshes, pairs)
+        return pairs
+    pairs = join(*(pair(meshes[BLADES], meshes[DAMPER], Side(name, side["blade"], side["damper"]),
+                        blade_body=BLADES, damper_body=DAMPER, axis=damper["axis"], pull=damper["pull_direction"],
+                        tolerance=contact["tolerance"]) for name, side in study.sides.items()))
+    if contact["distance"] == "gap":
+        pairs = pairs.replace(gap=offsets(pairs, meshes[BLADES], meshes[DAMPER]))
+    return pairs
+
+
+def side_materials(study, meshes, pairs: ContactTable) -> dict:
+    """{side: [E, nu of the blade, E, nu of the damper]} of the cells in contact, for the half-space stiffness."""
+    found = {}
+    for name in pairs.sides if study["contact"]["stiffness"] == "halfspace" else ():
+        mine = pairs.side == name
+        one, two = (material_at(study, meshes[body], getattr(pairs, column)[mine], f"[contact.{name}]")
+                    for body, column in ((BLADES, "blade_node"), (DAMPER, "damper_node")))
+        found[name] = [one["E"], one["nu"], two["E"], two["nu"]]
+    return found
+
+
+def with_values(study, pairs: ContactTable, materials: dict) -> ContactTable:
+    """The pairs with stiffness, friction and initial gap of the study; an own table brings its own."""
+    if study["contact"]["pairs"]:
+        return pairs
+    kn, kt = node_stiffness(study, pairs, materials)
+    along = pairs.position @ np.array(study.driver["axis"])
+    gap = pairs.gap.copy()
+    for name, side in study.sides.items():
+        if side["gap"]:
+            mine = pairs.side == name
+            gap[mine] += np.interp(along[mine], *np.array(side["gap"]).T)
+    return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study["contact"]["mu"]))
 
 
 def own_pairs(study) -> ContactTable:
@@ -83,17 +141,47 @@ def own_pairs(study) -> ContactTable:
         odd = sorted(set(getattr(pairs, column).tolist()) - {body})
         if odd:
             raise InputError(f"{study.path}: [contact] pairs: {column} '{odd[0]}' must be '{body}'")
+    for side in pairs.sides:
+        _check_stations(f"{study.path}: [contact] pairs, side '{side}'", pairs.select(pairs.side == side),
+                        np.array(study.driver["axis"]))
     return pairs
 
 
-def node_stiffness(study, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
-    """kn, kt (P,) N/m: as given, or from the half-space under the side's force, total / nodes of the full patch."""
+def _check_stations(where, pairs, axis):
+    """Stations count from 0 along the axis without a gap, as the detachment counts them."""
+    numbers = np.unique(pairs.station)
+    if numbers.tolist() != list(range(len(numbers))):
+        raise InputError(f"{where}: stations must count from 0 without a gap, found {numbers[0]}..{numbers[-1]} "
+                         f"({len(numbers)} different ones)")
+    along = pairs.position @ axis
+    place = np.array([along[pairs.station == s].mean() for s in numbers])
+    if (np.diff(place) <= 0).any():
+        raise InputError(f"{where}: station {int(np.diff(place).argmin()) + 1} does not lie further along the axis "
+                         "than the one before it")
+
+
+def check_positions(study, meshes, pairs: ContactTable) -> None:
+    """A table of one's own must belong to these meshes: nodes exist and lie where the table says."""
+    for name, numbers in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)):
+        mesh = meshes[name]
+        off = np.linalg.norm(mesh.position[mesh.index(numbers)] - pairs.position, axis=1)
+        if off.max() > study["contact"]["tolerance"]:
+            i = int(off.argmax())
+            raise InputError(f"{study.path}: [contact] pairs, row {i + 1}: node {numbers[i]} of the {name} lies "
+                             f"{off[i]:.3g} m from where the table has it, more than [contact] tolerance")
+
+
+def node_stiffness(study, pairs: ContactTable, materials: dict) -> tuple[np.ndarray, np.ndarray]:
+    """kn, kt (P,) N/m: as given, or from the half-space under the side's force, total / nodes of the full patch.
+
+    materials {side: [E, nu, E, nu]} of the two bodies, as `side_materials` finds them; only the half-space needs them.
+    """
     from static_contact.equilibrium import side_forces, side_normals
     from static_contact.halfspace import ContactSide, nodal_stiffness
     from static_contact.moduli import MaterialPair
 
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
-    damper, material = study[DAMPER], study["material"]
+    damper = study[DAMPER]
     forces = side_forces(side_normals(pairs), damper["pull"] * np.array(damper["pull_direction"]))
     for name, side in study.sides.items():
         mine = pairs.side == name
@@ -101,8 +189,7 @@ def node_stiffness(study, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
             kn[mine], kt[mine] = side["kn"], side["kt"]
             continue
         along = pairs.position[mine] @ np.array(damper["axis"])
-        contact = ContactSide(side["shape"], float(np.ptp(along)),
-                              MaterialPair(material["E"], material["nu"], material["E"], material["nu"]),
+        contact = ContactSide(side["shape"], float(np.ptp(along)), MaterialPair(*materials[name]),
                               radius=side["radius"] if side["shape"] == "cylinder" else None,
                               width=side["width"] if side["shape"] == "flat" else None)
         found = nodal_stiffness(contact, forces[name], int(mine.sum()))
@@ -117,7 +204,7 @@ def reduced_model(study, tick) -> tuple[ReducedModel, ContactTable, dict]:
 
     meshes = read_meshes(study)
     check(study, meshes)
-    pairs = whole_patch(study, meshes)
+    pairs = matched_pairs(study, meshes)
     blades, damper = assemble_bodies(study, meshes, tick)
     r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
     groups = [blades.group(g) for g in (r["excitation"], *r["patches"]) if g]
@@ -139,8 +226,8 @@ def reduced_model(study, tick) -> tuple[ReducedModel, ContactTable, dict]:
                            "modes": {BLADES: len(r_blades.omega), DAMPER: len(r_damper.omega)}},
              "highest_fixed_interface_hz": {b: r.omega.max(initial=0) / (2 * np.pi)
                                             for b, r in ((BLADES, r_blades), (DAMPER, r_damper))},
-             "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides},
              "rows": {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides},
+             "side_materials": side_materials(study, meshes, pairs),
              "pull_positions_m": sorted((meshes[DAMPER].position[meshes[DAMPER].index(nodes)]
                                          @ np.array(d["axis"])).tolist())}
     return model, pairs, facts
@@ -158,7 +245,8 @@ def full_check(study, sets: dict, tick) -> dict:
     for i, (name, (pairs, springs, reduced)) in enumerate(sets.items()):
         tick(0.8 + 0.2 * i / len(sets), f"full model, {name}")
         full = full_stuck_hz(assembled, pairs, len(reduced), springs)
-        out[name] = {"reduced_hz": reduced, "full_hz": full, "largest_error": float(np.abs(reduced / full - 1).max())}
+        error = np.abs(reduced / full - 1).max(initial=0.0)
+        out[name] = {"reduced_hz": reduced, "full_hz": full, "largest_error": float(error)}
     return out
 
 
@@ -174,33 +262,43 @@ def given_model(study) -> tuple[ReducedModel, ContactTable, dict]:
         if name not in model.body:
             raise InputError(f"{study.path}: the dof table of [model] matrices has no body named '{name}'")
     relative_motion(model, pairs)
+    if "pull" not in model.loads:
+        raise InputError(f"{study.path}: [model] matrices hold no load named 'pull' (1 N on the damper)")
     modes = {b: int(((model.body == b) & (model.direction == "mode")).sum()) for b in (BLADES, DAMPER)}
     masters = model.size - sum(modes.values())
     rows = {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides}
-    stiffness = {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides}
-    return model, pairs, {"reduction": {"dofs": model.size, "masters": masters, "modes": modes}, "rows": rows,
-                          "kn_kt_N_per_m": stiffness}
+    return model, pairs, {"reduction": {"dofs": model.size, "masters": masters, "modes": modes}, "rows": rows}
 
 
 def describe_model(study) -> dict:
+    from tipdamp.plausible import damping_warnings
+
     model, pairs, facts = given_model(study)
     return {"bodies": {b: {"dofs": int((model.body == b).sum())} for b in (BLADES, DAMPER)},
-            "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts}
+            "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts,
+            "warnings": [*damping_warnings(study)]}
 
 
 def describe_meshes(study, tick) -> dict:
     """Counts, masses, boxes, groups and rigid modes of the bodies."""
     from modal.body import check_support
+    from modal.mesh import DIMENSION
+    from tipdamp.plausible import damping_warnings, distance_warnings, mesh_warnings
 
     meshes = read_meshes(study)
-    found = {}
+    found, warnings = {}, []
     for body in assemble_bodies(study, meshes, tick):
         mesh = meshes[body.name]
         found[body.name] = {
-            "file": study[body.name]["mesh"], "nodes": len(mesh.node),
+            "file": study[body.name]["mesh"], "format": mesh.format, "nodes": len(mesh.node),
             "cells": {k: len(c) for k, c in mesh.cells.items()}, "free_dofs": body.dofs,
             "moving_mass_kg": body.mass(), "box_m": [mesh.position.min(axis=0), mesh.position.max(axis=0)],
             "rigid_modes": check_support(body), "groups": {k: len(v) for k, v in sorted(mesh.groups.items())},
-            "not_read": list(mesh.unused)}
-    pairs = whole_patch(study, meshes)
-    return {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}}
+            "groups_are": {k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
+            "cell_groups": {k: len(v) for k, v in sorted(mesh.cell_groups.items())}, "not_read": list(mesh.unused)}
+        warnings += mesh_warnings(study, body.name, mesh, body.mass().max())
+    pairs = matched_pairs(study, meshes)
+    if not study["contact"]["pairs"]:
+        warnings += [*distance_warnings(study, pairs, meshes)]
+    return {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
+            "warnings": warnings + [*damping_warnings(study)]}

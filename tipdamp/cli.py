@@ -1,6 +1,6 @@
 """Command line: `tipdamp VERB STUDY`. The only place that prints results and sets exit codes.
 
-0 done; 1 done, but points of a curve failed; 2 the input cannot be used; 3 a solver gave up;
+0 done; 1 done, but a curve is incomplete; 2 the input cannot be used; 3 a solver gave up;
 130 interrupted.
 """
 
@@ -10,17 +10,24 @@ import sys
 import time
 
 import tipdamp
-from hbm.errors import InputError
+from hbm.errors import InputError, shown
 
 
 def main(argv=None) -> int:
     """Run the command line; returns the exit code."""
-    arguments = _parser().parse_args(argv)
+    parser = _parser()
+    if not (sys.argv[1:] if argv is None else argv):
+        parser.print_help()
+        return 2
+    arguments = parser.parse_args(argv)
     logging.getLogger().setLevel(logging.WARNING)  # compilers of forms and kernels talk on the root logger
     try:
         return arguments.run(arguments)
     except InputError as error:
         print(f"tipdamp: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"tipdamp: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
         return 2
     except ModuleNotFoundError as error:
         print(f"tipdamp: {error.name} is not installed, and this job needs it; run: tipdamp doctor", file=sys.stderr)
@@ -82,15 +89,16 @@ def _one_stage(arguments) -> int:
 
 
 def _all_stages(arguments) -> int:
-    from tipdamp.stages import STAGES, applies, results_folder, run_stage
+    from tipdamp.stages import STAGES, missing_sections, results_folder, run_stage
     from tipdamp.study import load_study
 
     study = load_study(arguments.study)
     store = results_folder(study, arguments.out)
     began = time.perf_counter()
     for name in STAGES:
-        if not applies(name, study):
-            print(f"{name:8s}    nothing to do: the study has no [{']['.join(STAGES[name].requires)}]")
+        missing = missing_sections(name, study)
+        if missing:
+            print(f"{name:8s}    nothing to do: the study has no [{'], ['.join(missing)}]")
             continue
         how = run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet)
         print(_line(name, how, store), flush=True)
@@ -103,13 +111,18 @@ def _line(name, how, store) -> str:
 
     seconds = store.record(name)["seconds"]
     when = "up to date" if how == "skipped" else f"{seconds:.1f} s"
-    return f"{name:8s} {when:>10s}  {highlight(name, store)}"
+    lines = [f"{name:8s} {when:>10s}  {highlight(name, store)}"]
+    if name == "inspect":
+        lines += [f"warning: {shown(w, 400)}" for w in store.read_json("inspect.json")["warnings"]]
+    return "\n".join(lines)
 
 
 def _partial(store) -> int:
     if store.record("respond") is None:
         return 0
-    failed = sum(r["failed_points"] + (not r["complete"]) for r in store.read_json("respond.json")["responses"])
-    if failed:
-        print("tipdamp: curves are incomplete, see the report", file=sys.stderr)
-    return 1 if failed else 0
+    found = store.read_json("respond.json")["responses"]
+    curves = [*found, *(r["back"] for r in found if "back" in r)]
+    incomplete = sum(not r["complete"] or r["failed_points"] > 0 for r in curves)
+    if incomplete:
+        print(f"tipdamp: {incomplete} of {len(curves)} curves are incomplete, see the report", file=sys.stderr)
+    return 1 if incomplete else 0

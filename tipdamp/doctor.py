@@ -18,7 +18,7 @@ from pathlib import Path
 OURS = ("hbm", "meshes", "modal", "static_contact", "tipdamp")
 DEBIAN = "/usr/lib/python3/dist-packages"
 # In this order: what each job needs first, and h5py after dolfinx, the order in which a foreign HDF5 aborts.
-MODULES = ("numpy", "scipy", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "meshio", "h5py",
+MODULES = ("numpy", "scipy", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "h5py",
            "plotly", "matplotlib")
 AFRESH = "rm -rf .venv && ./dev setup"
 FROM_MATRICES = "every job that starts from reduced matrices"
@@ -70,7 +70,6 @@ def checks(facts: Facts | None = None) -> list[Check]:
         _blas(facts),
         *(_optional(facts, name, debian, FROM_MATRICES) for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh")),
         _scalar(facts),
-        _optional(facts, "meshio", debian, "all with meshes of gmsh; not other mesh formats"),
         _h5py(facts),
         *(_optional(facts, name, _pip(f"install {name}"), NO_REPORT) for name in ("plotly", "matplotlib")),
         *(_own_package(facts, name) for name in OURS),

@@ -7,8 +7,18 @@ def highlight(stage: str, store) -> str:
 
 
 def _inspect(store):
-    bodies = store.read_json("inspect.json")["bodies"]
-    return ", ".join(f"{name}: {b.get('free_dofs', b.get('dofs'))} dofs" for name, b in bodies.items())
+    found = store.read_json("inspect.json")
+    lines = [", ".join(f"{n} pairs on side '{s}'" for s, n in found["pairs"].items())]
+    for name, b in found["bodies"].items():
+        if "nodes" not in b:
+            lines.append(f"{name}: {b['dofs']} dofs")
+            continue
+        size = " x ".join(f"{1e3 * (high - low):.4g}" for low, high in zip(*b["box_m"], strict=True))
+        cells = ", ".join(f"{n} {kind}" for kind, n in b["cells"].items())
+        groups = ", ".join(f"{group} ({n})" for group, n in b["groups"].items())
+        lines.append(f"{name}: {b['nodes']} nodes, {cells}, {b['free_dofs']} free dofs, {size} mm, moving mass "
+                     f"{b['moving_mass_kg'][0]:.4g} kg, {b['rigid_modes']} rigid modes; groups (nodes): {groups}")
+    return "\n".join([lines[0], *(" " * 21 + line for line in lines[1:])])
 
 
 def _reduce(store):

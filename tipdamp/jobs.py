@@ -26,14 +26,9 @@ CHECK_BELOW_HZ = 5000.0
 
 # ---- what the study says, in the model's terms -----------------------------------------------------------------
 
-def driver(study) -> dict:
-    """Section that holds axis, pull and pull_direction: [damper] with meshes, [model] with matrices."""
-    return study["model"] if "model" in study else study["damper"]
-
-
 def pull(study) -> np.ndarray:
     """Fc as a vector, (3,) N."""
-    return driver(study)["pull"] * np.array(driver(study)["pull_direction"])
+    return study.driver["pull"] * np.array(study.driver["pull_direction"])
 
 
 def equilibrium(study, pairs) -> dict:
@@ -62,7 +57,7 @@ def group(model: ReducedModel, study, name: str) -> np.ndarray:
     """Nodes of a group of the blades that the study names."""
     key = f"{BLADES}/{name}"
     if key not in model.groups:
-        names = [k.split("/")[1] for k in model.groups if k.startswith(f"{BLADES}/")]
+        names = [k.split("/", 1)[1] for k in model.groups if k.startswith(f"{BLADES}/")]
         raise InputError(f"{study.path}: the blades have no group '{name}'; {nearest(name, names)}")
     return model.groups[key]
 
@@ -126,8 +121,6 @@ def free_modes(study, blades: ReducedModel) -> dict:
     hz, shapes = lowest_modes(blades)
     direction = study["respond"]["direction"]
     patches = study["respond"]["patches"]
-    if len(patches) != 2:
-        raise InputError(f"{study.path}: [respond] patches: two groups are needed, one on each blade")
     one, two = (np.mean([blades.displacement_row(BLADES, n, direction) for n in group(blades, study, p)], axis=0)
                 @ shapes for p in patches)
     found = {"hz": hz[:10]}
@@ -143,25 +136,26 @@ def free_response(study, blades: ReducedModel) -> dict:
     rows = outputs(study, blades)
     x = np.abs(linear_response(blades, None, excitation(study, blades), hz,
                                ratio(study["free"]["damping_ratio"]), rows))
-    names = np.array([name.split(":")[0] for name in rows])
+    names = np.array([name.rpartition(":")[0] for name in rows])
     return {"hz": hz, "m_per_N": {p: x[:, names == p].max(axis=1) for p in study["respond"]["patches"]}}
 
 
 def preload(study, store, tick):
     """Unilateral static contact of the whole patch under the pull: the preload map."""
-    model, pairs = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("pairs.csv"))
-    if "pull" not in model.loads:
-        raise InputError(f"{study.path}: the model holds no load named 'pull'")
+    model = ReducedModel.load(store.path("model.npz"))
+    pairs = bodies.with_values(study, ContactTable.load(store.path("pairs.csv")),
+                               store.read_json("reduce.json").get("side_materials", {}))
     forces = equilibrium(study, pairs)
     tick(0.2, f"{len(pairs)} pairs")
     statics = static_contact(study, model, pairs)
-    result = statics.solve(driver(study)["pull"] * model.loads["pull"])
+    result = statics.solve(study.driver["pull"] * model.loads["pull"])
     with store.writing("preload.csv") as path:
         preload_map(result, pairs).save(path)
     cases = {name: load_case(study, store, statics, pairs, name) for name in study.loads}
     store.write_json("preload.json", {
         "sides": side_figures(result.pairs, forces, result.balance), "residual": result.residual,
         "iterations": result.iterations, "method": result.method,
+        "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides},
         "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in result.motions],
         "cases": cases})
     return [case["file"] for case in cases.values()]
@@ -181,7 +175,7 @@ def preload_map(result, pairs: ContactTable) -> ContactTable:
 
 def load_case(study, store, statics: StaticContact, pairs: ContactTable, name: str) -> dict:
     """Preload map of one further load case, in a file of its own."""
-    load = loads.total(study, name, statics.model, driver(study)["pull"])
+    load = loads.total(study, name, statics.model, study.driver["pull"])
     try:
         result = statics.solve(load)
     except InputError as error:
@@ -223,7 +217,8 @@ def tune(study, store, tick):
         found = detach_until(model, line, study["tune"]["target_hz"], follow, springs=rows, progress=report)
     assembly = StuckAssembly(model)
     sets = {"full_area": whole, "full_line": line, "tuned": found.pairs}
-    stuck = {name: assembly.modes(pairs, follow, extra=rows(pairs)) for name, pairs in sets.items()}
+    stuck = {name: assembly.modes(pairs, follow, above_hz=2 * CHECK_BELOW_HZ, extra=rows(pairs))
+             for name, pairs in sets.items()}
     tick(0.8, "full model")
     check = {} if "model" in study else bodies.full_check(
         study, {n: (p, declared_springs(study, p), stuck[n].hz[stuck[n].hz < CHECK_BELOW_HZ])
@@ -248,14 +243,13 @@ def kept_pairs(study, model, whole, found) -> tuple[ContactTable, dict]:
     """The full table with weight 0 on detached pairs and, on the kept ones, the preload that carries the pull."""
     forces = equilibrium(study, whole)
     if study["tune"]["preload"] == "resolved":
-        stiff = with_springs(model, found.pairs, declared_springs(study, found.pairs))
-        statics = static_contact(study, stiff, found.pairs)
-        result = statics.solve(driver(study)["pull"] * model.loads["pull"], hold=True)
+        statics = static_contact(study, model, found.pairs)
+        result = statics.solve(study.driver["pull"] * model.loads["pull"], hold=True)
         kept, facts = preload_map(result, found.pairs), {"held": result.held, "residual": result.residual}
         balance = result.balance
     else:
         carrying = np.flatnonzero(found.pairs.carrying)
-        done = carry_scaled(whole, found.pairs.select(carrying), forces, driver(study)["axis"])
+        done = carry_scaled(whole, found.pairs.select(carrying), forces, study.driver["axis"])
         preload = found.pairs.preload.copy()
         preload[carrying] = done.pairs.preload
         kept, facts = found.pairs.replace(preload=preload), {"scale": done.scale, "moment_Nm": done.moment}
@@ -279,10 +273,11 @@ def respond(study, store, tick):
     force, rows = excitation(study, model), outputs(study, model)
     cases = [(H, Fe) for H in settings["harmonics"] for Fe in settings["levels"]]
     low, high = settings["band"]
+    share = 0.5 if settings["both_ways"] else 1.0
     found = []
     for i, (H, Fe) in enumerate(cases):
         def report(hz, step, iterations, i=i, H=H, Fe=Fe):
-            tick((i + (hz - low) / (high - low)) / len(cases),
+            tick((i + share * (hz - low) / (high - low)) / len(cases),
                  f"Fe = {Fe:g} N, H = {H}  {hz:.1f} Hz  step {step:.2g}  {iterations} it")
 
         curve = follow_band(problem, Fe * force, (low, high), harmonics=H, outputs=rows, progress=report)
@@ -291,7 +286,11 @@ def respond(study, store, tick):
             curve.save(path)
         back = None
         if settings["both_ways"]:
-            back = follow_band(problem, Fe * force, (high, low), harmonics=H, outputs=rows)
+            def report_back(hz, step, iterations, i=i, H=H, Fe=Fe):
+                tick((i + 0.5 + 0.5 * (high - hz) / (high - low)) / len(cases),
+                     f"Fe = {Fe:g} N, H = {H}, downwards  {hz:.1f} Hz  step {step:.2g}  {iterations} it")
+
+            back = follow_band(problem, Fe * force, (high, low), harmonics=H, outputs=rows, progress=report_back)
         found.append({"file": name, **response_figures(study, curve, back, kept, Fe, H)})
     with store.writing("stuck.npz") as path:
         hz = np.linspace(low, high, 801)
@@ -318,20 +317,25 @@ def stuck_difference(study, model, kept, store, found) -> dict:
 
 
 def response_figures(study, curve, back, kept, Fe, H) -> dict:
-    """Peak over the patch of the first blade, half of peak-to-peak along the force; smallest node peak; counts."""
+    """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force; counts."""
+    patches = {patch: patch_peak(curve, patch) for patch in study["respond"]["patches"]}
     first = study["respond"]["patches"][0]
-    names = [n for n in curve.output_names if n.split(":")[0] == first]
-    peaks = [curve.peak(n) for n in names]
-    hz, top = max(peaks, key=lambda p: p[1])
+    hz = patches[first]["peak_hz"]
     slipping = curve.slipping_pairs
-    figures = {"Fe_N": Fe, "H": H, "peak_hz": hz, "peak_m": top, "min_peak_m": min(p[1] for p in peaks),
+    figures = {"Fe_N": Fe, "H": H, **patches[first], "patches": patches,
                "points": len(curve.frequency), "failed_points": int((~curve.converged).sum()),
                "slipping_pairs": [f"{kept.side[i]} {kept.station[i]}" for i in slipping],
                "seconds": curve.seconds, "residual_calls": curve.residual_calls, "complete": curve.complete,
                "ended": curve.ended, "origin": curve.origin, "start": curve.start,
                "peak_inside_band": bool(min(study["respond"]["band"]) < hz < max(study["respond"]["band"]))}
     if back is not None:
-        hz_back, top_back = max((back.peak(n) for n in names), key=lambda p: p[1])
-        figures["back"] = {"peak_hz": hz_back, "peak_m": top_back, "complete": back.complete, "ended": back.ended,
+        figures["back"] = {**patch_peak(back, first), "complete": back.complete, "ended": back.ended,
                            "failed_points": int((~back.converged).sum()), "seconds": back.seconds}
     return figures
+
+
+def patch_peak(curve, patch: str) -> dict:
+    """Largest peak of the nodes of a patch with its frequency, and the smallest node's peak."""
+    peaks = [curve.peak(n) for n in curve.output_names if n.rpartition(":")[0] == patch]
+    hz, top = max(peaks, key=lambda p: p[1])
+    return {"peak_hz": hz, "peak_m": top, "min_peak_m": min(p[1] for p in peaks)}

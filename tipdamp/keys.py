@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from tipdamp.study import LOAD, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
+from tipdamp.study import LOAD, OTHER_MATERIAL, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
 
-_KINDS = {"texts": "list of texts", "numbers": "list of numbers", "ratios": "number or list", "counts": "whole number "
-          "or list", "count": "whole number", "vector": "[x, y, z]", "triple": "[x, y, z]",
-          "band": "[first, last]",
-          "group_values": "[[body, group, value], ...]", "group_vectors": "[[body, group, x, y, z], ...]",
+_KINDS = {"texts": "list of texts", "one_or_more": "text or list of texts", "numbers": "list of numbers",
+          "ratios": "number or list", "counts": "whole number or list", "count": "whole number", "vector": "[x, y, z]",
+          "triple": "[x, y, z]", "group_values": "[[body, group, value], ...]",
+          "group_vectors": "[[body, group, x, y, z], ...]", "band": "[first, last]",
           "flag": "true or false", "table": "[[coordinate, value], ...]",
           "roll": "'from_flat' or number", "choice": "one of the choices"}
 
@@ -23,6 +23,8 @@ def reference() -> str:
     tables = {"top of the file": STUDY, **{f"[{k}]": v for k, v in SECTIONS.items()}}
     for title, keys in tables.items():
         lines += _table(title, keys)
+        if title == "[material]":
+            lines += _table("[material.NAME], one for each other material", OTHER_MATERIAL)
         if title == "[contact]":
             lines += _table("[contact.NAME], one for each side of the damper", SIDE)
         if title == "[rotation]":

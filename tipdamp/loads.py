@@ -16,14 +16,14 @@ def rotation(study, speed):
     return Rotation(speed, study["rotation"]["axis"], study["rotation"]["point"])
 
 
-def at_speed(study, blades, mesh, material):
+def at_speed(study, blades, mesh, material, others):
     """The blades with stress stiffening and spin softening where [rotation] speed asks for it."""
     speed = study["rotation"]["speed"] if "rotation" in study else 0.0
     if not speed:
         return blades
     from modal.stiffening import rotating_body
 
-    return rotating_body(blades, mesh, material, rotation(study, speed))
+    return rotating_body(blades, mesh, material, rotation(study, speed), others)
 
 
 def case_forces(study, case: str, body, mesh) -> np.ndarray:

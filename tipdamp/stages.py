@@ -2,9 +2,14 @@
 
 import time
 from collections.abc import Callable
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
+import hbm
+import modal
+import static_contact
 import tipdamp
 from hbm.errors import InputError
 from tipdamp import jobs
@@ -34,18 +39,17 @@ def _report(study, store, tick):
     return write_report(study, store, tick)
 
 
-_BODIES = ("material", "blades", "damper", "model")
+_BODIES = ("material", "materials", "blades", "damper_body", "model_body", "groups")
 STAGES = {stage.name: stage for stage in (
     Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
-          (*_BODIES, "contact", "sides"), ("inspect.json",), reads_meshes=True),
+          (*_BODIES, "points", "expected"), ("inspect.json",), reads_meshes=True),
     Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", jobs.reduce, (),
-          (*_BODIES, "contact", "sides", "points", "free", "rotation", "loads"),
-          ("model.npz", "pairs.csv", "reduce.json"),
+          (*_BODIES, "points", "free", "rotation", "loads"), ("model.npz", "pairs.csv", "reduce.json"),
           reads_meshes=True),
     Stage("preload", "unilateral static contact under the pull: the preload map", jobs.preload, ("reduce",),
-          ("damper", "model"), ("preload.csv", "preload.json")),
+          ("material", "driver", "contact", "sides"), ("preload.csv", "preload.json")),
     Stage("tune", "detach pairs from the middle until the stuck frequency meets the target", jobs.tune,
-          ("reduce", "preload"), ("tune", "sides", "points"), ("kept.csv", "tune.json"),
+          ("reduce", "preload"), ("tune", "sides", "points", "driver"), ("kept.csv", "tune.json"),
           requires=("tune", "respond"), reads_meshes=True),
     Stage("respond", "forced response at every level and number of harmonics", jobs.respond, ("reduce", "tune"),
           ("respond", "sides"), ("respond.json", "stuck.npz"), requires=("tune", "respond")),
@@ -61,42 +65,66 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
     Raises InputError when the study lacks a section for it, or a stage that it needs is absent or out of date.
     """
     stage = STAGES[name]
-    for section in stage.requires:
-        if section not in study:
-            raise InputError(f"{study.path}: section [{section}] is missing, the stage '{name}' needs it")
+    for section in missing_sections(name, study):
+        raise InputError(f"{study.path}: section [{section}] is missing, the stage '{name}' needs it")
     needs = [n for n in stage.needs if applies(n, study)]
     for need in needs:
         _need_stage(stage, STAGES[need], study, store)
     for touched in [*needs, name]:
         _check_untouched(touched, store, force and touched == name)
-    key = stage_key(stage, study)
+    key = stage_key(stage, study, store)
     if not force and store.is_current(name, key):
         return "skipped"
     began = time.perf_counter()
-    with progress(name, quiet=quiet) as tick:
-        more = stage.job(study, store, tick) or ()
-    store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began)
+    with store.running(name) as before, _named(study):
+        with progress(name, quiet=quiet) as tick:
+            more = stage.job(study, store, tick) or ()
+        store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began, before)
     return "done"
+
+
+@contextmanager
+def _named(study):
+    """Every complaint names the study that it is about."""
+    try:
+        yield
+    except InputError as error:
+        if str(study.path) in str(error):
+            raise
+        raise InputError(f"{study.path}: {error}") from None
 
 
 def applies(name: str, study: Study) -> bool:
     """Whether the study has the sections that the stage works on."""
-    return all(section in study for section in STAGES[name].requires)
+    return not missing_sections(name, study)
 
 
-def stage_key(stage: Stage, study: Study) -> str:
-    """Fingerprint of all that the stage depends on: program, study values, files, and the stages before it."""
+def missing_sections(name: str, study: Study) -> list[str]:
+    """Sections that the stage works on and the study lacks."""
+    return [section for section in STAGES[name].requires if section not in study]
+
+
+def stage_key(stage: Stage, study: Study, store: Store) -> str:
+    """Fingerprint of all that the stage depends on: program, study values, mesh files, outputs of earlier stages."""
     values = {s: study.part(s) for s in stage.sections}
     files = [f for f in study.input_files() if stage.reads_meshes and f.is_file()]
-    before = [stage_key(STAGES[need], study) for need in stage.needs if applies(need, study)]
-    return fingerprint(stage.name, tipdamp.__version__, values, *files, before)
+    before = {need: (store.record(need) or {}).get("outputs") for need in stage.needs if applies(need, study)}
+    return fingerprint(stage.name, program_mark(), values, *files, before)
+
+
+@cache
+def program_mark() -> str:
+    """Fingerprint of the program's own sources: another version computes anew."""
+    folders = [Path(package.__file__).parent for package in (tipdamp, hbm, modal, static_contact)]
+    kinds = (".py", ".csv", ".css")
+    return fingerprint(*sorted(f for folder in folders for f in folder.rglob("*") if f.suffix in kinds))
 
 
 def _need_stage(stage, need, study, store):
     command = f"run: tipdamp {need.name} {study.path}"
     if store.record(need.name) is None:
         raise InputError(f"'{stage.name}' needs the stage '{need.name}', which has not been run; {command}")
-    if not store.is_current(need.name, stage_key(need, study)):
+    if not store.is_current(need.name, stage_key(need, study, store)):
         raise InputError(f"'{stage.name}' needs the stage '{need.name}', which is out of date (the study or a mesh "
                          f"has changed, or a file is gone); {command}")
 
@@ -105,8 +133,9 @@ def _check_untouched(name, store, overwrite):
     """A table that a person has edited is neither used unseen nor overwritten."""
     edited = store.edited(name)
     if edited and not overwrite:
-        raise InputError(f"{store.path(edited[0])} was changed after the stage '{name}' wrote it: copy it and name the "
-                         f"copy in the study ([contact] pairs), or write it anew with: tipdamp {name} --force")
+        own = "to use it, name a copy of it in the study ([contact] pairs); " if edited[0] == "pairs.csv" else ""
+        raise InputError(f"{store.path(edited[0])} was changed after the stage '{name}' wrote it; {own}to write it "
+                         f"anew: tipdamp {name} --force")
 
 
 def results_folder(study: Study, out: str | None) -> Store:

@@ -45,7 +45,10 @@ class Store:
     def record(self, stage: str) -> dict | None:
         """What the stage left when it last finished: {key, outputs, seconds}; None when it has not."""
         path = self.path(f".stages/{stage}.json")
-        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+        try:
+            return json.loads(path.read_text(encoding="utf-8"))
+        except (FileNotFoundError, json.JSONDecodeError):
+            return None
 
     def is_current(self, stage: str, key: str) -> bool:
         """Finished with this key, and its files are still there."""
@@ -57,7 +60,29 @@ class Store:
         outputs = (self.record(stage) or {"outputs": {}})["outputs"]
         return [o for o, mark in outputs.items() if self.path(o).is_file() and fingerprint(self.path(o)) != mark]
 
-    def finish(self, stage: str, key: str, outputs, seconds: float) -> None:
+    @contextmanager
+    def running(self, stage: str):
+        """Set the record of a stage aside while it runs, so that an interrupted one is simply run again.
+
+        Yields the outputs that it had. When it fails before any of them was touched, the record comes back.
+        """
+        record, aside = self.path(f".stages/{stage}.json"), self.path(f".stages/{stage}.running")
+        outputs = (self.record(stage) or {"outputs": {}})["outputs"]
+        if record.is_file():
+            os.replace(record, aside)
+        try:
+            yield outputs
+        except BaseException:
+            untouched = all(self.path(o).is_file() and fingerprint(self.path(o)) == m for o, m in outputs.items())
+            if aside.is_file() and untouched:
+                os.replace(aside, record)
+            raise
+        aside.unlink(missing_ok=True)
+
+    def finish(self, stage: str, key: str, outputs, seconds: float, before=()) -> None:
+        """Record the stage; files of its last run (`before`) that it did not write again are removed."""
+        for stale in set(before) - set(outputs):
+            self.path(stale).unlink(missing_ok=True)
         marks = {o: fingerprint(self.path(o)) for o in outputs}
         self.write_json(f".stages/{stage}.json", {"key": key, "outputs": marks, "seconds": round(seconds, 3)})
 

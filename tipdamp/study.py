@@ -41,14 +41,17 @@ MATERIAL = {
     "E": Key("number", "Young's modulus", unit="stress", low=0, open_low=True),
     "nu": Key("number", "Poisson's ratio", low=0, high=0.4999),
     "density": Key("number", "density", unit="density", low=0, open_low=True),
+    "wave_speed": Key("band", "range of sqrt(E/density) in m/s that passes without a warning of wrong units",
+                      (2000.0, 7000.0), low=0, open_low=True),
 }
+OTHER_MATERIAL = {"group": Key("text", "cells that are made of it: a group of cells of one of the meshes"), **MATERIAL}
 BLADES = {
-    "mesh": Key("text", "gmsh file of both blades on their fixture"),
-    "clamp": Key("text", "group of nodes that are fixed"),
+    "mesh": Key("text", "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf"),
+    "clamp": Key("one_or_more", "group of nodes that are fixed, or several groups"),
     "modes": Key("count", "fixed-interface modes kept", 40, low=0, high=2000),
 }
 DAMPER = {
-    "mesh": Key("text", "gmsh file of the damper"),
+    "mesh": Key("text", "mesh of the damper: .msh, .inp, .cdb or .bdf"),
     "modes": Key("count", "fixed-interface modes kept", 20, low=0, high=2000),
     "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
     "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
@@ -57,7 +60,8 @@ DAMPER = {
     "shares": Key("numbers", "part of the pull on each load point, in the order of the axis; default: equal", (),
                   low=0, high=1),
     "positions": Key("numbers", "where the pull acts along the axis (0..1 of the damper's length), carried by the two "
-                     "load points beside each; default: at the load points", (), low=0, high=1),
+                     "mesh nodes beside each on the line through the load points; default: at the load points", (),
+                     low=0, high=1),
 }
 MODEL = {
     "matrices": Key("text", ".npz with M, K, the dof table, groups and the load 'pull', instead of meshes"),
@@ -70,6 +74,8 @@ CONTACT = {
     "mu": Key("number", "friction coefficient", None, low=0, high=2),
     "tolerance": Key("number", "largest distance of the two nodes of a pair", 1e-6, unit="length", low=0,
                      open_low=True),
+    "distance": Key("choice", "of the two nodes of a pair along the normal: 'closed': they count as touching; 'gap': "
+                    "it adds to the initial gap", "closed", choices=("closed", "gap")),
     "stiffness": Key("choice", "'given': kn, kt of each side; 'halfspace': from the analytical model", "given",
                      choices=("given", "halfspace")),
     "normal": Key("choice", "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)",
@@ -81,9 +87,10 @@ SIDE = {
     "shape": Key("choice", "form of the damper's side", choices=("cylinder", "flat")),
     "kn": Key("number", "normal stiffness per node", None, unit="force/length", low=0, open_low=True),
     "kt": Key("number", "tangential stiffness per node", None, unit="force/length", low=0, open_low=True),
-    "radius": Key("number", "radius of a cylindrical side (for the half-space stiffness)", None, unit="length",
+    "radius": Key("number", "radius of a cylindrical side, needed by stiffness = 'halfspace'", None, unit="length",
                   low=0, open_low=True),
-    "width": Key("number", "width of a flat side", None, unit="length", low=0, open_low=True),
+    "width": Key("number", "width of a flat side, needed by stiffness = 'halfspace' and by the roll of an edge line",
+                 None, unit="length", low=0, open_low=True),
     "rows": Key("choice", "rows kept in the line model: 'edge' (row 0, the lower edge line) or 'all'", "all",
                 choices=("edge", "all")),
     "roll_stiffness": Key("roll", "resistance to roll that the kept edge line lacks: 'from_flat' (sum kn w^2/12), "
@@ -123,8 +130,8 @@ RESPOND = {
     "levels": Key("numbers", "Fe, amplitudes of the excitation", unit="force", low=0, open_low=True),
     "harmonics": Key("counts", "H, highest order kept; several give several curves", (5,), low=1, high=99),
     "band": Key("band", "first and last frequency in Hz", low=0, open_low=True),
-    "damping_ratio": Key("ratios", "zeta of the stuck modes: one value, or one per mode from the lowest", low=0,
-                         high=0.9999),
+    "damping_ratio": Key("ratios", "zeta of the stuck modes: one value, or one per mode from the lowest (the last one "
+                         "holds for all above)", low=0, high=0.9999),
     "both_ways": Key("flag", "follow every curve from the other end too and compare the peaks", True),
 }
 _POINTS = ("text", "texts", "vector")    # kinds of the keys of [respond] that say where, not how much
@@ -142,7 +149,7 @@ REFERENCE = ("out_of_phase_hz", "in_phase_hz", "full_line_hz", "tuned_hz", "full
 
 @dataclass(frozen=True)
 class Study:
-    """A checked study in SI units. `sections` {name: {key: value}}; sides in the order of the file."""
+    """A checked study in SI units. `sections` {name: {key: value}}; sides and materials in the order of the file."""
 
     path: Path
     title: str
@@ -151,6 +158,7 @@ class Study:
     sides: dict
     reference: dict
     length_unit: float
+    materials: dict
     loads: dict = field(default_factory=dict)    # {case: {key: value}}
 
     @property
@@ -163,17 +171,33 @@ class Study:
     def __contains__(self, section: str) -> bool:
         return section in self.sections
 
+    @property
+    def driver(self) -> dict:
+        """Section that holds axis, pull and pull_direction: [damper] with meshes, [model] with matrices."""
+        return self.sections["model"] if "model" in self.sections else self.sections["damper"]
+
     def part(self, name: str):
-        """A section, or 'sides', 'loads', 'title', 'reference', 'points' (nodes that [respond] names): what a stage may
-        depend on."""
+        """A section or one of these: what a stage may depend on.
+
+        'points', 'groups' - nodes that [respond] and the contact sides name; 'damper_body', 'model_body' - [damper] and
+        [model] without the size of the pull; 'driver' - axis and pull; 'expected' - what [respond] tells of the
+        frequencies and the damping; 'sides', 'loads', 'materials', 'title', 'reference'.
+        """
         points = {k: v for k, v in self.sections.get("respond", {}).items() if RESPOND[k].kind in _POINTS}
+        groups = [{k: side[k] for k in ("blade", "damper")} for side in self.sides.values()]
+        contact = {k: self.sections["contact"][k] for k in ("pairs", "tolerance", "distance", "stiffness")}
         own = {"sides": self.sides, "title": self.title, "reference": self.reference, "points": points,
-               "loads": self.loads}
+               "materials": self.materials, "loads": self.loads,
+               "expected": {k: self.sections.get("respond", {}).get(k) for k in ("band", "damping_ratio")},
+               "groups": [list(self.sides), groups, contact], "driver": self.driver,
+               "damper_body": _without_pull(self.sections.get("damper")),
+               "model_body": _without_pull(self.sections.get("model"))}
         return own[name] if name in own else self.sections.get(name)
 
     def group_name(self, section: str, key: str) -> str:
         """The node group that a key names, such as ('contact.left', 'blade') or ('respond', 'patches[0]')."""
-        table = self.sides[section.removeprefix("contact.")] if section.startswith("contact.") else self[section]
+        part, _, name = section.partition(".")
+        table = {"contact": self.sides, "material": self.materials}[part][name] if name else self[section]
         key, _, index = key.partition("[")
         return table[key][int(index.rstrip("]"))] if index else table[key]
 
@@ -185,6 +209,10 @@ class Study:
     def file(self, relative: str) -> Path:
         """A file named in the study, relative to the study's own folder."""
         return self.path.parent / relative
+
+
+def _without_pull(section):
+    return {k: v for k, v in section.items() if k != "pull"} if section else None
 
 
 def load_study(path) -> Study:
@@ -202,9 +230,7 @@ def load_study(path) -> Study:
             raise InputError(f"{path}: unknown key '{key}'; {nearest(key, known)}")
     factors = _units(path, raw.pop("units", {}))
     top = _section(path, "", {k: raw.pop(k) for k in STUDY if k in raw}, STUDY, factors)
-    contact = raw.get("contact")
-    contact = contact if isinstance(contact, dict) else {}
-    sides = {k: contact.pop(k) for k in list(contact) if isinstance(contact[k], dict)}
+    sides, materials = (_named(raw, section) for section in ("contact", "material"))
     _require(path, raw, sides)
     sections = {name: _section(path, name, raw[name], SECTIONS[name], factors) for name in SECTIONS if name in raw}
     if not _own_pairs(raw) and sections["contact"]["mu"] is None:
@@ -213,8 +239,13 @@ def load_study(path) -> Study:
         raise InputError(f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV")
     if "tune" in sections:
         _check_tune(f"{path}: [tune]", sections["tune"])
+    if _own_pairs(raw):
+        _refuse_beside_pairs(path, raw["contact"], sides)
+    if "respond" in sections:
+        _check_respond(f"{path}: [respond]", sections["respond"])
     sections.setdefault("free", _section(path, "free", {}, FREE, factors))
     sides = {k: _side(path, k, v, factors, sections["contact"]) for k, v in sides.items()}
+    materials = {k: _section(path, f"material.{k}", v, OTHER_MATERIAL, factors) for k, v in materials.items()}
     loads = {k: _load(path, k, v, factors, "model" in raw) for k, v in _table_of_cases(path, raw).items()}
     reference = raw.get("reference", {})
     for key, value in reference.items():
@@ -222,7 +253,14 @@ def load_study(path) -> Study:
             raise InputError(f"{path}: [reference] unknown key '{key}'; {nearest(key, REFERENCE)}")
         _number(f"{path}: [reference] {key} = {value!r}", value, Key("number", "", low=0))
     results = path.parent / (top["results"] or Path("results") / path.stem)
-    return Study(path, top["title"] or path.stem, results, sections, sides, reference, factors["length"], loads)
+    return Study(path, top["title"] or path.stem, results, sections, sides, reference, factors["length"],
+                 materials, loads)
+
+
+def _named(raw, section):
+    """Tables inside a section, such as [contact.left] or [material.tip], taken out of it."""
+    table = raw.get(section)
+    return {k: table.pop(k) for k in list(table) if isinstance(table[k], dict)} if isinstance(table, dict) else {}
 
 
 def _require(path, raw, sides):
@@ -240,6 +278,27 @@ def _require(path, raw, sides):
 def _own_pairs(raw) -> bool:
     """With a table of one's own the pairs are not matched between the meshes: sides only add what it lacks."""
     return isinstance(raw["contact"], dict) and bool(raw["contact"].get("pairs"))
+
+
+def _refuse_beside_pairs(path, contact, sides):
+    """What the table of pairs says is said there alone."""
+    own = ("blade", "damper", "kn", "kt", "gap")
+    for where, given, keys in [("[contact]", contact, ("mu", "stiffness")),
+                               *((f"[contact.{name}]", side, own) for name, side in sides.items())]:
+        for key in keys:
+            if key in given:
+                raise InputError(f"{path}: {where} {key}: leave it out, the table [contact] pairs = "
+                                 f"'{contact['pairs']}' says it for every pair")
+
+
+def _check_respond(where, respond):
+    for key in ("levels", "harmonics", "patches"):
+        names = [f"{v:g}" if isinstance(v, float) else str(v) for v in respond[key]]
+        double = [n for n in names if names.count(n) > 1]
+        if double:
+            raise InputError(f"{where} {key}: {double[0]} stands there twice")
+    if len(respond["patches"]) != 2:
+        raise InputError(f"{where} patches = {list(respond['patches'])}: two groups are needed, one on each blade")
 
 
 def _check_tune(where, tune):
@@ -400,10 +459,10 @@ def _on_groups(numbers):
 
 def _band(where, value, spec, _=1.0):
     if not isinstance(value, list) or len(value) != 2:
-        raise InputError(f"{where}: must be two frequencies [first, last] in Hz")
+        raise InputError(f"{where}: must be two numbers [first, last]")
     a, b = (_number(where, v, spec) for v in value)
     if a >= b:
-        raise InputError(f"{where}: the band is empty: the first frequency must be below the last")
+        raise InputError(f"{where}: the band is empty: the first must be below the last")
     return a, b
 
 
@@ -424,6 +483,7 @@ def _scaled(where, value, spec, factor):
 
 
 _READ = {"text": _text, "choice": _text, "flag": _flag, "roll": _roll, "number": _scaled, "count": _count,
-         "texts": _each(_text, False), "numbers": _each(_scaled, False), "ratios": _each(_scaled, True),
+         "texts": _each(_text, False), "one_or_more": _each(_text, True),
+         "numbers": _each(_scaled, False), "ratios": _each(_scaled, True),
          "counts": _each(_count, True), "vector": _vector, "triple": _triple,
          "group_values": _on_groups(1), "group_vectors": _on_groups(3), "band": _band, "table": _profile}

@@ -64,7 +64,7 @@ def peer(python, case, H, level):
         np.savez(path, M=problem.M, C=problem.C, K=problem.K, Q=problem.B, N0=problem.pairs.preload,
                  mu=problem.pairs.mu[0], kt=problem.pairs.kt[0], fdir=force)
         done = subprocess.run([python, HERE / "hbm_peer_pyharm.py", path, str(H), str(level), "128"],
-                              capture_output=True, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
+                              capture_output=True, text=True, cwd=folder, env=os.environ | {"OMP_NUM_THREADS": "1"})
     if done.returncode:
         return None
     figures = json.loads(done.stdout.splitlines()[-1])

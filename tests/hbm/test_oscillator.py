@@ -6,6 +6,7 @@ Free damper, no springs to ground, statics solved with the rest.
 import numpy as np
 import pytest
 
+from hbm import march
 from hbm.response import follow_band
 from tests.hbm.cases import solve
 from tests.hbm.oscillator import FORCE, Y2, oscillator
@@ -53,3 +54,19 @@ def test_static_normal_loads():
 def test_start_of_the_slider_is_part_of_the_problem():
     q, _, _ = solve(oscillator(), FORCE, 2 * np.pi * 160, 1, start="zero_slider")
     assert abs(q[3, 1]) == pytest.approx(1.88456e-4, rel=2e-4)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_oscillators_are_complete_from_end_to_end(seed):
+    """mu, stiffness and excitation at random, default settings (200 of them, and harder ones: tests/benchmarks)."""
+    rng = np.random.default_rng(seed)
+    mu, kn, kt = rng.uniform(0.1, 0.8), 10 ** rng.uniform(5, 6.5), 10 ** rng.uniform(5, 6.5)
+    level, H = 10 ** rng.uniform(np.log10(0.05), np.log10(2)), int(rng.integers(1, 8))
+    curve = follow_band(oscillator(mu, kn, kt), level * FORCE, (60, 300), harmonics=H, outputs=Y2)
+    assert curve.complete, curve.ended
+
+
+def test_a_point_of_the_curve_against_time_integration():
+    q, point, balance = solve(oscillator(kn=1e6, kt=4e5), 0.6 * FORCE, 2 * np.pi * 160, 9, start="zero_force")
+    steady, difference = march.compare(balance, point, [Y2["y2"]], steps=2000)
+    assert steady.periodic and difference < 5e-3

@@ -24,7 +24,7 @@ def asymmetric():
 
 @each_damper
 def test_files_hold_every_group_for_another_reader(damper, tmp_path):
-    from modal.mesh import read_mesh
+    from tipdamp.readers.dispatch import read_mesh
 
     paths = generate(RIG, damper, SMALL, tmp_path)  # checks what it wrote
     left, right = ({"round": 31, "flat": 62}[shape] for shape in DAMPERS[damper])

@@ -46,6 +46,6 @@ def bar_file(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def bar(bar_file):
-    from modal.mesh import read_mesh
+    from tipdamp.readers.dispatch import read_mesh
 
     return read_mesh(bar_file)

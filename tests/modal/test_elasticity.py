@@ -6,7 +6,7 @@ import pytest
 from hbm.errors import InputError
 from modal.body import Body, check_support, rigid_modes
 from modal.elasticity import Material, elastic_body
-from modal.mesh import read_mesh
+from tipdamp.readers.dispatch import read_mesh
 
 from .conftest import HEIGHT, LENGTH, WIDTH, make_bar
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from modal.mesh import boundary_faces, node_normals, read_mesh
+from modal.mesh import boundary_faces, node_normals
+from tipdamp.readers.dispatch import read_mesh
 
 from .conftest import HEIGHT, LENGTH, WIDTH, make_bar
 
@@ -56,7 +57,7 @@ def test_missing_group_names_the_nearest(bar):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(InputError, match="mesh file not found"):
+    with pytest.raises(InputError, match="no such file"):
         read_mesh(tmp_path / "none.msh")
 
 

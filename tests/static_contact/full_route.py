@@ -16,7 +16,7 @@ from tipdamp.study import load_study  # noqa: E402
 def solve(path, gap=None):
     study = load_study(path)
     meshes = bodies.read_meshes(study)
-    pairs = bodies.whole_patch(study, meshes)
+    pairs = bodies.with_values(study, bodies.matched_pairs(study, meshes), {})
     pairs = pairs if gap is None else pairs.replace(gap=gap(pairs))
     both = bodies.assemble_bodies(study, meshes, lambda *_: None)
     damper, d = both[1], study["damper"]

@@ -56,7 +56,7 @@ def test_ranks_agree(rig, alone, ranks, tmp_path):
 def test_refusals(rig):
     study = load_study(rig / "rig.toml")
     meshes = bodies.read_meshes(study)
-    pairs = bodies.whole_patch(study, meshes)
+    pairs = bodies.with_values(study, bodies.matched_pairs(study, meshes), {})
     both = bodies.assemble_bodies(study, meshes, lambda *_: None)
     along = both[1].rigid_motions()[:, 1]
     with pytest.raises(InputError, match=r"slide along y is loaded: 2.08e\+03 N"):      # 6231 dofs / 3

@@ -47,7 +47,7 @@ def upward(store, case):
 def test_every_case_carries_its_load(store, rig):
     """226 N; the damper's weight at ten times gravity; its mass times speed^2 r; 113 + 40 N."""
     from modal.elasticity import Material, elastic_body
-    from modal.mesh import read_mesh
+    from tipdamp.readers.dispatch import read_mesh
 
     mesh = read_mesh(rig / "asymmetric_damper.msh")
     body = elastic_body(mesh, Material(207e9, 0.3, 7850.0), "damper", free=True)

@@ -32,7 +32,7 @@ def test_units_are_converted_once(tmp_path):
                      ("1.6e-3", "1.6"), ("levels = [1, 20]", "levels = [1e-3, 20e-3]")):
         text = text.replace(old, new)
     mm = load_study(write(tmp_path, text))
-    assert mm["material"] == pytest.approx(si["material"])
+    assert all(mm["material"][k] == pytest.approx(si["material"][k]) for k in ("E", "nu", "density"))
     assert mm["damper"]["pull"] == pytest.approx(113.0)
     assert mm.sides["right"]["kn"] == pytest.approx(1.03e6) and mm.sides["right"]["width"] == pytest.approx(1.6e-3)
     assert mm["respond"]["levels"] == pytest.approx((1.0, 20.0)) and mm.length_unit == 1e-3
@@ -87,3 +87,37 @@ def test_the_documented_keys_are_the_programs_own():
     from tipdamp.keys import reference
 
     assert (Path(__file__).parents[2] / "docs" / "study_files.md").read_text() == reference()
+
+
+def test_b33_damping_ratios(tmp_path):
+    """Below 0 and from 1 on: refused. From 0.2 on: run, with the warning that it may be in percent."""
+    from tipdamp.plausible import damping_warnings
+
+    for bad in ("-0.01", "1.0"):
+        with pytest.raises(InputError, match=rf"\[respond\] damping_ratio = {bad}: must be at least 0"):
+            load_study(write(tmp_path, STUDY.replace("damping_ratio = 0.022", f"damping_ratio = {bad}")))
+    large = load_study(write(tmp_path, STUDY.replace("damping_ratio = 0.022", "damping_ratio = [0.02, 0.3]")))
+    assert [w for w in damping_warnings(large)] == ["[respond] damping_ratio = 0.3: is it in percent? A ratio, 0.02 "
+                                                    "for 2 %, is meant"]
+    assert not [*damping_warnings(load_study(write(tmp_path, STUDY)))]
+
+
+@pytest.mark.parametrize("old, new, message", [
+    ("[material]", '[material.tip]\ngroup = "tip"\nE = 1e9\n[material]', r"\[material.tip\] nu is missing"),
+    ("[material]", '[material.tip]\nE = 1e9\nnu = 0.3\ndensity = 1\n[material]', r"\[material.tip\] group is missing"),
+    ('clamp = "clamp"', "clamp = []", "clamp = .*must be a list that is not empty"),
+    ('clamp = "clamp"', 'clamp = ["a", 3]', "must be a text in quotes"),
+    ("mu = 0.6", 'mu = 0.6\ndistance = "open"', r"\[contact\] distance = 'open': .*valid: closed, gap"),
+    ("nu = 0.3", "nu = 0.3\nwave_speed = [7000, 2000]", r"\[material\] wave_speed = .*the band is empty"),
+])
+def test_materials_clamps_and_distance(tmp_path, old, new, message):
+    with pytest.raises(InputError, match=message):
+        load_study(write(tmp_path, STUDY.replace(old, new, 1)))
+
+
+def test_several_materials_and_clamps(tmp_path):
+    text = STUDY.replace("[blades]", '[material.shroud]\ngroup = "top"\nE = 110e9\nnu = 0.3\ndensity = 4430\n[blades]')
+    study = load_study(write(tmp_path, text.replace('clamp = "clamp"', 'clamp = ["left", "right"]')))
+    assert study.materials["shroud"]["group"] == "top" and study.materials["shroud"]["E"] == 110e9
+    assert study["blades"]["clamp"] == ("left", "right") and study["material"]["E"] == 207e9
+    assert load_study(write(tmp_path, STUDY))["blades"]["clamp"] == ("clamp",)

@@ -28,7 +28,9 @@ def warnings_of(results: Results) -> list[str]:
 def _inspect(results):
     for name, body in results["inspect"]["bodies"].items():
         if body.get("not_read"):
-            yield f"The mesh of the {name} holds cells that were not read: {', '.join(map(str, body['not_read']))}."
+            yield f"Of the mesh of the {name} was not read: {', '.join(map(str, body['not_read']))}."
+    for warning in results["inspect"].get("warnings", ()):
+        yield f"{warning[:1].upper()}{warning[1:]}."
 
 
 def _reduce(results):

@@ -5,7 +5,6 @@ import time
 from pathlib import Path
 
 import tipdamp
-from tipdamp.jobs import driver
 from tipdamp.report import draw_matplotlib, draw_plotly, response_figures, static_figures, tables
 from tipdamp.report.figure import Figure
 from tipdamp.report.results import Results, load_results
@@ -107,12 +106,13 @@ def introduction(results: Results) -> list[str]:
     """What was computed, in a few sentences with the figures."""
     r, free = results["reduce"]["reduction"], results["reduce"]["free_hz"]
     first = (f"Two blades with a friction damper pressed between them: a model of {r['dofs']} dofs, reduced to "
-             f"{r['masters']} contact and response dofs and {sum(r['modes'].values())} modes. Without damper the "
-             f"blades vibrate out of phase at {hertz(free['out_of_phase'])} Hz and in phase at "
-             f"{hertz(free['in_phase'])} Hz.")
+             f"{r['masters']} contact and response dofs and {sum(r['modes'].values())} modes.")
+    if free:
+        first += (f" Without damper the blades vibrate out of phase at {hertz(free['out_of_phase'])} Hz and in phase "
+                  f"at {hertz(free['in_phase'])} Hz.")
     if "preload" in results:
         forces = [f"{number(s['sum_N'])} N on side '{n}'" for n, s in results["preload"]["sides"].items()]
-        first += f" The pull of {driver(results.study)['pull']:g} N presses the damper with {listing(forces)}."
+        first += f" The pull of {results.study.driver['pull']:g} N presses the damper with {listing(forces)}."
     if "tune" in results:
         stuck, kept, target = (results["tune"][k] for k in ("stuck_hz", "tuned_pairs", "target_hz"))
         how = f"detaching stations from the middle (target {target:g} Hz) leaves" if target else "the study keeps"

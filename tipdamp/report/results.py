@@ -6,10 +6,8 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.response import ForcedResponse
-from tipdamp.jobs import driver
 
 BEFORE = ("inspect", "reduce", "preload", "tune", "respond")
-SECTIONS = {"tune": "tune", "respond": "respond"}   # stages that a study may lack, by their section
 
 
 @dataclass(frozen=True)
@@ -73,13 +71,15 @@ class Results:
 
     def along(self, pairs: ContactTable) -> np.ndarray:
         """(P,) mm, coordinate along the damper's axis."""
-        return 1e3 * pairs.position @ np.array(driver(self.study)["axis"])
+        return 1e3 * pairs.position @ np.array(self.study.driver["axis"])
 
 
 def load_results(study, store) -> Results:
     """All that is there and that the study still asks for."""
+    from tipdamp.stages import applies  # stages imports the report when it runs it
+
     found = {stage: store.read_json(f"{stage}.json") for stage in BEFORE
-             if SECTIONS.get(stage, "contact") in study and store.path(f"{stage}.json").is_file()}
+             if applies(stage, study) and store.path(f"{stage}.json").is_file()}
     whole = ContactTable.load(store.path("preload.csv")) if "preload" in found else None
     kept = ContactTable.load(store.path("kept.csv")) if "tune" in found else None
     cases = [Case(facts, ForcedResponse.load(store.path(facts["file"])))

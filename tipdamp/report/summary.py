@@ -7,14 +7,14 @@ from importlib import metadata
 from pathlib import Path
 
 import tipdamp
-from tipdamp.jobs import driver
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.results import Results
 
 # name of the installed project where it is not the name that one imports
 PROJECTS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "dolfinx": "fenics-dolfinx", "petsc": "petsc4py",
             "slepc": "slepc4py", "gmsh": "gmsh", "plotly": "plotly", "matplotlib": "matplotlib"}
-COPIED = ("Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "points", "failed_points", "seconds", "complete", "ended")
+COPIED = ("Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "points", "failed_points", "seconds", "complete", "ended",
+          "patches")
 
 
 def summarise(results: Results) -> dict:
@@ -24,7 +24,7 @@ def summarise(results: Results) -> dict:
     back - the same curve followed from the other end of the band.
     """
     summary = {"title": results.study.title, "study": results.study.path.name,
-               "pull_N": driver(results.study)["pull"]}
+               "pull_N": results.study.driver["pull"]}
     if "reduce" in results:
         summary.update({key: results["reduce"][key] for key in ("free_hz", "reduction")})
     if "preload" in results:
@@ -42,7 +42,7 @@ def summarise(results: Results) -> dict:
 
 
 def _response(facts) -> dict:
-    return {**{key: facts[key] for key in COPIED}, "slipping_pairs": len(facts["slipping_pairs"]),
+    return {**{key: facts[key] for key in COPIED if key in facts}, "slipping_pairs": len(facts["slipping_pairs"]),
             "slipping": facts["slipping_pairs"], **({"back": facts["back"]} if "back" in facts else {})}
 
 

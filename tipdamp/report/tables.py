@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tipdamp.jobs import driver
 from tipdamp.report.results import Results
 from tipdamp.report.summary import versions
 from tipdamp.report.text import NOTHING, deviation, hertz, listing, micro, names_of_pairs, number, percent
@@ -32,8 +31,10 @@ def key_figures(results: Results) -> Table:
         rows.append((what, hertz(value), hertz(given), deviation(value, given)))
 
     free = results["reduce"]["free_hz"]
-    add("without damper, out of phase (Hz)", free["out_of_phase"], "out_of_phase_hz")
-    add("without damper, in phase (Hz)", free["in_phase"], "in_phase_hz")
+    for name, hz in free.items():
+        add(f"without damper, {name.replace('_', ' ')} (Hz)", hz, f"{name}_hz")
+    if not free:
+        add("without damper, lowest mode (Hz)", results["reduce"]["free_modes_hz"][0], "")
     if "tune" in results:
         stuck, kept = results["tune"]["stuck_hz"], results["tune"]["tuned_pairs"]
         table = results.whole
@@ -92,7 +93,7 @@ def assumptions(results: Results) -> Table:
 
 
 def _load(results):
-    study, drive = results.study, driver(results.study)
+    study, drive = results.study, results.study.driver
     yield "pull Fc", f"{drive['pull']:g} N along ({', '.join(f'{v:g}' for v in drive['pull_direction'])})"
     places = results["reduce"].get("pull_positions_m")
     if places:
@@ -111,7 +112,7 @@ def _contact(results):
         yield "friction coefficient mu", f"{mu[0]:g}" if len(mu) == 1 else f"{mu[0]:g} to {mu[-1]:g}"
     origin = {"given": "given", "halfspace": "from half-space theory"}[study["contact"]["stiffness"]]
     origin = f"from {study['contact']['pairs']}" if study["contact"]["pairs"] else origin
-    for side, (kn, kt) in results["reduce"]["kn_kt_N_per_m"].items():
+    for side, (kn, kt) in results["preload"]["kn_kt_N_per_m"].items():
         said = study.sides.get(side, {})
         rows = results["reduce"]["rows"][side]
         kept = f", {_LINE[said['rows']]}" if rows > 1 and said else ""

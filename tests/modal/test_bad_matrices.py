@@ -1,0 +1,187 @@
+"""Matrices that cannot be a body, by the rows of the catalogue of bad inputs (b25, ...): each has its one answer."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from hbm.contact import ContactTable, relative_motion
+from hbm.errors import InputError
+from hbm.model import ReducedModel
+from modal.body import Body, check_support
+from modal.craig_bampton import craig_bampton
+from modal.elasticity import Material, elastic_body
+
+from .blocks import block
+
+STEEL = Material(E=207e9, nu=0.3, density=7850.0)
+
+
+@pytest.fixture(scope="module")
+def good():
+    """A clamped block: its body is taken apart and given back as matrices from elsewhere."""
+    return elastic_body(block("hexahedron20", (4, 2, 2)), STEEL, "block", clamp="clamp")
+
+
+def given(body, **changed):
+    parts = dict(K=body.K, M=body.M, node=body.node, position=body.position, dof_node=body.dof_node,
+                 dof_direction=body.dof_direction, groups=body.groups)
+    return Body.from_matrices("block", **{**parts, **changed})
+
+
+def altered(A, i, j, value):
+    A = sp.lil_matrix(A)
+    A[i, j] = value
+    return A.tocsr()
+
+
+def both(good):
+    """Makers of a Body and of a ReducedModel from the same matrices: (K, M) -> record."""
+    node, direction = good.node[good.dof_node], np.array(["x", "y", "z"])[good.dof_direction]
+    return (lambda K, M: given(good, K=K, M=M),
+            lambda K, M: ReducedModel.from_matrices(M, K, node=node, direction=direction, body="block"))
+
+
+def one_pair(**columns):
+    """Node 7 of the block against the ground."""
+    row = dict(side=["a"], station=[0], row=[0], blade_body=["ground"], blade_node=[0], damper_body=["block"],
+               damper_node=[7], position=np.zeros((1, 3)), frame=np.eye(3)[None], gap=[0.0], kn=[1.0], kt=[1.0],
+               mu=[0.3], preload=[0.0], weight=[1.0])
+    return ContactTable(**{**row, **columns})
+
+
+def test_good_matrices_pass(good):
+    assert check_support(given(good)) == 0
+    for make in both(good):
+        make(good.K, good.M)
+
+
+@pytest.mark.parametrize("label", ["K", "M"])
+def test_b25_unsymmetric(good, label):
+    A = {"K": good.K, "M": good.M}
+    scale = abs(A[label]).max()
+    A[label] = altered(A[label], 7, 30, A[label][7, 30] + 1e-9 * scale)
+    for make in both(good):
+        with pytest.raises(InputError, match=rf"{label} is not symmetric: \|{label}\[(7, 30|30, 7)\] - .*1.0e-09 of"):
+            make(A["K"], A["M"])
+
+
+def test_b25_rounding_is_let_pass(good):
+    given(good, K=altered(good.K, 7, 30, good.K[7, 30] + 1e-12 * abs(good.K).max()))
+
+
+def test_b26_mass_with_a_zero_row(good):
+    keep = sp.diags(np.where(np.arange(good.dofs) == 12, 0.0, 1.0))
+    where = f"dof 12 \\((block, )?node {good.node[good.dof_node[12]]}, {'xyz'[good.dof_direction[12]]}"
+    for make in both(good):
+        with pytest.raises(InputError, match=f"M has a row of zeros.* at {where}"):
+            make(good.K, (keep @ good.M @ keep).tocsr())
+
+
+@pytest.mark.parametrize("size", [40, 10**9])
+def test_b26_indefinite_mass(good, size):
+    """A coupling larger than its two diagonals: names a dof of the motion that has negative mass."""
+    n = min(size, good.dofs)
+    K, M = good.K[:n, :n], good.M[:n, :n]
+    value = 2 * np.sqrt(M[5, 5] * M[9, 9])
+    M = altered(altered(M, 5, 9, value), 9, 5, value)
+    with pytest.raises(InputError, match=r"M is indefinite: a motion mostly of dof (5|9) "):
+        given(good, K=K, M=M, dof_node=good.dof_node[:n], dof_direction=good.dof_direction[:n])
+    with pytest.raises(InputError, match=r"M is not positive definite: a motion mostly of dof (5|9) "):
+        ReducedModel.from_matrices(M, K)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("label", ["K", "M"])
+def test_b27_not_finite(good, label, value):
+    A = {"K": good.K, "M": good.M}
+    A[label] = altered(A[label], 3, 3, value)
+    for make in both(good):
+        with pytest.raises(InputError, match=rf"{label}\[3, 3\] is {value}"):
+            make(A["K"], A["M"])
+
+
+def test_b28_free_body(good):
+    """Declared free: six rigid modes. Undeclared: refused. Declared free and held: refused."""
+    mesh = block("hexahedron20", (2, 1, 1))
+    free = elastic_body(mesh, STEEL, "pin", free=True)
+    assert check_support(free) == 6
+    reduction = craig_bampton(free, mesh.group("tip"), 4)
+    assert reduction.rigid == 6
+    values = np.linalg.eigvalsh(np.linalg.solve(np.linalg.cholesky(reduction.model.M),
+                                                np.linalg.solve(np.linalg.cholesky(reduction.model.M),
+                                                                reduction.model.K).T))
+    assert np.abs(values[:6]).max() < 1e-9 * values[6]
+    with pytest.raises(InputError, match="nothing holds it, 6 rigid motions are free"):
+        check_support(elastic_body(mesh, STEEL, "pin"))
+    with pytest.raises(InputError, match="declared free but 6 of its 6 rigid motions are held"):
+        check_support(elastic_body(mesh, STEEL, "pin", clamp="clamp", free=True))
+
+
+@pytest.mark.parametrize("column, value, message", [("kn", -1.0, "kn = -1, must be"), ("kt", -2.0, "kt = -2, must be"),
+                                                    ("kn", np.nan, "kn = nan")])
+def test_b30_negative_stiffness(column, value, message):
+    with pytest.raises(InputError, match=f"pair 1: {message}"):
+        one_pair(**{column: [value]})
+
+
+def test_b31_sizes_that_disagree(good):
+    """All shapes are named."""
+    with pytest.raises(InputError, match=rf"K is \({good.dofs}, {good.dofs}\), M is \(3, 3\), the dof table has "
+                                         rf"{good.dofs} nodes and {good.dofs} directions"):
+        given(good, M=np.eye(3))
+    with pytest.raises(InputError, match="the dof table has 5 nodes"):
+        given(good, dof_node=good.dof_node[:5])
+    with pytest.raises(InputError, match=r"positions are \(2, 3\)"):
+        given(good, position=good.position[:2])
+    with pytest.raises(InputError, match=r"M is \(3, 3\), C is \(2, 2\), K is \(4, 4\); node has 5 rows: all must"):
+        ReducedModel.from_matrices(np.eye(3), np.eye(4), np.eye(2), node=np.arange(5))
+    with pytest.raises(InputError, match=r"node has 5 rows, M and K are \(3, 3\)"):
+        ReducedModel.from_matrices(np.eye(3), np.eye(3), node=np.arange(5))
+    with pytest.raises(InputError, match=r"load 'pull' must hold 3 finite numbers, got shape \(2,\)"):
+        ReducedModel.from_matrices(np.eye(3), np.eye(3), loads={"pull": [1.0, 2.0]})
+
+
+def test_b32_dof_table_that_names_what_is_not_there(good):
+    node = good.dof_node.copy()
+    node[4] = len(good.node)
+    with pytest.raises(InputError, match=f"dof 4 has node index {len(good.node)}, which does not exist or is "
+                                         "eliminated"):
+        given(good, dof_node=node)
+    node[4] = node[0]
+    with pytest.raises(InputError, match="is in the dof table twice"):
+        given(good, dof_node=node)
+    clamped = int(good.groups["clamp"][0])
+    with pytest.raises(InputError, match=f"master node {clamped} does not exist or is clamped"):
+        craig_bampton(good, [clamped], 2)
+    with pytest.raises(InputError, match="group 'block/clamp': node 7 of body 'block' has no dof in the model"):
+        ReducedModel.from_matrices(np.eye(3), np.eye(3), body="block", node=[1, 1, 1], direction=["x", "y", "z"],
+                                   groups={"block/clamp": [7]})
+    model = ReducedModel.from_matrices(np.eye(3), np.eye(3), body="block", node=[1, 1, 1], direction=["x", "y", "z"])
+    with pytest.raises(InputError, match="node 7 of body 'block' is not in the reduced model"):
+        relative_motion(model, one_pair())
+    with pytest.raises(InputError, match="is the same as dof 0"):
+        ReducedModel.from_matrices(np.eye(2), np.eye(2), body="block", node=[1, 1], direction=["x", "x"])
+
+
+def test_b33_damping_that_drives():
+    """Negative damping in one motion, though the diagonal of C is positive."""
+    C = np.array([[1.0, 2.0], [2.0, 1.0]])
+    with pytest.raises(InputError, match="C feeds energy in: a motion mostly of dof (0|1) .* negative damping -1"):
+        ReducedModel.from_matrices(np.eye(2), np.eye(2), C)
+    ReducedModel.from_matrices(np.eye(2), np.eye(2), np.array([[1.0, -1.0], [-1.0, 1.0]]))  # one motion undamped
+
+
+@pytest.mark.parametrize("modes", [-1, 10**6])
+def test_b35_number_of_modes(good, modes):
+    with pytest.raises(InputError, match=f"{modes} modes asked for: must be between 0 and the"):
+        craig_bampton(good, good.groups["tip"], modes)
+
+
+def test_b35_no_modes_is_guyan(good):
+    """Static condensation: stiffness of the tip exact, no modal dofs."""
+    tip = good.groups["tip"]
+    model = craig_bampton(good, tip, 0).model
+    assert model.size == 3 * len(tip) and "mode" not in model.direction
+    rows = good.node_dofs(tip)
+    flexibility = np.linalg.inv(good.K.toarray())[np.ix_(rows, rows)]
+    assert np.linalg.inv(model.K) == pytest.approx(flexibility, rel=1e-6, abs=1e-9 * np.abs(flexibility).max())

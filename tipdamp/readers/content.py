@@ -1,0 +1,175 @@
+"""What a mesh file says, in the file's own numbers, and how it becomes a Mesh. Each format's reader fills a Content."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hbm.errors import InputError, shown
+from modal.cells import CELLS
+from modal.mesh import Mesh
+from modal.mesh_checks import checked, some
+
+# orders in which formats list the nodes between corners (corner numbers from 0)
+_HEX_BOTTOM, _HEX_TOP = [(0, 1), (1, 2), (2, 3), (3, 0)], [(4, 5), (5, 6), (6, 7), (7, 4)]
+_HEX_SIDES = [(0, 4), (1, 5), (2, 6), (3, 7)]
+_WEDGE_BOTTOM, _WEDGE_TOP, _WEDGE_SIDES = [(0, 1), (1, 2), (2, 0)], [(3, 4), (4, 5), (5, 3)], [(0, 3), (1, 4), (2, 5)]
+TET10 = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]  # Abaqus, Ansys and Nastran
+HEX20, WEDGE15 = _HEX_BOTTOM + _HEX_TOP + _HEX_SIDES, _WEDGE_BOTTOM + _WEDGE_TOP + _WEDGE_SIDES  # Abaqus and Ansys
+HEX20_NASTRAN, WEDGE15_NASTRAN = _HEX_BOTTOM + _HEX_SIDES + _HEX_TOP, _WEDGE_BOTTOM + _WEDGE_SIDES + _WEDGE_TOP
+
+FULL_INTEGRATION = ("all cells are assembled with full integration and no added modes: elements that the file asks to "
+                    "be reduced, incompatible or hybrid come out a little stiffer here")
+
+
+@dataclass
+class Content:
+    """Filled piece by piece by a reader.
+
+    nodes : [(numbers (n,), coordinates (n, 3))]; cells : {type: [(element numbers (c,), node numbers (c, k))]} with
+    nodes in gmsh's order; groups : {name: [node numbers]}; cell_groups : {name: [element numbers]};
+    dimension : {group: 0..3}; unused : what was not read; warnings : what looks wrong
+    """
+
+    nodes: list = field(default_factory=list)
+    cells: dict = field(default_factory=dict)
+    groups: dict = field(default_factory=dict)
+    cell_groups: dict = field(default_factory=dict)
+    dimension: dict = field(default_factory=dict)
+    unused: list = field(default_factory=list)
+    warnings: list = field(default_factory=list)
+
+    def add_nodes(self, numbers, coordinates):
+        self.nodes.append((np.asarray(numbers, dtype=np.int64), np.asarray(coordinates, dtype=float).reshape(-1, 3)))
+
+    def add_cells(self, kind, numbers, nodes, columns=None):
+        """columns : the order that brings the file's nodes into gmsh's, see Cell.columns."""
+        nodes = np.asarray(nodes, dtype=np.int64).reshape(-1, CELLS[kind].nodes)
+        nodes = nodes if columns is None else nodes[:, columns]
+        self.cells.setdefault(kind, []).append((np.asarray(numbers, dtype=np.int64), nodes))
+
+    def add_group(self, name, numbers, dimension=0):
+        """Numbers join those of a group of the same name."""
+        self.groups.setdefault(name, []).append(np.asarray(numbers, dtype=np.int64).ravel())
+        self.dimension[name] = max(dimension, self.dimension.get(name, 0))
+
+    def add_cell_group(self, name, numbers):
+        self.cell_groups.setdefault(name, []).append(np.asarray(numbers, dtype=np.int64).ravel())
+
+
+def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mesh:
+    """Renumbered from 0, without nodes that no solid cell uses, and checked."""
+    number, position = _nodes(content, source)
+    blocks = {k: tuple(np.concatenate(part) for part in zip(*b, strict=True)) for k, b in content.cells.items()}
+    blocks = {k: b for k, b in blocks.items() if len(b[0])}
+    if not blocks:
+        raise InputError(f"{source}: holds {len(number)} nodes and no solid cells" + _listed(content.unused))
+    _distinct_elements(blocks, source)
+    cells = {k: _lookup(number, nodes, elements, source) for k, (elements, nodes) in blocks.items()}
+    used = np.zeros(len(number), dtype=bool)
+    for block in cells.values():
+        used[block] = True
+    unused, warnings = list(content.unused), list(content.warnings)
+    if not used.all():
+        lost = int((~used).sum())
+        unused.append(f"{lost} nodes that no solid cell uses")
+        if lost > 0.2 * len(used):
+            warnings.append(f"{lost} of {len(used)} nodes belong to no solid cell and were left out: is the file "
+                            "whole?")
+    groups, dimension = _groups(content, number, used, unused)
+    renumber = np.cumsum(used) - 1
+    mesh = Mesh(number[used], position[used] * length_unit, {k: renumber[c] for k, c in cells.items()}, groups,
+                tuple(unused), source, {k: e for k, (e, _) in blocks.items()}, _cell_groups(content, blocks), dimension,
+                tuple(warnings), kind)
+    return checked(mesh)
+
+
+def _listed(unused):
+    return f" (found: {'; '.join(unused[:6])})" if unused else ""
+
+
+def _nodes(content, source):
+    if not sum(len(n) for n, _ in content.nodes):
+        raise InputError(f"{source}: holds no nodes")
+    number, position = (np.concatenate(part) for part in zip(*content.nodes, strict=True))
+    if number.min() < 1:
+        raise InputError(f"{source}: node number {number.min()}; node numbers begin at 1")
+    number, first, inverse = np.unique(number, return_index=True, return_inverse=True)
+    moved = (position[first][inverse] != position).any(axis=1) & np.isfinite(position).all(axis=1)
+    if moved.any():
+        raise InputError(f"{source}: node {number[inverse[moved][0]]} is given twice, at different places")
+    return number, position[first]
+
+
+def _distinct_elements(blocks, source):
+    numbers = np.concatenate([e for e, _ in blocks.values()])
+    unique, count = np.unique(numbers, return_counts=True)
+    if (count > 1).any():
+        raise InputError(f"{source}: {int((count > 1).sum())} element numbers are used twice: "
+                         f"{some(unique[count > 1])}")
+
+
+def _lookup(number, nodes, elements, source):
+    place = np.minimum(np.searchsorted(number, nodes), len(number) - 1)
+    absent = number[place] != nodes
+    if absent.any():
+        row, column = np.argwhere(absent)[0]
+        raise InputError(f"{source}: element {elements[row]} refers to node {nodes[row, column]}, which does not exist "
+                         f"({int(absent.any(axis=1).sum())} such elements)")
+    return place
+
+
+def _groups(content, number, used, unused):
+    groups, dimension = {}, {}
+    for name, found in content.groups.items():
+        members = np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+        absent = len(members) - int(np.isin(members, number).sum())
+        kept = members[np.isin(members, number[used])]
+        if absent:
+            unused.append(f"{absent} nodes of group '{shown(name)}' that do not exist")
+        if len(members) - absent > len(kept):
+            unused.append(f"{len(members) - absent - len(kept)} nodes of group '{shown(name)}' that no solid cell uses")
+        groups[name], dimension[name] = kept, content.dimension.get(name, 0)
+    return groups, dimension
+
+
+def _cell_groups(content, blocks):
+    """Groups of solid cells; a group of shells or points alone is none."""
+    solid = np.concatenate([e for e, _ in blocks.values()])
+    found = {name: np.unique(np.concatenate(parts)) for name, parts in content.cell_groups.items()}
+    found = {name: numbers[np.isin(numbers, solid)] for name, numbers in found.items()}
+    return {name: numbers for name, numbers in found.items() if len(numbers)}
+
+
+def decode(data: bytes, content: Content | None = None) -> str:
+    """UTF-8, or Latin-1 where it is not, which is said; a byte-order mark is dropped."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if content is not None:
+            content.warnings.append(f"the text is not UTF-8 (byte {error.start}); names were read as Latin-1")
+        return data.decode("latin-1")
+
+
+def numbers(text: str, where: str) -> np.ndarray:
+    """Numbers apart by blanks or commas, as floats; InputError at the first that is none."""
+    words = text.replace(",", " ").split()
+    try:
+        return np.array(words, dtype=float)
+    except ValueError:
+        for word in words:
+            try:
+                float(word)
+            except ValueError:
+                raise InputError(f"{where}: '{shown(word)}' is not a number") from None
+        raise
+
+
+def whole(values, where: str) -> np.ndarray:
+    """Numbers of nodes, elements or counts as integers; InputError at the first that is none."""
+    values = np.asarray(values)
+    with np.errstate(invalid="ignore"):
+        found = values.astype(np.int64)
+    wrong = found != values
+    if wrong.any():
+        raise InputError(f"{where}: {values[wrong].flat[0]:g} stands where a whole number must: cut off or damaged")
+    return found

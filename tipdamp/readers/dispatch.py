@@ -1,0 +1,56 @@
+"""One door for all mesh files: the reader is chosen by the end of the file's name."""
+
+from pathlib import Path
+
+from hbm.errors import InputError, nearest, shown
+from modal.mesh import Mesh
+from tipdamp.readers.content import to_mesh
+
+# end of the name -> (module, what it is called)
+FORMATS = {".msh": ("gmsh", "gmsh"), ".inp": ("abaqus", "Abaqus or CalculiX"), ".cdb": ("ansys", "Ansys archive"),
+           ".dat": ("ansys", "Ansys archive"), ".bdf": ("nastran", "Nastran"), ".nas": ("nastran", "Nastran"),
+           ".fem": ("nastran", "Nastran")}
+
+
+def read_mesh(path, length_unit: float = 1.0) -> Mesh:
+    """Read a mesh file. Coordinates are multiplied by length_unit (m per unit of the file).
+
+    Raises InputError for a file that is missing, cut off or damaged, a coordinate that is not finite, cells that
+    refer to absent nodes, cell types that cannot be assembled, and cells that are folded or flat.
+    """
+    path = Path(path)
+    data = load(path)
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
+        raise InputError(f"{path}: mesh files of type '{path.suffix}' are not read; {nearest(suffix, FORMATS)}")
+    if not data.strip():
+        raise InputError(f"{path}: the file is empty: it holds no nodes")
+    if suffix == ".dat" and b"NBLOCK" not in data.upper():  # Workbench and Nastran users both say .dat
+        suffix = ".bdf"
+    module, name = FORMATS[suffix]
+    try:
+        content = _reader(module)(path, data)
+    except InputError:
+        raise
+    except (ArithmeticError, LookupError, ValueError) as error:  # damage that no check of the reader foresaw
+        raise InputError(f"{path}: damaged: its {name} text cannot be made sense of ({shown(error)})") from error
+    return to_mesh(content, path.name, name, length_unit)
+
+
+def _reader(module):
+    from tipdamp.readers import abaqus, ansys, gmsh, nastran
+
+    return {"gmsh": gmsh, "abaqus": abaqus, "ansys": ansys, "nastran": nastran}[module].read
+
+
+def load(path: Path) -> bytes:
+    """The bytes of a file; InputError with the path as typed and the folder that it was looked for in."""
+    where = f"{path} (looked for in {path.parent.absolute()})"
+    if path.is_dir():
+        raise InputError(f"is a folder, not a mesh file: {where}")
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"no such file: {where}") from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}: {where}") from None

@@ -1,0 +1,232 @@
+"""Nastran bulk data (.bdf, .nas, .fem): GRID, CHEXA, CPENTA, CTETRA, SET1, SPC1, in small, large and free fields."""
+
+import re
+from pathlib import Path
+
+from hbm.errors import InputError, shown
+from modal.cells import CELLS
+from tipdamp.readers.content import (
+    FULL_INTEGRATION,
+    HEX20_NASTRAN,
+    TET10,
+    WEDGE15_NASTRAN,
+    Content,
+    decode,
+)
+
+# card -> {nodes: (our type, order of the nodes between corners)}
+SOLID = {"CHEXA": {8: ("hexahedron", None), 20: ("hexahedron20", HEX20_NASTRAN)},
+         "CPENTA": {6: ("wedge", None), 15: ("wedge15", WEDGE15_NASTRAN)},
+         "CTETRA": {4: ("tetra", None), 10: ("tetra10", TET10)}}
+SHEETS = {"CQUAD4": 4, "CTRIA3": 3, "CQUAD8": 8, "CTRIA6": 6}
+_PYRAMIDS = ("CPYRAM", "CPYRA")
+_SILENT = ("ENDDATA", "BEGIN", "CEND", "")
+
+
+def read(path, data: bytes) -> Content:
+    """Content of a bulk data file. SET1 and SPC1 become groups 'set_N' and 'spc_N', or what the pre-processor called
+    them ($HMSET); the cells of a property become the group 'pid_N'."""
+    content = Content()
+    names, cards = {}, {}
+    for card, fields, where in _cards(Path(path), decode(data, content), names):
+        if card not in _SILENT:
+            cards.setdefault(card, []).append((fields, where))
+    if "GRDSET" in cards and any(_integer(f, 1, w) for f, w in cards["GRDSET"]):
+        raise InputError(f"{path}: GRDSET names a coordinate system; write the grid points in the basic system")
+    for card in _PYRAMIDS:
+        if card in cards:
+            raise InputError(f"{path}: {len(cards[card])} cells of type {card} cannot be assembled; allowed: "
+                             f"{', '.join(SOLID)}")
+    _grid(content, cards.pop("GRID", []))
+    _solids(content, path, cards)
+    _sheets(content, cards)
+    for fields, where in cards.pop("SET1", []):
+        _set1(content, fields, where, names)
+    for fields, where in cards.pop("SPC1", []):
+        _spc1(content, fields, where)
+    if cards:
+        content.unused.append("cards " + ", ".join(f"{shown(k)} ({len(v)})" for k, v in sorted(cards.items())))
+    if content.cells:
+        content.unused.append(f"PSOLID: {FULL_INTEGRATION}")
+    return content
+
+
+# ---- cards and fields ------------------------------------------------------------------------------------------
+
+def _cards(path, text, names):
+    """(name, fields behind it, where) of every card of the bulk data, continuations joined."""
+    lines = _bulk(path, text)
+    pending = None
+    for number, line in lines:
+        if line.startswith("$"):
+            _comment(line, names)
+            continue
+        fields = _split(line)
+        where = f"{path}, line {number}"
+        if fields[0] == "" or fields[0][0] in "+*":
+            if pending is None:
+                raise InputError(f"{where}: continues no card: '{shown(line)}'")
+            pending[1].extend(fields[1:])
+            continue
+        if pending:
+            yield pending
+        name = fields[0].rstrip("*").upper()
+        if name == "INCLUDE":
+            yield from _include(path, line, where, names)
+            pending = None
+            continue
+        pending = (name, fields[1:], f"{where}: {name}")
+    if pending:
+        yield pending
+
+
+def _include(path, line, where, names):
+    target = line.split(None, 1)[1].strip().strip("'\"") if " " in line.strip() else ""
+    found = (path.parent / target).resolve()
+    if not found.is_relative_to(path.parent.resolve()):
+        raise InputError(f"{where}: {shown(target)} lies outside the folder of the mesh file")
+    if not found.is_file():
+        raise InputError(f"{where}: file '{shown(target)}' not found beside the mesh file")
+    yield from _cards(found, decode(found.read_bytes()), names)
+
+
+def _bulk(path, text):
+    """Numbered lines of the bulk data: behind BEGIN BULK where there is one, up to ENDDATA."""
+    lines = [(i, line.rstrip()) for i, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    begin = [k for k, (_, line) in enumerate(lines) if re.match(r"BEGIN(\s|,)*(BULK)?\b", line, re.IGNORECASE)]
+    if begin:
+        lines = lines[begin[0] + 1:]
+    end = [k for k, (_, line) in enumerate(lines) if line.upper().startswith("ENDDATA")]
+    if begin and not end:
+        raise InputError(f"{path}: is cut off: BEGIN BULK is not followed by ENDDATA")
+    if not end and not text.endswith(("\n", "\r")):
+        raise InputError(f"{path}: is cut off: it ends in the middle of '{shown(lines[-1][1])}', without ENDDATA")
+    return lines[:end[0]] if end else lines
+
+
+def _split(line):
+    """Fields of a line: the name, then the four or eight of data; the one for continuation marks is dropped."""
+    line = line.split("$")[0].rstrip()
+    if "," in line:
+        fields = [w.strip() for w in line.split(",")]
+        wide = fields[0].endswith("*") or fields[0].startswith("*")
+        return (fields + [""] * 9)[:5 if wide else 9]
+    line = line.expandtabs(8)
+    name = line[:8].strip()
+    width, count = (16, 4) if name.endswith("*") or name.startswith("*") else (8, 8)
+    return [name] + [line[8 + width * k:8 + width * (k + 1)].strip() for k in range(count)]
+
+
+def _comment(line, names):
+    """Names that HyperMesh writes as comments: $HMSET, set number, 1 for nodes, name in quotes."""
+    found = re.match(r'\$HMSET\s+(\d+)\s+1\s+"([^"]+)"', line)
+    if found:
+        names[int(found[1])] = found[2]
+
+
+def _integer(fields, place, where, default=None):
+    text = fields[place] if place < len(fields) else ""
+    if not text and default is not None or not text and place == 1:
+        return default or 0
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(f"{where}: '{shown(text)}' in field {place + 2} must be a whole number: cut off or damaged") \
+            from None
+
+
+def _real(text, where):
+    """Nastran's reals: 1.5, 1.5E3, 1.5D3, 1.5+3, -2.-4; blank is zero."""
+    text = text.upper().replace("D", "E")
+    text = re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", text) if "E" not in text else text
+    try:
+        return float(text or 0)
+    except ValueError:
+        raise InputError(f"{where}: '{shown(text)}' is not a number: cut off or damaged") from None
+
+
+# ---- what the cards say ----------------------------------------------------------------------------------------
+
+def _grid(content, cards):
+    numbers, xyz = [], []
+    for fields, where in cards:
+        if _integer(fields, 1, where):
+            raise InputError(f"{where}: grid point {fields[0]} is in coordinate system {fields[1]}; write the grid "
+                             "points in the basic system")
+        numbers.append(_integer(fields, 0, where))
+        xyz.append([_real(fields[k] if k < len(fields) else "", where) for k in (2, 3, 4)])
+    content.add_nodes(numbers, xyz)
+
+
+def _nodes(fields, where):
+    """Node numbers behind element and property number; blanks at the end do not count."""
+    words = list(fields[2:])
+    while words and not words[-1]:
+        words.pop()
+    return [_integer(words, k, where, default=0) for k in range(len(words))]
+
+
+def _solids(content, path, cards):
+    groups, cell_nodes = {}, {}
+    for card, sizes in SOLID.items():
+        blocks = {}
+        for fields, where in cards.pop(card, []):
+            nodes = _nodes(fields, where)
+            if len(nodes) not in sizes or 0 in nodes:
+                raise InputError(f"{where} {fields[0]} has {sum(n > 0 for n in nodes)} nodes; must be "
+                                 f"{' or '.join(map(str, sizes))} (cut off, or middle nodes are left out)")
+            number, pid = _integer(fields, 0, where), _integer(fields, 1, where)
+            blocks.setdefault(len(nodes), []).append((number, nodes))
+            groups.setdefault(f"pid_{pid}", []).append(number)
+            cell_nodes.setdefault(f"pid_{pid}", []).extend(nodes)
+        for size, rows in blocks.items():
+            kind, between = sizes[size]
+            content.add_cells(kind, [n for n, _ in rows], [n for _, n in rows],
+                              CELLS[kind].columns(between) if between else None)
+    for name, members in groups.items():
+        content.add_cell_group(name, members)
+        content.add_group(name, cell_nodes[name], 3)
+
+
+def _sheets(content, cards):
+    """Shells mark surfaces: their nodes, by property."""
+    for card, count in SHEETS.items():
+        found = cards.pop(card, [])
+        for fields, where in found:
+            nodes = [_integer(fields, 2 + k, where, default=0) for k in range(count)]
+            pid = _integer(fields, 1, where)
+            if f"pid_{pid}" not in content.cell_groups:
+                content.add_group(f"pid_{pid}", [n for n in nodes if n], 2)
+        if found:
+            content.unused.append(f"{len(found)} elements of type {card} (their properties are kept as groups of "
+                                  "nodes)")
+
+
+def _ranged(words, where):
+    """1, 2, 5, THRU, 9 -> 1 2 5 6 7 8 9."""
+    out, k = [], 0
+    words = [w for w in words if w]
+    while k < len(words):
+        if words[k].upper() == "THRU":
+            if not out or k + 1 == len(words):
+                raise InputError(f"{where}: THRU stands without its two ends: cut off or damaged")
+            out += range(out[-1] + 1, _integer(words, k + 1, where, default=0) + 1)
+            k += 1
+        else:
+            out.append(_integer(words, k, where, default=0))
+        k += 1
+    return out
+
+
+def _set1(content, fields, where, names):
+    number = _integer(fields, 0, where)
+    content.add_group(names.get(number, f"set_{number}"), _ranged(fields[1:], where))
+
+
+def _spc1(content, fields, where):
+    """Only points held in all three directions: what a clamp of ours does."""
+    number = _integer(fields, 0, where)
+    if set("123") <= set(fields[1]):
+        content.add_group(f"spc_{number}", _ranged(fields[2:], where))
+    else:
+        content.unused.append(f"SPC1 {number} for directions {shown(fields[1])}")
