@@ -33,8 +33,10 @@ def free_motions(rigid, model, K):
 
     The stiffness that each rigid motion meets is measured against that of its nodes held one by one.
     """
-    scale = np.sqrt(np.einsum("ij,i,ij->j", rigid, model.K.diagonal(), rigid))
-    used = np.flatnonzero(scale > 0)
+    diagonal = K.diagonal()
+    scale = np.sqrt(np.einsum("ij,i,ij->j", rigid, diagonal, rigid))
+    used = np.flatnonzero(np.abs(rigid).max(axis=0, initial=0.0) > 0)
+    scale[scale == 0] = scale.max(initial=0.0) or 1.0        # nothing at all holds the nodes: free
     unit = rigid[:, used] / scale[used]
     lam, z = np.linalg.eigh(unit.T @ K @ unit)
     count = int((lam < FREE_STIFFNESS).sum())
@@ -45,7 +47,7 @@ def free_motions(rigid, model, K):
     reduced, names = name_motions(rigid, coefficients.T)
     free = rigid @ reduced.T
     basis = np.linalg.qr(free)[0]
-    return free, names, reduced.T, np.median(model.K.diagonal()) * (basis @ basis.T)
+    return free, names, reduced.T, np.median(diagonal[diagonal > 0]) * (basis @ basis.T)
 
 
 def name_motions(rigid, coefficients):

@@ -29,7 +29,7 @@ def alone(rig):
 def test_same_preload_as_the_condensed_route(rig_results, alone):
     """29 000 dofs by Newton against the Schur complement: same open pairs, preloads to 1e-8 of the largest."""
     model = ReducedModel.load(rig_results.path("model.npz"))
-    pairs = ContactTable.load(rig_results.path("pairs.csv"))
+    pairs = ContactTable.load(rig_results.path("preload.csv"))
     found = StaticContact(model, pairs).solve(113 * model.loads["pull"], gap=crown(pairs))
     assert ((found.pairs.preload < 0) == (alone.pairs.preload < 0)).all() and (alone.pairs.preload < 0).any()
     assert alone.pairs.preload == pytest.approx(found.pairs.preload, abs=1e-8 * found.force.max())
