@@ -17,7 +17,7 @@ from hbm.errors import InputError
 from modal import petsc
 from modal.body import Body
 from static_contact.free_motions import name_motions
-from static_contact.full import sparse_relative_motion
+from static_contact.full import distributed, sparse_relative_motion
 
 _RESIDUAL = 1e-10      # of the load
 _ITERATIONS = 60
@@ -92,17 +92,8 @@ class _Newton:
         self.f = f[self.own]
         self.load = np.linalg.norm(f)
         self.B_own = B[:, self.own].tocsr()
-        self.base = self._matrix(K[self.own])
-        self.tangent = self._matrix(self._rows(np.ones(len(kn), dtype=bool)))
-
-    def _matrix(self, rows):
-        n, size = rows.shape
-        index = self.PETSc.IntType
-        rows.sort_indices()
-        A = self.PETSc.Mat().createAIJ(((n, size), (n, size)), comm=self.comm,
-                                       csr=(rows.indptr.astype(index), rows.indices.astype(index), rows.data))
-        A.setOption(self.PETSc.Mat.Option.SPD, True)
-        return A
+        self.base = distributed(PETSc, K)
+        self.tangent = distributed(PETSc, (K + B.T @ sp.diags(kn) @ B).tocsr())
 
     def _rows(self, closed):
         """This rank's rows of K + B' kn B of the closed pairs; open ones leave zeros, so that the pattern stays."""

@@ -16,7 +16,7 @@ from hbm.errors import InputError  # noqa: E402
 from hbm.model import ReducedModel  # noqa: E402
 from static_contact.newton import full_preload  # noqa: E402
 from static_contact.preload import StaticContact  # noqa: E402
-from tests.static_contact.full_route import crown, solve  # noqa: E402
+from tests.static_contact.full_route import crown, solve, stuck_hz  # noqa: E402
 from tipdamp import bodies  # noqa: E402
 from tipdamp.study import load_study  # noqa: E402
 
@@ -24,6 +24,11 @@ from tipdamp.study import load_study  # noqa: E402
 @pytest.fixture(scope="module")
 def alone(rig):
     return solve(rig / "rig.toml", crown)
+
+
+@pytest.fixture(scope="module")
+def hz_alone(rig):
+    return stuck_hz(rig / "rig.toml")
 
 
 def test_same_preload_as_the_condensed_route(rig_results, alone):
@@ -37,7 +42,8 @@ def test_same_preload_as_the_condensed_route(rig_results, alone):
 
 
 @pytest.mark.parametrize("ranks", [2, 4])
-def test_ranks_agree(rig, alone, ranks, tmp_path):
+def test_ranks_agree(rig, alone, hz_alone, ranks, tmp_path):
+    """Preloads and stuck frequencies of the full model to 1e-9."""
     if not shutil.which("mpirun"):
         pytest.skip("mpirun is not installed")
     script = Path(__file__).with_name("full_route.py")
@@ -50,6 +56,7 @@ def test_ranks_agree(rig, alone, ranks, tmp_path):
     assert run.returncode == 0, run.stderr
     with np.load(out) as z:
         assert int(z["ranks"]) == ranks and int(z["iterations"]) == alone.iterations
+        assert z["hz"] == pytest.approx(hz_alone, rel=1e-9)
         assert z["preload"] == pytest.approx(alone.pairs.preload, abs=1e-9 * alone.pairs.preload.max())
 
 
