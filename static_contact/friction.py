@@ -199,8 +199,7 @@ class FrictionalContact:
         if not self.coupled:      # a tangent that does not slip keeps its slider to the last digit
             still = np.abs(self.kt[:, None] * (motion[:, :2] - w)) <= (self.pairs.mu * f[:, 2])[:, None]
             slider = np.where(still, w, slider)
-        spring = np.where(self.pairs.carrying, self.kn, self.pairs.kn)
-        pairs = self.pairs.replace(preload=spring * (motion[:, 2] - gap), gap=gap)
+        pairs = self.pairs.replace(preload=self.kn * (motion[:, 2] - gap), gap=gap)
         return FrictionState(pairs, f[:, :2].copy(), slider, slips & (f[:, 2] > 0), q, load, float(time),
                              residual, iterations, converged and residual <= _LARGEST_RESIDUAL)
 

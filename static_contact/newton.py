@@ -50,8 +50,7 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPr
     u, iterations, residual = system.solve()
     if not residual <= 1e-8:
         raise RuntimeError(f"Newton on the full model ended at a residual of {residual:.1e} of the load")
-    spring = np.where(pairs.carrying, kn, pairs.kn)
-    return FullPreload(pairs.replace(preload=spring * (u - pairs.gap)), iterations, residual)
+    return FullPreload(pairs.replace(preload=kn * (u - pairs.gap)), iterations, residual)
 
 
 def _pins(bodies, B, kn, f, diagonal):

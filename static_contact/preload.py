@@ -100,7 +100,7 @@ class StaticContact:
         u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
         q = start - self.by_pair @ (force - self.normal.k0 * u)
         left = self.model.K @ q + self.B.T @ force - applied
-        spring = np.where(np.isinf(self.pairs.kn), 0.0, np.where(self.pairs.carrying, self.kn, self.pairs.kn))
+        spring = np.where(np.isinf(self.kn), 0.0, self.kn)
         return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
                        force=force, opening=np.where(closed, 0.0, gap - u), displacement=q, motions=motions,
                        held={m.name: m.load for m in loaded}, residual=_ratio(left, applied),

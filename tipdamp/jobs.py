@@ -170,7 +170,7 @@ def static_contact(study, model, pairs: ContactTable) -> StaticContact:
 def preload_map(result, pairs: ContactTable) -> ContactTable:
     """The table with its own springs again: hard pairs that are open stand open by -preload / kn as well."""
     return pairs.replace(preload=np.where(result.force > 0, result.force, np.where(
-        np.isinf(result.pairs.kn), -pairs.kn * result.opening, result.pairs.preload)))
+        np.isinf(result.pairs.kn), -pairs.kn * pairs.weight * result.opening, result.pairs.preload)))
 
 
 def load_case(study, store, statics: StaticContact, pairs: ContactTable, name: str) -> dict:
