@@ -93,7 +93,7 @@ def reduce(study, store, tick):
     if "model" in study:
         model, pairs, facts = bodies.given_model(study)
     else:
-        model, pairs, facts = bodies.reduced_model(study, tick)
+        model, pairs, facts = bodies.reduced_model(study, store, tick)
     blades = model.part(BLADES)
     known = "respond" in study
     free = free_modes(study, blades) if known else {"hz": lowest_modes(blades)[0][:10]}
@@ -104,6 +104,7 @@ def reduce(study, store, tick):
     store.write_json("reduce.json", {
         **facts, "free_hz": {k: free[k][0] for k in ("out_of_phase", "in_phase") if k in free},
         "free_modes_hz": free["hz"], "free_response": free_response(study, blades) if known else None})
+    return [facts["picture"]] if facts.get("picture") else []
 
 
 def lowest_modes(model: ReducedModel, count: int = 20) -> tuple[np.ndarray, np.ndarray]:

@@ -109,15 +109,16 @@ def stage_key(stage: Stage, study: Study, store: Store) -> str:
     values = {s: study.part(s) for s in stage.sections}
     files = [f for f in study.input_files() if stage.reads_meshes and f.is_file()]
     before = {need: (store.record(need) or {}).get("outputs") for need in stage.needs if applies(need, study)}
-    return fingerprint(stage.name, program_mark(), values, *files, before)
+    return fingerprint(stage.name, program_mark(stage.name == "report"), values, *files, before)
 
 
 @cache
-def program_mark() -> str:
+def program_mark(with_report: bool) -> str:
     """Fingerprint of the program's own sources: another version computes anew."""
     folders = [Path(package.__file__).parent for package in (tipdamp, hbm, modal, static_contact)]
     kinds = (".py", ".csv", ".css")
-    return fingerprint(*sorted(f for folder in folders for f in folder.rglob("*") if f.suffix in kinds))
+    return fingerprint(*sorted(f for folder in folders for f in folder.rglob("*") if f.suffix in kinds
+                               and (with_report or f.parent.name != "report")))
 
 
 def _need_stage(stage, need, study, store):
@@ -125,8 +126,8 @@ def _need_stage(stage, need, study, store):
     if store.record(need.name) is None:
         raise InputError(f"'{stage.name}' needs the stage '{need.name}', which has not been run; {command}")
     if not store.is_current(need.name, stage_key(need, study, store)):
-        raise InputError(f"'{stage.name}' needs the stage '{need.name}', which is out of date (the study or a mesh "
-                         f"has changed, or a file is gone); {command}")
+        raise InputError(f"'{stage.name}' needs the stage '{need.name}', which is out of date (the study, a mesh "
+                         f"or the program has changed, or a file is gone); {command}")
 
 
 def _check_untouched(name, store, overwrite):

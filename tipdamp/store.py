@@ -29,7 +29,8 @@ class Store:
         temporary = final.with_name(f".tmp-{os.getpid()}-{final.name}")
         try:
             yield temporary
-            os.replace(temporary, final)
+            if temporary.is_file():
+                os.replace(temporary, final)
         finally:
             temporary.unlink(missing_ok=True)
 

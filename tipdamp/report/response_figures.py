@@ -21,7 +21,6 @@ from tipdamp.report.figure import (
     level_colors,
 )
 from tipdamp.report.results import Case, Results
-from tipdamp.report.static_figures import PAPER
 from tipdamp.report.text import MICRO, hertz, listing, micro, number, percent
 
 LEVEL_DASHES = ("solid", "dash", "dashdot")
@@ -41,8 +40,8 @@ def family(results: Results, H: int) -> Figure:
                                "dot", 1.8))
     caption = (f"Response of blade 1 at {_levels(cases)} with H = {H}, half of peak-to-peak: left divided by the "
                "force, right as it is. Lines are the largest over the response patch, shaded down to the smallest; "
-               f"circles mark the peaks. {_family_words(cases)} Corresponds to figure 7 (measured) and figures 10 to "
-               f"14 of {PAPER}.")
+               f"circles mark the peaks. {_family_words(cases)}"
+               + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14"))
     return Figure(f"family_H{H}", f"Forced response, H = {H}", caption, (
         _panel(results, "per newton", "amplitude per force (µm/N)", per_force),
         _panel(results, "absolute", "amplitude (µm)", absolute)), row_height=400)
@@ -112,8 +111,8 @@ def levels(results: Results) -> Figure:
     caption = ("Each level by itself, from the largest force: the largest and the smallest response over the nodes of "
                f"the patch of blade 1 at H = {most}"
                + (f", beside the largest at H = {listing(others)}" if others else "")
-               + f", and the linear response with all kept pairs stuck. {_order_words(results)} "
-               f"Corresponds to figures 10 to 14 of {PAPER}, whose measured curves are not in this page.")
+               + f", and the linear response with all kept pairs stuck. {_order_words(results)}"
+               + results.beside_paper("Corresponds to figures 10 to 14, without their measured curves,"))
     return Figure("levels", "Each level with its band over the response patch", caption, tuple(panels),
                   columns=min(3, len(panels)), row_height=290)
 
@@ -174,9 +173,8 @@ def trend(results: Results) -> Figure:
     if results.stuck:
         top = MICRO * results.stuck["m_per_N"].max()
         height.append(Line("y", top, f"linear, stuck {number(top, 3)} µm/N", INK, "dot"))
-    caption = ("Peak of blade 1 over the excitation level: amplitude per newton, and frequency. Corresponds to the "
-               f"trend of figure 7 of {PAPER}; a full optimisation curve as in figure 3 needs more levels. "
-               "Curves that do not cover the band are left out.")
+    caption = ("Peak of blade 1 over the excitation level: amplitude per newton, and frequency. Curves that do not "
+               "cover the band are left out." + results.beside_paper("Corresponds to the trend of figure 7"))
     x = "excitation Fe (N)"
     return Figure("peaks", "Peak over the excitation level", caption, (
         Panel("", x, "peak per force (µm/N)", tuple(height)), Panel("", x, "peak frequency (Hz)", tuple(place))),

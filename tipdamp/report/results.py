@@ -69,6 +69,10 @@ class Results:
     def of_order(self, H: int) -> list[Case]:
         return [case for case in self.cases if case.H == H]
 
+    def beside_paper(self, words: str) -> str:
+        """A sentence on the seed paper's figures, where the study has its values as [reference]; else nothing."""
+        return f" {words} of Zucca, Berruti and Cosi (2016)." if self.study.reference else ""
+
     def along(self, pairs: ContactTable) -> np.ndarray:
         """(P,) mm, coordinate along the damper's axis."""
         return 1e3 * pairs.position @ np.array(self.study.driver["axis"])

@@ -7,7 +7,6 @@ from tipdamp.report.figure import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, Cur
 from tipdamp.report.results import Results
 from tipdamp.report.text import hertz, listing, number
 
-PAPER = "Zucca, Berruti and Cosi (2016)"
 ROWS = (BLUE, ORANGE, GREEN, VERMILION)
 AXIAL = "axial coordinate (mm)"
 
@@ -30,8 +29,8 @@ def linear(results: Results) -> Figure:
     zeta = listing(f"{100 * z:g} %" for z in results.study["free"]["damping_ratio"])
     caption = (f"Linear response of the two blades without damper to a force of 1 N at the excited blade, largest over "
                f"each response patch, damping ratio {zeta}. Out of phase the blades move at "
-               f"{hertz(free['out_of_phase'])} Hz, in phase at {hertz(free['in_phase'])} Hz. Corresponds to figure 2 "
-               f"of {PAPER}.")
+               f"{hertz(free['out_of_phase'])} Hz, in phase at {hertz(free['in_phase'])} Hz."
+               + results.beside_paper("Corresponds to figure 2"))
     return Figure("linear_without_damper", "Without damper", caption,
                   (Panel("", "frequency (Hz)", "amplitude per force (m/N)", (*curves, *lines), log_y=True,
                          x_range=(hz[0], hz[-1]), y_range=(0.7 * lowest, 3 * highest)),), columns=1)
@@ -54,8 +53,8 @@ def preload(results: Results) -> Figure:
     worst = max(s["balance_error"] or 0.0 for s in sides.values())
     caption = (f"Normal preload of every node of the whole patch under the pull (kn v0) along the axis of the damper; "
                f"filled marks are closed, hollow ones open (negative: the remaining gap times kn). The sum is {sums}; "
-               f"contact forces and pull balance to {worst:.0e} of the pull. {_ends(results)} "
-               f"Corresponds to figure 9 of {PAPER}.")
+               f"contact forces and pull balance to {worst:.0e} of the pull. {_ends(results)}"
+               + results.beside_paper("Corresponds to figure 9"))
     return Figure("preload", "Preload of the whole patch", caption, tuple(panels))
 
 
@@ -160,7 +159,7 @@ def tuning(results: Results) -> Figure:
     caption = (f"Detaching stations from the middle: frequency of the {mode} mode of the stuck assembly, and its "
                "likeness to the mode without damper (MAC of the blades times their share of the kinetic energy), by "
                "which it is tracked through changes of order. A dip in the likeness marks a crossing with another "
-               f"mode. Corresponds to the tuning of section 8 of {PAPER}.")
+               "mode." + results.beside_paper("Corresponds to the tuning in section 8"))
     return Figure("tuning", "Tuning by detachment", caption, (
         Panel("", "kept stations on each side", "stuck frequency (Hz)", tuple(items),
               y_range=(low, high)),
