@@ -192,7 +192,12 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
     weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(balance.nh - 1)], balance.n_components)
     recover = rows @ balance.receptance.shapes
 
+    passed = []
+
     def report(point, step):
+        for before in passed:
+            before.detail.parts.clear()          # what Newton needed there: too large to keep over a whole curve
+        passed[:] = [point] if point.detail is not None else []
         if progress:
             progress(point.parameter / (2 * np.pi), step, point.iterations)
 
