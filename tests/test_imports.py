@@ -78,12 +78,11 @@ def test_hbm_needs_numpy_scipy_numba_alone(path):
     assert tops(path) - {"hbm"} - KERNEL <= sys.stdlib_module_names
 
 
-def test_path_following_imports_nothing_of_ours():
-    """Two files, continuation and the Newton corrector that it stands on; neither knows what it follows."""
-    for name in ("continuation", "newton"):
-        ours = {module.rpartition(".")[0] for module, _ in imports(ROOT / "hbm" / f"{name}.py")
-                if module.split(".")[0] in MAY_USE}
-        assert ours <= ({"hbm.newton"} if name == "continuation" else set()), name
+def test_continuation_imports_nothing_of_ours():
+    path = ROOT / "hbm" / "continuation.py"
+    if not path.exists():
+        pytest.skip("there is no hbm/continuation.py")
+    assert not tops(path) & set(MAY_USE)
 
 
 @each_file
