@@ -42,7 +42,10 @@ class Reduction:
         index = {int(n): i for i, n in enumerate(body.node)}
         for number, force in zip(numbers, forces, strict=True):
             full[index[int(number)]] += force
-        f = full[body.dof_node, body.dof_direction]
+        return self.condense_dofs(full[body.dof_node, body.dof_direction])
+
+    def condense_dofs(self, f) -> np.ndarray:
+        """Forces (d,) N on the free dofs of the body as a load on the reduced dofs, (b + m,); exact as above."""
         return np.concatenate([f[self.boundary] + self.Psi.T @ f[self.interior], self.Phi.T @ f[self.interior]])
 
     def recover(self, q: np.ndarray) -> np.ndarray:
