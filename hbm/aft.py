@@ -4,7 +4,9 @@ The forces come as the bracket g = f - K_c u (see `located`), whose derivative v
 through the cycle with its slider at a fixed place.
 """
 
+import logging
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -33,6 +35,16 @@ class Bracket:
     by_preload: np.ndarray
     shares: np.ndarray
 
+    def with_springs(self, stiffness, x) -> "Bracket":
+        """The bracket with springs (P, nd) N/m more at the relative motion x (P, nd, nh); every row then moves."""
+        P, nd, nh = x.shape
+        D = np.zeros((P, nd, nh, nd, nh))
+        D[self.pair] = self.D
+        for d in range(nd):
+            D[:, d, np.arange(nh), d, np.arange(nh)] += stiffness[:, d, None]
+        return Bracket(self.g + stiffness[:, :, None] * x, np.arange(P), D, np.ones((P, nd), bool), self.by_preload,
+                       self.shares)
+
 
 def default_samples(H: int) -> int:
     """Samples that separate the transitions; the result does not depend on them."""
@@ -58,6 +70,14 @@ def slider_start(start, P: int, tangents: int):
     return w, False
 
 
+def _announce_compilation():
+    """Say once that numba has to compile the kernels, where no compiled ones newer than the source are stored."""
+    stored = Path(located.brackets.stats.cache_path).glob("located.brackets*.nbi")
+    newest = max((path.stat().st_mtime for path in stored), default=0.0)
+    if newest < Path(located.__file__).stat().st_mtime:
+        logging.getLogger("hbm").warning("compiling the contact kernels (once per machine, half a minute at most)")
+
+
 def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
     """Bracket of a law at the relative motion x (P, nd, nh); start from `slider_start`, grid from `sample_grid`."""
     P, nd, nh = x.shape
@@ -67,6 +87,8 @@ def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
         g, D, gp, moves, shares = sampled.harmonics(law, pairs, x, start, grid)
         active = np.flatnonzero(moves.any(axis=1))
         return Bracket(g, active, D[active], moves, gp, shares)
+    if not located.brackets.signatures:
+        _announce_compilation()
     g, gp = np.empty((P, nd, nh)), np.empty((P, nd, nh))
     D = np.empty((P, nd, nh, nd, nh))
     moves, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))

@@ -6,6 +6,7 @@
 
 where solve answers the bordered system [J, R_p; row', corner] [dx; dp] = [-residual; value], and direction that with
 [0; 1] on the right, with the sign of the determinant. The bordered matrix is regular at folds, where J alone is not.
+
 R need not be smooth: the sign of det [J, R_p; t'] for a tangent t stays the same along a branch through folds and
 kinks alike, so that it tells forward from backward where the direction itself jumps.
 
@@ -16,6 +17,10 @@ weighted unknowns by a tenth of their size, or the parameter by a hundredth of t
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
+END = "reached the end of the band"
+GAP = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)     # places tried ahead of a lost branch, in units of `length`
+LEAP = 0.02                                      # distance over which a branch that folds on and on is left
 
 
 @dataclass(frozen=True)
@@ -28,10 +33,14 @@ class Settings:
     parameter_share: float = 0.1
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
     most_iterations: int = 12
-    most_points: int = 4000
+    most_points: int = 5000
     most_gaps: int = 3
+    most_leaps: int = 12
     runaway: float = 1e8          # unknowns this many times those of the start mean that no solution exists further on
-    stall: int = 200              # points within a thousandth of the way
+    patience: int = 400           # points without getting on by a thousandth of the way, before the branch is left
+
+
+DEFAULT = Settings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,16 +52,6 @@ class Point:
     converged: bool
     iterations: int               # evaluations of the residual
     detail: object = None         # what `evaluate` returned last
-
-
-@dataclass
-class Branch:
-    """Points in order, the sentence that says why it ended, and whether it reached the end."""
-
-    points: list = field(default_factory=list)
-    ended: str = ""
-    complete: bool = False
-    calls: int = 0
 
 
 @dataclass(frozen=True)
@@ -85,16 +84,18 @@ def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
             break
         dx, dp = e.solve(row, corner, -(row @ (x - x0) + corner * (p - p0)))
         x, p = x + dx, p + dp
+        if not np.isfinite(p) or not np.isfinite(x).all():
+            break
     return Point(np.full_like(x, np.nan), p0, False, iteration)
 
 
-def solve_at(evaluate, x, p, weights, settings=Settings()) -> Point:
-    """Damped Newton at a fixed parameter, for a first point or a restart."""
+def solve_at(evaluate, x, p, weights, settings=DEFAULT, most=300) -> Point:
+    """Damped Newton at a fixed parameter, for a first point or a restart, in about `most` evaluations."""
     none = np.zeros(len(x))
     e = evaluate(x, p)
     calls = 1
     reach = 1e3 * max(np.linalg.norm(x), np.linalg.norm(e.residual))     # a Jacobian near singular sends x far away
-    for _ in range(6 * settings.most_iterations):
+    while calls < most:
         error = np.linalg.norm(e.residual)
         if error <= settings.tolerance * min(max(np.linalg.norm(weights * x), 1e-300), reach):
             return Point(x, p, True, calls, e)
@@ -113,6 +114,229 @@ def solve_at(evaluate, x, p, weights, settings=Settings()) -> Point:
     return Point(np.full_like(x, np.nan), p, False, calls)
 
 
+def between(evaluate, a: Point, b: Point, share: float, weights, settings=DEFAULT, guess=None) -> Point:
+    """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of it."""
+    metric = Metric(weights, max(np.linalg.norm(weights * a.x), np.linalg.norm(weights * b.x), 1e-300),
+                    max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2)
+    row, corner = metric.border(b.x - a.x, b.parameter - a.parameter)
+    x = a.x + share * (b.x - a.x)
+    p = a.parameter + share * (b.parameter - a.parameter)
+    if guess is not None:
+        gx, gp = guess
+        slip = row @ (gx - x) + corner * (gp - p)      # bring the guess onto the plane
+        direction = row @ (b.x - a.x) + corner * (b.parameter - a.parameter)
+        x = gx - slip / direction * (b.x - a.x)
+        p = gp - slip / direction * (b.parameter - a.parameter)
+    return correct(evaluate, x, p, row, corner, metric, settings)
+
+
+@dataclass
+class Branch:
+    """Points in order, the sentence that says why it ended, and whether it reached the end.
+
+    leaps : (from, to) parameters: a branch that folds without getting on was left there, and the solutions between
+        were found in small steps of the parameter, each from the one before
+    """
+
+    points: list = field(default_factory=list)
+    ended: str = ""
+    complete: bool = False
+    calls: int = 0
+    leaps: list = field(default_factory=list)
+
+
+def follow(evaluate, start: Point, end: float, weights, settings=DEFAULT, on_point=None, restart=None) -> Branch:
+    """Follow the branch from a converged start until the parameter passes `end`.
+
+    on_point(point, step) is called for each accepted point; restart(parameter) -> Point is a dearer way to a solution
+    at a fixed parameter, asked where Newton from the last point fails. A failed corrector is tried again with smaller
+    steps and lower predictors, then across the gap at fixed parameters; what cannot be had stays in the branch as
+    failed. A branch that folds again and again without getting on is left for solutions ahead; the leap is recorded.
+    """
+    walk = _Walk(evaluate, start, end, weights, settings, restart)
+    while not walk.branch.ended:
+        new = walk.next_point()
+        if new is not None:
+            walk.accept(new, on_point)
+    return walk.branch
+
+
+class _Walk:
+    """Where `follow` stands: the points since the last gap (`run`), the step, and how far the branch has got."""
+
+    def __init__(self, evaluate, start, end, weights, settings, restart):
+        self.evaluate, self.end, self.weights, self.settings, self.restart = evaluate, end, weights, settings, restart
+        self.branch = Branch([start], calls=start.iterations)
+        self.begin, self.sense = start.parameter, np.sign(end - start.parameter)
+        self.way = abs(end - start.parameter)
+        self.length = settings.parameter_share * self.way
+        self.largest = np.linalg.norm(weights * start.x)
+        self.furthest, self.stale, self.turns, self.gaps, self.attempts = start, 0, 0, 0, 0
+        self._begin_at(start)
+
+    def _begin_at(self, point):
+        self.run, self.step, self.order = [point], self.settings.first_step, 3
+        tx, tp, sign = point.detail.direction(np.zeros(len(self.weights)), 1.0)
+        self.sign = self.sense * np.sign(sign)
+
+    def _metric(self):
+        size = np.linalg.norm(self.weights * self.run[-1].x)
+        self.largest = max(self.largest, size)
+        return Metric(self.weights, max(size, 1e-3 * self.largest) or 1.0, self.length)
+
+    def next_point(self):
+        """The next point of the branch; None where the step was too long, or where the branch was picked up ahead."""
+        last, metric = self.run[-1], self._metric()
+        x, p = _predict(self.run, metric, self.step, self.order, self.sign)
+        row, corner = metric.border(x - last.x, p - last.parameter)
+        new = correct(self.evaluate, x, p, row, corner, metric, self.settings)
+        self.branch.calls += new.iterations
+        if new.converged and _on_branch(new, last, x, p, metric, self.step, self.sign):
+            return new
+        if self.step < 2e-2:
+            turned = self._turn(last, x, p, metric)
+            if turned is not None:
+                self.run = [last]
+                return turned
+        if self.step > self.settings.smallest_step:
+            self.step, self.order = 0.4 * self.step, min(self.order, 1 if self.step < 1e-2 else 2)
+            return None
+        self._cross(last, metric)
+        return None
+
+    def accept(self, new, on_point):
+        if self.sense * (new.parameter - self.end) >= 0:
+            return self._finish(new, on_point)
+        self._append(new, on_point)
+        self.run.append(new)
+        self.order = 3
+        growth = {1: 1.8, 2: 1.8, 3: 1.3, 4: 0.9, 5: 0.7}.get(new.iterations, 0.5)
+        self.step = min(self.step * growth, self.settings.largest_step)
+        if self.sense * (new.parameter - self.begin) < 0:
+            self.branch.ended = f"the branch turned back and left the band where it began, at {self.begin:.6g}"
+        elif np.linalg.norm(new.x) > self._bound():
+            self.branch.ended = f"stopped at {new.parameter:.6g}: the solution grows without bound"
+        elif len(self.branch.points) >= self.settings.most_points:
+            self.branch.ended = f"stopped at {new.parameter:.6g} after {len(self.branch.points)} points" + _FOLDS
+        elif self._wanders(new):
+            self._leap(new)
+
+    def _append(self, new, on_point):
+        self.branch.points.append(new)
+        if on_point:
+            on_point(new, self.step)
+
+    def _bound(self):
+        return self.settings.runaway * max(np.linalg.norm(p.x) for p in self.branch.points[:2] if p.converged)
+
+    def _wanders(self, new) -> bool:
+        """Whether the branch folds on and on without getting further."""
+        before = self.run[-3:-1]
+        if len(before) == 2:
+            self.turns += (new.parameter - before[1].parameter) * (before[1].parameter - before[0].parameter) < 0
+        self.stale += 1
+        if self.sense * (new.parameter - self.furthest.parameter) > 1e-3 * self.way:
+            self.furthest, self.stale, self.turns = new, 0, 0
+        patience = self.settings.patience
+        wanders = self.stale > patience and self.turns >= 6 or self.stale > 3 * patience
+        return wanders and self.attempts < self.settings.most_leaps
+
+    def _leap(self, new):
+        """Leave a branch that does not get on, in steps of the parameter, twice as far at each further leap.
+
+        Where Newton finds nothing ahead the branch is followed on."""
+        begin, at = self.furthest.parameter, self.furthest
+        beside = [p.x for p in sorted(self.run, key=lambda point: -self.sense * point.parameter)[4:64:6]]
+        goal, step = LEAP * 2.0 ** len(self.branch.leaps), GAP[0]
+        while self.sense * (at.parameter - begin) < goal * self.length and at.parameter != self.end:
+            found, _ = self._ahead(at.parameter, (at.x, *beside), (step, 0.3 * step, 3 * step, 0.1, 0.2))
+            if found is None:
+                break
+            self.branch.points.append(found)
+            step = min(max(1.5 * abs(found.parameter - at.parameter) / self.length, GAP[0]), 0.05)
+            at = found
+        self.stale, self.turns, self.attempts = 0, 0, self.attempts + 1
+        if at.parameter != begin:
+            self.branch.leaps.append((begin, at.parameter))
+            self._resume(self.branch.points.pop())
+
+    def _cross(self, last, metric):
+        """Past a place where the corrector fails: the same branch close by, else a gap with failed points in it."""
+        found, tried = self._ahead(last.parameter, (last.x, np.zeros_like(last.x)))
+        if found is None or metric.norm(found.x - last.x, found.parameter - last.parameter) > 0.1:
+            mark = last.parameter + self.sense * 1e-3 * self.length
+            failed = Point(np.full_like(last.x, np.nan), mark, False, 0)
+            self.branch.points += [failed] + [replace(failed, parameter=p) for p in tried]
+            self.gaps += 1
+        if found is None:
+            self.branch.ended = (f"stopped at {last.parameter:.6g}: the corrector found no further point; "
+                                 "try the other direction, more harmonics or a lower level first")
+        elif self.gaps > self.settings.most_gaps:
+            self.branch.ended = f"stopped at {last.parameter:.6g}: the branch was lost again and again"
+        else:
+            self._resume(found)
+
+    def _ahead(self, parameter, guesses, aheads=GAP):
+        """(point at a fixed parameter ahead or None, parameters at which none was found)."""
+        tried = []
+        for ahead in aheads:
+            p = parameter + self.sense * ahead * self.length
+            p = self.end if self.sense * (p - self.end) > 0 else p
+            for guess in guesses:
+                new = solve_at(self.evaluate, guess, p, self.weights, self.settings, 60)
+                self.branch.calls += new.iterations
+                if new.converged:
+                    return new, tried
+            if self.restart and ahead in (aheads[-1], 0.1):
+                new = self.restart(p)
+                self.branch.calls += new.iterations
+                if new.converged:
+                    return new, tried
+            tried.append(p)
+        return None, tried
+
+    def _resume(self, found):
+        self.branch.points.append(found)
+        self._begin_at(found)
+        self.furthest, self.stale, self.turns = found, 0, 0
+        if self.sense * (found.parameter - self.end) >= 0:
+            self.branch.complete, self.branch.ended = True, END
+
+    def _turn(self, last, x, p, metric):
+        """Past a kink: the tangent of the linearisation beyond it leads on. None where that does not help."""
+        row, corner = metric.border(x - last.x, p - last.parameter)
+        for probe in (1.0, 4.0):
+            e = self.evaluate(last.x + probe * (x - last.x), last.parameter + probe * (p - last.parameter))
+            self.branch.calls += 1
+            tx, tp = _tangent(e, row, corner, self.sign, metric)
+            if not np.isfinite(tp):
+                continue
+            for reach in (self.step, 4 * self.step):
+                tried = correct(self.evaluate, last.x + reach * tx, last.parameter + reach * tp,
+                                *metric.border(tx, tp), metric, self.settings)
+                self.branch.calls += tried.iterations
+                if not tried.converged:
+                    continue
+                gone = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
+                if 0.1 * reach < gone < 3 * reach and _forward(tried, last, metric, self.sign):
+                    return tried
+        return None
+
+    def _finish(self, beyond, on_point):
+        """The last point exactly at the end, between the last accepted one and the one beyond."""
+        last = self.run[-1]
+        share = (self.end - last.parameter) / (beyond.parameter - last.parameter)
+        new = solve_at(self.evaluate, last.x + share * (beyond.x - last.x), self.end, self.weights, self.settings)
+        self.branch.calls += new.iterations
+        self._append(new, on_point)
+        self.branch.complete = new.converged
+        self.branch.ended = END if new.converged else "the last point of the band did not converge"
+
+
+_FOLDS = (": the branch folds again and again; more damping, more or fewer harmonics, "
+          "or the other direction may help")
+
+
 def extrapolate(points, metric, step, order):
     """Polynomial through the last order + 1 points, over their distances, at a step beyond the last."""
     used = points[-(order + 1):]
@@ -126,84 +350,11 @@ def extrapolate(points, metric, step, order):
     return x, p
 
 
-def follow(evaluate, start: Point, end: float, weights, settings=Settings(), on_point=None) -> Branch:
-    """Follow the branch from a converged start until the parameter passes `end`.
-
-    on_point(point, step) is called for each accepted point. A failed corrector is tried again with smaller steps and
-    lower predictors, then across the gap at fixed parameters; what cannot be had stays in the branch as failed.
-    """
-    branch = Branch([start], calls=start.iterations)
-    begin, sense = start.parameter, np.sign(end - start.parameter)
-    length = settings.parameter_share * abs(end - begin)
-    run = [start]                     # points since the last gap
-    sign = _sign(start.detail, len(weights), sense)
-    step, order, largest = settings.first_step, 3, np.linalg.norm(weights * start.x)
-    while len(branch.points) < settings.most_points:
-        last = run[-1]
-        size = np.linalg.norm(weights * last.x)
-        largest = max(largest, size)
-        metric = Metric(weights, max(size, 1e-3 * largest) or 1.0, length)
-        x, p = _predict(run, metric, step, order, sign)
-        row, corner = metric.border(x - last.x, p - last.parameter)
-        new = correct(evaluate, x, p, row, corner, metric, settings)
-        branch.calls += new.iterations
-        if not new.converged or not _on_branch(new, last, x, p, metric, step, sign):
-            turned = _turn(evaluate, last, x, p, metric, step, sign, settings, branch) if step < 2e-2 else None
-            if turned is None and step > settings.smallest_step:
-                step, order = 0.4 * step, min(order, 1 if step < 1e-2 else 2)
-                continue
-            run = [last]
-            new = turned or _across(evaluate, last, end, sense, weights, length, settings, branch)
-            if new is None:
-                branch.ended = (f"stopped at {last.parameter:.6g}: the corrector found no further point; "
-                                "try the other direction, more harmonics or a lower level first")
-                return branch
-            if turned is None:
-                run, step = [], settings.first_step
-                sign = _sign(new.detail, len(weights), sense)
-        if sense * (new.parameter - end) >= 0 and run:
-            return _finish(evaluate, branch, run, new, end, weights, settings, on_point)
-        branch.points.append(new)
-        run.append(new)
-        if on_point:
-            on_point(new, step)
-        if sense * (new.parameter - end) >= 0:
-            branch.complete, branch.ended = True, "reached the end of the band"
-            return branch
-        if sense * (new.parameter - begin) < 0:
-            branch.ended = f"the branch turned back and left the band where it began, at {begin:.6g}"
-            return branch
-        if _lost(branch, new, weights, length, settings):
-            return branch
-        order = 3
-        step = min(step * _growth(new.iterations), settings.largest_step)
-    branch.ended = (f"stopped at {branch.points[-1].parameter:.6g} after {settings.most_points} points: the branch "
-                    "folds again and again; more damping, more or fewer harmonics, or the other direction may help")
-    return branch
-
-
-def _lost(branch, new, weights, length, settings) -> bool:
-    """Set the end of a branch that runs away, or that no longer gets on."""
-    limit = settings.runaway * max(np.linalg.norm(p.x) for p in branch.points[:2] if p.converged)
-    if np.linalg.norm(new.x) > limit:
-        branch.ended = f"stopped at {new.parameter:.6g}: the solution grows without bound"
-    recent = [p.parameter for p in branch.points[-settings.stall:]]
-    if len(recent) == settings.stall and max(recent) - min(recent) < 1e-3 * length / settings.parameter_share:
-        branch.ended = (f"stopped at {new.parameter:.6g}: no way on in {settings.stall} points; "
-                        "try the other direction or more damping")
-    if sum(not p.converged for p in branch.points) > settings.most_gaps * 12:
-        branch.ended = f"stopped at {new.parameter:.6g}: the branch was lost again and again"
-    return bool(branch.ended)
-
-
-def _growth(iterations):
-    return {1: 1.8, 2: 1.8, 3: 1.3, 4: 0.9, 5: 0.7}.get(iterations, 0.5)
-
-
-def _sign(e, n, sense) -> float:
-    """Sign of the bordered determinant for the tangent that runs in the sense of the parameter."""
-    tx, tp, sign = e.direction(np.zeros(n), 1.0)
-    return sense * np.sign(sign)
+def _predict(run, metric, step, order, sign):
+    if len(run) > 1:
+        return extrapolate(run, metric, step, min(order, len(run) - 1))
+    tx, tp = _tangent(run[-1].detail, np.zeros(len(run[-1].x)), 1.0, sign, metric)
+    return run[-1].x + step * tx, run[-1].parameter + step * tp
 
 
 def _tangent(e, row, corner, sign, metric):
@@ -211,13 +362,6 @@ def _tangent(e, row, corner, sign, metric):
     tx, tp, s = e.direction(row, corner)
     unit = np.sign(s) * sign / metric.norm(tx, tp)
     return unit * tx, unit * tp
-
-
-def _predict(run, metric, step, order, sign):
-    if len(run) > 1:
-        return extrapolate(run, metric, step, min(order, len(run) - 1))
-    tx, tp = _tangent(run[-1].detail, np.zeros(len(run[-1].x)), 1.0, sign, metric)
-    return run[-1].x + step * tx, run[-1].parameter + step * tp
 
 
 def _on_branch(new, last, x, p, metric, step, sign) -> bool:
@@ -233,70 +377,3 @@ def _forward(new, last, metric, sign) -> bool:
     row, corner = metric.border(new.x - last.x, new.parameter - last.parameter)
     tx, tp = _tangent(new.detail, row, corner, sign, metric)
     return row @ tx + corner * tp > 0
-
-
-def _turn(evaluate, last, x, p, metric, step, sign, settings, branch):
-    """Past a kink: the tangent of the linearisation beyond it leads on. None where that does not help."""
-    row, corner = metric.border(x - last.x, p - last.parameter)
-    for probe in (1.0, 4.0):
-        e = evaluate(last.x + probe * (x - last.x), last.parameter + probe * (p - last.parameter))
-        branch.calls += 1
-        tx, tp = _tangent(e, row, corner, sign, metric)
-        if not np.isfinite(tp):
-            continue
-        for reach in (step, 4 * step):
-            tried = correct(evaluate, last.x + reach * tx, last.parameter + reach * tp,
-                            *metric.border(tx, tp), metric, settings)
-            branch.calls += tried.iterations
-            if not tried.converged:
-                continue
-            gone = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
-            if 0.1 * reach < gone < 3 * reach and _forward(tried, last, metric, sign):
-                return tried
-    return None
-
-
-def _across(evaluate, last, end, sense, weights, length, settings, branch):
-    """Past a place where the branch is lost: mark it as failed and try fixed parameters ahead."""
-    branch.points.append(Point(np.full_like(last.x, np.nan), last.parameter + sense * 1e-3 * length, False, 0))
-    for ahead in (0.01, 0.03, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0):
-        p = last.parameter + sense * ahead * length
-        if sense * (p - end) > 0:
-            p = end
-        for guess in (last.x, np.zeros_like(last.x)):
-            new = solve_at(evaluate, guess, p, weights, settings)
-            branch.calls += new.iterations
-            if new.converged:
-                return new
-        branch.points.append(replace(new, parameter=p))
-    return None
-
-
-def _finish(evaluate, branch, run, beyond, end, weights, settings, on_point):
-    """The last point exactly at the end, between the last accepted one and the one beyond."""
-    last = run[-1]
-    share = (end - last.parameter) / (beyond.parameter - last.parameter)
-    new = solve_at(evaluate, last.x + share * (beyond.x - last.x), end, weights, settings)
-    branch.calls += new.iterations
-    branch.points.append(new)
-    if on_point:
-        on_point(new, 0.0)
-    branch.complete = new.converged
-    branch.ended = "reached the end of the band" if new.converged else "the last point of the band did not converge"
-    return branch
-
-
-def between(evaluate, a: Point, b: Point, share: float, weights, settings=Settings(), guess=None) -> Point:
-    """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of it."""
-    metric = Metric(weights, max(np.linalg.norm(weights * a.x), np.linalg.norm(weights * b.x), 1e-300),
-                    max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2)
-    row, corner = metric.border(b.x - a.x, b.parameter - a.parameter)
-    x = a.x + share * (b.x - a.x)
-    p = a.parameter + share * (b.parameter - a.parameter)
-    if guess is not None:
-        gx, gp = guess
-        slip = row @ (gx - x) + corner * (gp - p)      # bring the guess onto the plane
-        direction = row @ (b.x - a.x) + corner * (b.parameter - a.parameter)
-        x = gx - slip / direction * (b.x - a.x)
-        p = gp - slip / direction * (b.parameter - a.parameter)
-    return correct(evaluate, x, p, row, corner, metric, settings)

@@ -277,6 +277,17 @@ def add_constant(g, factor, C, S):
 
 
 @njit(cache=True)
+def add_ride(g, D, factor, A, u):
+    """D += factor A and g += factor A u: a force that follows u."""
+    for j in range(len(u)):
+        value = 0.0
+        for m in range(len(u)):
+            D[j, m] += factor * A[j, m]
+            value += A[j, m] * u[m]
+        g[j] += factor * value
+
+
+@njit(cache=True)
 def add_rest(Dt, Dn, gp, kt, kn, piece, C, S, has_normal):
     """Derivative of a rest: the integral of e_j times that of the rest position."""
     nh = Dt.shape[0]
@@ -323,14 +334,12 @@ def tangent_bracket(g, Dt, Dn, gp, u, un, kt, kn, mu, p, pieces, count, has_norm
         A = np.zeros((nh, nh))
         add_products(A, 1.0, Cs, Ss)
         sign = 1.0 if state == FORWARD else (-1.0 if state == BACKWARD else 0.0)
-        Dt -= kt * A
-        g -= kt * (A @ u)
+        add_ride(g, Dt, -kt, A, u)
         if sign != 0:
             add_constant(g, sign * mu * p, Cs, Ss)
             add_constant(gp, sign * mu, Cs, Ss)
             if has_normal:
-                Dn += sign * mu * kn * A
-                g += sign * mu * kn * (A @ un)
+                add_ride(g, Dn, sign * mu * kn, A, un)
     return moves
 
 
@@ -397,8 +406,7 @@ def brackets(x, wave, rate, tau, tangents, has_normal, kt, kn, mu, preload, w_st
                     add_integrals(at[i], at[i + 1], C, S)
             A = np.zeros((nh, nh))
             add_products(A, -1.0, C, S)
-            D[p, last, :, last, :] += kn[p] * A
-            g[p, last] += kn[p] * (A @ un)
+            add_ride(g[p, last], D[p, last, :, last, :], kn[p], A, un)
             add_constant(g[p, last], -preload[p], C, S)
             add_constant(gp[p, last], -1.0, C, S)
             moves[p, last] = True

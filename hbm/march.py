@@ -195,6 +195,13 @@ class March:
             self.history, self.sliders)
         return y, slider, g
 
+    def harmonics_of_motion(self) -> np.ndarray:
+        """x (P nd nh,) of the last period marched: a guess for the balance."""
+        H = self.balance.H
+        U = np.fft.rfft(self.history.reshape(self.steps, -1), axis=0)[:H + 1].T * (2 / self.steps)
+        U[:, 0] /= 2
+        return fourier.to_real(U * np.exp(-1j * np.arange(H + 1) * self.tau[1])).ravel()
+
     def steady(self, state, rows, H=None, tolerance=REPEATS, most_periods=2000) -> Steady:
         """Marching until the period map repeats; rows (m, r) are the outputs, in harmonics 0..H."""
         state, change, n = self._until_it_repeats(state, tolerance, most_periods)

@@ -22,7 +22,7 @@ from hbm.linear import Receptance, stuck_receptance
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
 SERIES_TERMS = 18        # 4^-18 is below 1e-10
-SETTINGS = ("preload", "mu")      # of the pairs, that may be a parameter of the continuation
+SETTINGS = ("preload", "mu", "kn", "kt")      # of the pairs, that may be a parameter of the continuation
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,7 @@ class ContactProblem:
 class Linearisation:
     """Residual at one point with everything that Newton and the outputs need. Lengths n = P nd nh, pair-major."""
 
+    x: np.ndarray
     residual: np.ndarray
     by_parameter: np.ndarray
     bracket: aft.Bracket
@@ -140,6 +141,15 @@ class Linearisation:
         y = np.matmul(b.D.reshape(len(b.pair), nd * nh, nd * nh), X[:, :, None])[:, :, 0]
         return y.reshape(-1, nh)[local].ravel()
 
+    def contact(self):
+        """(force N, relative motion m) of the pairs, each (P, nd, H+1) complex."""
+        hb, problem = self.balance, self.balance.problem
+        u = self.x.reshape(len(problem.pairs), hb.nd, hb.nh)
+        f = self.bracket.g + problem.law.stuck_stiffness(problem.pairs)[:, :, None] * u
+        if problem.law.has_normal:
+            f[:, -1, 0] += problem.pairs.preload
+        return fourier.to_complex(f), fourier.to_complex(u)
+
     def smallest_motion(self):
         """(singular value, q (r, H+1)) of the direction in which the Jacobian is most nearly singular."""
         hb = self.balance
@@ -201,7 +211,7 @@ class HarmonicBalance:
     def evaluate(self, x: np.ndarray, w: float, level: float = 1.0, by: str = "w", factor: float = 1.0):
         """Linearisation at angular frequency w and force level.
 
-        by : parameter of the derivative - 'w', 'level', or 'preload' or 'mu' of all pairs, times `factor`
+        by : parameter of the derivative - 'w', 'level', or 'preload', 'mu', 'kn' or 'kt' of all pairs, times `factor`
         """
         p = self.problem
         u = x.reshape(len(p.pairs), self.nd, self.nh)
@@ -214,18 +224,31 @@ class HarmonicBalance:
         modal = d * push
         if by in SETTINGS:
             h = 1e-6 * max(abs(factor), 1e-3)
+            factor = max(factor, h)
             g = (self._bracket(u, by, factor + h).g - self._bracket(u, by, factor - h).g) / (2 * h)
             rate = -d * _real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
         else:
             rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
         both = _real_times(self.shapes, np.concatenate([modal, rate], axis=1))
         residual = x - fourier.to_real(both[:, :self.H + 1]).ravel()
-        return Linearisation(residual, -fourier.to_real(both[:, self.H + 1:]).ravel(), bracket, modal, self, d, w)
+        return Linearisation(x, residual, -fourier.to_real(both[:, self.H + 1:]).ravel(), bracket, modal, self, d, w)
 
     def _bracket(self, u, by, factor):
         p = self.problem
-        pairs = replace(p.pairs, **{by: factor * getattr(p.pairs, by)}) if by in SETTINGS else p.pairs
-        return aft.evaluate(p.law, pairs, u, self.start, self.grid)
+        if by not in SETTINGS:
+            return aft.evaluate(p.law, p.pairs, u, self.start, self.grid)
+        changed = {by: factor * getattr(p.pairs, by)}
+        if by == "kn" and not p.preloaded:
+            changed["preload"] = factor * p.pairs.preload          # -kn gap
+        pairs = replace(p.pairs, **changed)
+        bracket = aft.evaluate(p.law, pairs, u, self.start, self.grid)
+        if by not in ("kn", "kt"):
+            return bracket
+        # the receptance keeps the stuck springs of the model: what they differ by goes into the bracket
+        bracket = bracket.with_springs(p.law.stuck_stiffness(pairs) - p.law.stuck_stiffness(p.pairs), u)
+        if p.law.has_normal:
+            bracket.g[:, -1, 0] += pairs.preload - p.pairs.preload
+        return bracket
 
     def apply(self, g, rows, factors) -> np.ndarray:
         """G g, flat, for g (nc, nh) that is nonzero on `rows` only."""

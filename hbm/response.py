@@ -1,7 +1,7 @@
 """forced_response: from a reduced model, contact pairs and a forcing to the curve over a frequency band."""
 
 import time
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from hbm.laws import PairSettings
 from hbm.linear import describe_motion
 from hbm.residual import ContactProblem, HarmonicBalance
 
-PARAMETERS = ("level", "preload", "mu")
+PARAMETERS = ("level", "preload", "mu", "kn", "kt")
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 MOST_HARMONICS = 200
 ORDER_ZERO_WEIGHT = 0.01    # the mean position is nearly indeterminate in slip: it counts little in the arc length
@@ -28,11 +28,15 @@ class ForcedResponse:
     output_names : (m,) str
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point failed
     parameter_name, parameter : what the branch was followed in, and its (n,) values: 'frequency' in Hz, or 'level',
-        'preload' or 'mu' as factors on the force, the preload or the friction coefficient, at one frequency
+        'preload', 'mu', 'kn' or 'kt' as factors on the force or on that setting of every pair, at one frequency
     share_stick, share_slip, share_open : (n, P) share of the cycle
     dissipated : (n, P) J per cycle by friction
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
+    leaps : (k, 2) parameters between which a branch that folds on and on was left, and the band stepped over in small
+        steps, each solved from the one before; empty where the curve is one branch
+    contact_force, contact_motion : (n, P, nd, H+1) complex, N and m - of each pair in the order of the law,
+        the force of the damper on the blade and the relative motion that makes it; empty unless asked for
     """
 
     frequency: np.ndarray
@@ -53,6 +57,9 @@ class ForcedResponse:
     start: str
     seconds: float
     residual_calls: int
+    leaps: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    contact_force: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
+    contact_motion: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
 
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'harmonic' |X_1|, or 'rms' of the vibration."""
@@ -114,15 +121,17 @@ class ForcedResponse:
         if not path.is_file():
             raise InputError(f"forced response not found: {path}")
         with np.load(path, allow_pickle=False) as z:
-            missing = [f.name for f in fields(cls) if f.name not in z]
+            missing = [f.name for f in fields(cls) if f.name not in z and f.default_factory is MISSING]
             if missing:
                 raise InputError(f"{path}: is not a forced response, '{missing[0]}' is missing")
             plain = {str: str, bool: bool, int: int, float: float}
-            return cls(**{f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name] for f in fields(cls)})
+            return cls(**{f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name] for f in fields(cls)
+                          if f.name in z})
 
 
 def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ratio=None, outputs, origin="preloaded",
-                    start=None, static=None, at=(), samples=None, progress=None, settings=None) -> ForcedResponse:
+                    start=None, static=None, at=(), samples=None, contact=False, progress=None,
+                    settings=None) -> ForcedResponse:
     """Curve of periodic responses over a frequency band.
 
     model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of `hbm.laws`
@@ -136,6 +145,7 @@ def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ra
     start : where the sliders stand before the first of two marched periods: 'zero_slider' (T = 0 at q = 0, the default
         of 'preloaded'), 'zero_force' (T = 0 at the position of t = 0, the default of 'unloaded') or positions (P, 2)
     at : frequencies in Hz at which every passage of the curve is solved, for `solutions_at`
+    contact : whether to keep the harmonics of force and relative motion of every pair too
     progress : function (frequency_hz, step, iterations), called at each point
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays in the result.
     """
@@ -148,7 +158,7 @@ def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ra
         start = np.asarray(start, dtype=float)
         start = start[kept] if start.shape[:1] == kept.shape else start
     curve = follow_band(problem, forcing, band, harmonics=harmonics, outputs=outputs, start=start, at=at,
-                        samples=samples, progress=progress, settings=settings)
+                        samples=samples, contact=contact, progress=progress, settings=settings)
     return _spread(curve, kept)
 
 
@@ -169,7 +179,7 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
 
 
 def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs, start=None, at=(), samples=None,
-                progress=None, settings=None) -> ForcedResponse:
+                contact=False, progress=None, settings=None) -> ForcedResponse:
     """forced_response for a ContactProblem: the door for matrices without a node table."""
     began = time.perf_counter()
     H = _check_harmonics(harmonics)
@@ -182,7 +192,12 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
     weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(balance.nh - 1)], balance.n_components)
     recover = rows @ balance.receptance.shapes
 
+    passed = []
+
     def report(point, step):
+        for before in passed:
+            before.detail.parts.clear()          # what Newton needed there: too large to keep over a whole curve
+        passed[:] = [point] if point.detail is not None else []
         if progress:
             progress(point.parameter / (2 * np.pi), step, point.iterations)
 
@@ -196,17 +211,20 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
         branch = continuation.Branch([begin, end], "no force: the static state", end.converged, 2)
     else:
         report(begin, 0.0)
-        branch = continuation.follow(balance.evaluate, begin, two_pi * last, weights, settings, report)
+        branch = continuation.follow(balance.evaluate, begin, two_pi * last, weights, settings, report,
+                                     lambda w: first_point(balance, w, weights, settings))
         solve_passages(balance, branch, two_pi * np.asarray(at, dtype=float), weights, settings)
         refine_peaks(balance, branch, recover, weights, settings)
     ended = _explain(branch, balance, problem)
-    return _record(branch, balance, recover, names, ended, problem, start, time.perf_counter() - began)
+    curve = _record(branch, balance, recover, names, ended, problem, start, time.perf_counter() - began)
+    return replace(curve, **_contact(branch, balance)) if contact else curve
 
 
 def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, harmonics=5, outputs, start=None,
                      samples=None, settings=None) -> ForcedResponse:
-    """Branch of periodic responses at one frequency over a factor on the force ('level'), the 'preload' or 'mu'.
+    """Branch of periodic responses at one frequency over a factor on the force or on a setting of every pair.
 
+    name : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt'
     between : (from, to) of the factor; 0 < from. Everything else as in forced_response.
     """
     began = time.perf_counter()
@@ -224,7 +242,9 @@ def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, har
     weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(balance.nh - 1)], balance.n_components)
 
     def evaluate(x, value):
-        return balance.evaluate(x, w, **({"level": value} if name == "level" else {"factor": value}), by=name)
+        # a long Newton step may ask for a negative stiffness: the settings end at zero
+        setting = {"level": value} if name == "level" else {"factor": max(value, 1e-9)}
+        return balance.evaluate(x, w, **setting, by=name)
 
     guess = balance.linear(w) * (first if name == "level" else 1.0)
     begin = continuation.solve_at(evaluate, guess, first, weights, settings)
@@ -235,28 +255,49 @@ def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, har
     curve = _record(branch, balance, rows @ balance.receptance.shapes, names, branch.ended, problem, start, 0.0)
     values = 2 * np.pi * curve.frequency
     return replace(curve, parameter_name=name, parameter=values, frequency=np.full(len(values), float(hz)),
+                   leaps=2 * np.pi * curve.leaps,
                    seconds=time.perf_counter() - began)
 
 
 def first_point(balance, w, weights, settings):
-    """A solution at w: from the stuck response, else by raising the force from zero."""
+    """A solution at w: from the stuck response, else by raising the force from zero, else from a marched motion."""
     x = balance.linear(w)
     point = continuation.solve_at(balance.evaluate, x, w, weights, settings)
     if point.converged:
         return point
     calls = point.iterations
+    for guess in (_raise_level, _march_on):
+        x, more = guess(balance, w, weights, settings)
+        calls += more
+        if x is not None:
+            point = continuation.solve_at(balance.evaluate, x, w, weights, settings)
+            calls += point.iterations
+            if point.converged:
+                break
+    return replace(point, iterations=calls)
 
+
+def _raise_level(balance, w, weights, settings):
+    """(x or None, residual calls): the branch over the force level, from almost nothing to the whole force."""
     def by_level(x, level):
         return balance.evaluate(x, w, level, by="level")
 
-    low = continuation.solve_at(by_level, 1e-3 * x, 1e-3, weights, settings)
+    low = continuation.solve_at(by_level, 1e-3 * balance.linear(w), 1e-3, weights, settings)
     if not low.converged:
-        return point
-    branch = continuation.follow(by_level, low, 1.0, weights, settings)
-    if not branch.complete:
-        return point
-    point = continuation.solve_at(balance.evaluate, branch.points[-1].x, w, weights, settings)
-    return replace(point, iterations=point.iterations + calls + branch.calls)
+        return None, low.iterations
+    branch = continuation.follow(by_level, low, 1.0, weights, replace(settings, most_points=150, most_leaps=0))
+    return branch.points[-1].x if branch.complete else None, branch.calls
+
+
+def _march_on(balance, w, weights, settings):
+    """(x or None, residual calls): where time integration from rest gets to; corridor laws only."""
+    from hbm import march
+    if not balance.problem.law.corridor:
+        return None, 0
+    motion = march.March(balance, w, 512)
+    motion.periods(motion.at_rest(), 60)
+    x = motion.harmonics_of_motion()
+    return x if np.isfinite(x).all() else None, 0
 
 
 def solve_passages(balance, branch, at, weights, settings):
@@ -330,7 +371,16 @@ def _record(branch, balance, recover, names, ended, problem, start, seconds):
         iterations=np.array([p.iterations for p in branch.points]), ended=ended,
         complete=bool(branch.complete and all(p.converged for p in branch.points)), H=H,
         origin="preloaded" if problem.preloaded else "unloaded", start=start if isinstance(start, str) else "given",
-        seconds=seconds, residual_calls=branch.calls)
+        seconds=seconds, residual_calls=branch.calls, leaps=np.reshape(branch.leaps, (-1, 2)) / (2 * np.pi))
+
+
+def _contact(branch, balance):
+    shape = (len(branch.points), len(balance.problem.pairs), balance.nd, balance.H + 1)
+    force, motion = np.full(shape, np.nan, dtype=complex), np.full(shape, np.nan, dtype=complex)
+    for i, point in enumerate(branch.points):
+        if point.converged:
+            force[i], motion[i] = point.detail.contact()
+    return {"contact_force": force, "contact_motion": motion}
 
 
 def _dissipated(point, balance, tangents):
@@ -341,13 +391,23 @@ def _dissipated(point, balance, tangents):
 
 
 def _explain(branch, balance, problem):
-    """The end in Hz, and the motion that no force holds where that is why the corrector gave up."""
+    """The end in Hz, where points failed or the branch was left, and the motion that no force holds, if that is why."""
     ended = branch.ended
     good = [p for p in branch.points if p.converged]
-    if branch.complete or not good:
+    if not good:
         return ended
-    last = good[-1]
-    ended = ended.replace(f"{last.parameter:.6g}", f"{last.parameter / (2 * np.pi):.6g} Hz")
+    last, failed = good[-1], [p for p in branch.points if not p.converged]
+    for parameter in (last.parameter, branch.points[0].parameter):
+        ended = ended.replace(f"{parameter:.6g}", f"{parameter / (2 * np.pi):.6g} Hz")
+    if branch.leaps:
+        places = ", ".join(f"{a / (2 * np.pi):.6g} to {b / (2 * np.pi):.6g}" for a, b in branch.leaps)
+        ended += (f"; not one branch: it folds on and on, and was left and stepped over at {places} Hz (more damping, "
+                  "or more or fewer harmonics, may give one)")
+    if failed and branch.complete:
+        ended += (f"; {len(failed)} point{'s' * (len(failed) > 1)} failed near {failed[0].parameter / (2 * np.pi):.6g} "
+                  "Hz: run the other direction, or other harmonics, there")
+    if branch.complete:
+        return ended
     value, q = last.detail.smallest_motion()
     if q is not None and value < 1e-4 and np.abs(q[:, 0]).max() > 0.9 * np.abs(q).max():
         motion = q[:, 0].real
@@ -367,7 +427,12 @@ def _spread(curve, kept):
         full = np.full((n, len(kept)), value)
         full[:, kept] = getattr(curve, name)
         columns[name] = full
-    return ForcedResponse(**{f.name: columns.get(f.name, getattr(curve, f.name)) for f in fields(curve)})
+    for name in ("contact_force", "contact_motion"):
+        part = getattr(curve, name)
+        if part.size:
+            columns[name] = np.zeros((n, len(kept), *part.shape[2:]), dtype=complex)
+            columns[name][:, kept] = part
+    return replace(curve, **columns)
 
 
 def _check_harmonics(H):

@@ -16,6 +16,7 @@ class Body:
     dof_node : (d,) int - index into `node` of each free dof; dof_direction : (d,) int - 0, 1, 2 for x, y, z
     K, M : (d, d) CSR, N/m and kg - symmetric; groups : {name: node numbers}; free : declared to float freely
     loads : {name: (d,) N}; provenance : {str: str}
+    M_clamped : (d, c) CSR kg or None - coupling to the clamped dofs (node by node, x, y, z): body forces near a clamp
     """
 
     name: str
@@ -29,6 +30,7 @@ class Body:
     free: bool = False
     loads: dict = field(default_factory=dict)
     provenance: dict = field(default_factory=dict)
+    M_clamped: sp.csr_matrix | None = None
 
     @classmethod
     def from_matrices(cls, name, K, M, node, position, dof_node, dof_direction, **rest) -> "Body":

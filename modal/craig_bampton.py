@@ -42,7 +42,10 @@ class Reduction:
 
         f_B + Psi' f_I is exact for the static displacement of the master nodes.
         """
-        f = nodal_load(self.body, numbers, forces)
+        return self.condense_dofs(nodal_load(self.body, numbers, forces))
+
+    def condense_dofs(self, f) -> np.ndarray:
+        """Forces (d,) N on the free dofs of the body as a load on the reduced dofs, (b + m,); exact as above."""
         return np.concatenate([f[self.boundary] + self.Psi.T @ f[self.interior], self.Phi.T @ f[self.interior]])
 
     def recover(self, q: np.ndarray) -> np.ndarray:
@@ -54,7 +57,6 @@ class Reduction:
         out = np.zeros((len(self.body.node), 3), dtype=full.dtype)
         out[self.body.dof_node, self.body.dof_direction] = full
         return out
-
 
     def fewer(self, count: int) -> "Reduction":
         """The same reduction with only its `count` lowest fixed-interface modes; load modes stay."""

@@ -1,4 +1,4 @@
-"""Linear elasticity: a Mesh and its materials become a Body. The only file that touches dolfinx.
+"""Linear elasticity: a Mesh and its materials become a Body. It and stiffening.py touch dolfinx, no other.
 
 dolfinx assembles the cells that it can take; the others (20-node hexahedra, wedges), and all where it is not
 installed, are assembled by isoparametric.py. Displacements live at the nodes of the mesh whatever the cell, so the
@@ -66,9 +66,10 @@ def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp=None, free:
         assemble = _dolfinx if kind in _SHAPE and has_dolfinx() else stiffness_and_mass
         k, m = assemble(mesh.position, kind, cells, of.lame, of.shear, of.density)
         K, M = (k, m) if K is None else (K + k, M + m)
-    keep = np.flatnonzero(np.repeat(~held, 3))
+    keep, clamped = (np.flatnonzero(np.repeat(m, 3)) for m in (~held, held))
     return Body(name=name, node=mesh.node, position=mesh.position, dof_node=keep // 3, dof_direction=keep % 3,
                 K=K[keep][:, keep].tocsr(), M=M[keep][:, keep].tocsr(), groups=dict(mesh.groups), free=free,
+                M_clamped=M[keep][:, clamped].tocsr(),
                 provenance={"mesh": mesh.source, "cells": ", ".join(f"{len(c)} {k}" for k, c in mesh.cells.items())})
 
 

@@ -4,29 +4,74 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.contact import GROUND, ContactTable
+from modal import petsc
 from modal.body import Body
 from modal.eigen import Factor
 
 
-def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs=()) -> np.ndarray:
+def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs=(), *, together=False) -> np.ndarray:
     """(count,) Hz: lowest modes of the unreduced bodies joined by the stuck springs of the pairs.
 
-    springs : RollSpring records on rows of `pairs`.
+    springs : RollSpring records on rows of `pairs`; together : all ranks of an mpirun share the work on one problem.
     """
     size = sum(b.dofs for b in bodies)
     K = sp.block_diag([b.K for b in bodies], format="csr")
     M = sp.block_diag([b.M for b in bodies], format="csr")
-    B = _relative_motion(bodies, pairs, size)
+    B = sparse_relative_motion(bodies, pairs, size)
     k = (np.column_stack([pairs.kt, pairs.kt, pairs.kn]) * pairs.weight[:, None]).ravel()
     K = K + B.T @ sp.diags(k) @ B
     for s in springs:
         row = (B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance
         K = K + s.k * (row.T @ row)
+    if together:
+        return _shared_modes(K.tocsr(), M.tocsr(), count) / (2 * np.pi)
     omega, _ = Factor(K.tocsr()).lowest_modes(M, count)
     return omega / (2 * np.pi)
 
 
-def _relative_motion(bodies, pairs, size):
+def _shared_modes(K, M, count):
+    """omega (count,) rad/s with matrices and factor distributed over the ranks."""
+    PETSc = petsc.start()
+    from slepc4py import SLEPc
+
+    A, B = (distributed(PETSc, matrix) for matrix in (K, M))
+    eps = SLEPc.EPS().create(PETSc.COMM_WORLD)
+    eps.setOptionsPrefix("tipdamp_shared_")
+    eps.setOperators(A, B)
+    eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+    eps.setDimensions(count)
+    eps.setTolerances(1e-10, 500)
+    eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    eps.setTarget(0.0)
+    transform = eps.getST()
+    transform.setType(SLEPc.ST.Type.SINVERT)
+    ksp = transform.getKSP()
+    ksp.setType("preonly")
+    ksp.getPC().setType("cholesky")
+    ksp.getPC().setFactorSolverType("mumps")
+    eps.solve()
+    found = min(eps.getConverged(), count)
+    worst = max((eps.computeError(i, SLEPc.EPS.ErrorType.RELATIVE) for i in range(found)), default=np.inf)
+    if found < count or worst > 1e-6:
+        raise RuntimeError(f"{found} of {count} modes found, largest residual {worst:.1e}")
+    return np.sqrt(np.sort([eps.getEigenvalue(i).real for i in range(found)]))
+
+
+def distributed(PETSc, matrix, comm=None):
+    """PETSc matrix of a CSR matrix that every rank holds: each takes its rows."""
+    comm = comm or PETSc.COMM_WORLD
+    size = matrix.shape[0]
+    low, high = PETSc.Vec().createMPI(size, comm=comm).getOwnershipRange()
+    rows = matrix[low:high].tocsr()
+    rows.sort_indices()
+    index = PETSc.IntType
+    A = PETSc.Mat().createAIJ(((high - low, size), (high - low, size)), comm=comm,
+                              csr=(rows.indptr.astype(index), rows.indices.astype(index), rows.data))
+    A.setOption(PETSc.Mat.Option.SPD, True)
+    return A
+
+
+def sparse_relative_motion(bodies, pairs, size):
     """B (3P, dofs of all bodies); a clamped direction simply has no column."""
     start = np.concatenate([[0], np.cumsum([b.dofs for b in bodies])])
     table = {}

@@ -1,10 +1,10 @@
 """Unilateral static contact of the free damper: the signed preload of every pair.
 
-    K q + B_n' N = f,    N = max(0, kn (B_n q - g0))
+    K q + B_n' N = f,    0 <= N  complementary to  g0 + N/kn - B_n q >= 0        (kn = inf: hard contact)
 
 The elastic bodies are already condensed on the pairs (Schur stiffness), so that what remains is a small
-complementarity problem. With all pairs closed A = K + B_n' kn B_n is factored once; each set of open pairs is a
-low-rank correction on the compliance G = B_n A^-1 B_n', and a further load or gap costs milliseconds.
+complementarity problem. With a reference spring k0 at every pair A = K + B_n' k0 B_n is factored once; a set of closed
+pairs is one small system on the compliance G = B_n A^-1 B_n', and a further load or gap costs milliseconds.
 """
 
 from dataclasses import dataclass
@@ -15,11 +15,10 @@ import scipy.linalg as sl
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
+from static_contact.complementarity import Normal, closed_pairs
+from static_contact.free_motions import FREE_STIFFNESS, free_motions, rigid_motions
 
-_NEWTON_STEPS = 60
-_PIVOTS_PER_PAIR = 20
 LOAD_TOLERANCE = 1e-7   # of the load's reach: matrices from text files have eight digits
-FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
 
 
 @dataclass(frozen=True)
@@ -36,14 +35,18 @@ class Motion:
 
 @dataclass(frozen=True)
 class Preload:
-    """pairs - the table with its preload; displacement : (r,) m; motions - free ones and the load along each
+    """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening of open ones (0
+    where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
+    displacement : (r,) m; motions - free ones and the load along each
     held : {name: amount} - load along free motions that was taken up in the reference state (empty by default)
     residual - |K q + B' N - f| / |f|
     balance - |sum of contact forces and loads| / |sum of loads| on the floating dampers, None where none floats
-    iterations - Newton steps; method - 'newton', or 'pivoting' after cycling
+    iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
     """
 
     pairs: ContactTable
+    force: np.ndarray
+    opening: np.ndarray
     displacement: np.ndarray
     motions: tuple
     held: dict
@@ -54,32 +57,37 @@ class Preload:
 
 
 class StaticContact:
-    """The frictionless problem of one model and one set of pairs, factored once, solved for many loads."""
+    """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
 
     def __init__(self, model: ReducedModel, pairs: ContactTable):
         if not len(pairs) or not pairs.carrying.any():
             raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
         self.model, self.pairs = model, pairs
         self.B = relative_motion(model, pairs)[2::3].toarray()
-        self.kn = pairs.kn * pairs.weight
-        K = model.K + self.B.T * self.kn @ self.B
-        self.rigid = _rigid_motions(model)
-        self.free, self.names, self.coefficients, gauge = _free_motions(self.rigid, model, K)
+        self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
+        k0 = reference_stiffness(model.K, self.B, self.kn)
+        K = model.K + self.B.T * k0 @ self.B
+        self.rigid = rigid_motions(model)
+        self.free, self.names, self.coefficients, gauge = free_motions(self.rigid, model, K)
         try:
             # the gauge carries no force (no load along it is accepted), it only makes the free motions definite
             self.factor = sl.cho_factor(K + gauge)
         except np.linalg.LinAlgError:
             raise InputError("a motion meets no stiffness and is not a rigid motion of a body whose node positions "
                              "are known: the model's K is singular") from None
-        self.compliance = self.B @ sl.cho_solve(self.factor, self.B.T)
+        self.by_pair = sl.cho_solve(self.factor, self.B.T)
+        G = self.B @ self.by_pair
+        c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
+        self.normal = Normal(G, k0, c, pairs.carrying & (self.kn > 0))
 
-    def solve(self, load: np.ndarray, *, hold: bool = False) -> Preload:
-        """Preloads under load (r,) N on the dofs of the model.
+    def solve(self, load: np.ndarray, *, gap=None, hold: bool = False) -> Preload:
+        """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
 
         A load along a motion that no contact resists raises InputError with its amount; with hold=True it is taken
-        up in the reference state instead, and reported.
+        up in the reference state instead, and reported. Raises InputError when the load lifts the damper off.
         """
         load = np.asarray(load, dtype=float)
+        gap = self.pairs.gap if gap is None else np.asarray(gap, dtype=float)
         motions = tuple(Motion(name, unit, float(amount)) for (name, unit), amount
                         in zip(self.names, self.free.T @ load, strict=True))
         scale = np.abs(self.free).max(axis=0, initial=0.0) * np.abs(load).sum()
@@ -88,13 +96,13 @@ class StaticContact:
             raise InputError("; ".join(f"{m.name} is loaded: {abs(m.load):.3g} {m.unit}, and no contact resists it"
                                        for m in loaded))
         applied = load - self._taken_up(loaded) if loaded else load
-        start = self.B @ sl.cho_solve(self.factor, applied)
-        u, iterations, method = self._active_set(start)
-        force = np.where(self.pairs.weight > 0, np.maximum(0.0, self.kn * (u - self.pairs.gap)), 0.0)
-        q = sl.cho_solve(self.factor, applied - self.B.T @ (force - self.kn * u))
+        start = sl.cho_solve(self.factor, applied)
+        u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
+        q = start - self.by_pair @ (force - self.normal.k0 * u)
         left = self.model.K @ q + self.B.T @ force - applied
-        preload = self.kn * (u - self.pairs.gap)
-        return Preload(pairs=self.pairs.replace(preload=preload), displacement=q, motions=motions,
+        spring = np.where(np.isinf(self.kn), 0.0, self.kn)
+        return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
+                       force=force, opening=np.where(closed, 0.0, gap - u), displacement=q, motions=motions,
                        held={m.name: m.load for m in loaded}, residual=_ratio(left, applied),
                        balance=self._balance(load, force), iterations=iterations, method=method)
 
@@ -110,39 +118,6 @@ class StaticContact:
             taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
         return taken
 
-    def _displacement(self, start, closed):
-        """Normal motion at the pairs for a given set of closed ones."""
-        kn, gap = self.kn, self.pairs.gap
-        open_ = ~closed
-        A = np.eye(len(kn)) - self.compliance * (kn * open_)
-        right = start + self.compliance @ (kn * gap * closed)
-        u = np.linalg.solve(A, right)
-        if not np.isfinite(u).all() or np.linalg.norm(A @ u - right) > 1e-8 * (np.linalg.norm(right) + 1e-300):
-            raise InputError(f"the {int(closed.sum())} pairs that stay closed do not hold the damper")
-        return u
-
-    def _active_set(self, start):
-        """Semismooth Newton on the closed set, then one pair at a time (least index), which cannot cycle."""
-        closed = self.pairs.carrying.copy()
-        seen = set()
-        for step in range(1, _NEWTON_STEPS + 1):
-            u = self._displacement(start, closed)
-            new = (u > self.pairs.gap) & self.pairs.carrying
-            if (new == closed).all():
-                return u, step, "newton"
-            if new.tobytes() in seen or not new.any():
-                break
-            seen.add(new.tobytes())
-            closed = new
-        for step in range(1, _PIVOTS_PER_PAIR * len(closed) + 1):
-            wrong = np.flatnonzero(((u > self.pairs.gap) & self.pairs.carrying) != closed)
-            if not len(wrong):
-                return u, step, "pivoting"
-            closed = closed.copy()
-            closed[wrong[-1]] ^= True
-            u = self._displacement(start, closed)
-        raise RuntimeError("the set of closed pairs was not found: this should not happen, please report the case")
-
     def _balance(self, load, force):
         """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""
         total, left = 0.0, 0.0
@@ -155,6 +130,18 @@ class StaticContact:
         return float(np.sqrt(left / total)) if total > 0 else None
 
 
+def reference_stiffness(K, B, spring) -> np.ndarray:
+    """(P,) N/m: the pair's own spring, but no stiffer than the bodies at the pair, so that the sum stays well scaled.
+
+    K (r, r); B (P, r) one row for each pair; spring (P,) N/m, may be inf, 0 where nothing acts.
+    """
+    size = np.einsum("ij,ij->i", B, B)
+    local = np.divide(np.einsum("ij,ij->i", B @ K, B), size**2, out=np.zeros(len(B)), where=size > 0)
+    local = np.where(local > 0, local, local.max(initial=0.0))
+    finite = spring[np.isfinite(spring)]
+    return np.minimum(spring, np.where(local > 0, local, finite.max(initial=1.0)))
+
+
 def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, hold: bool = False) -> Preload:
     """One load case of `StaticContact`."""
     return StaticContact(model, pairs).solve(load, hold=hold)
@@ -163,65 +150,3 @@ def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, hold:
 def _ratio(a, b):
     size = np.linalg.norm(b)
     return float(np.linalg.norm(a) / size) if size > 0 else float(np.linalg.norm(a))
-
-
-def _rigid_motions(model: ReducedModel) -> np.ndarray:
-    """(r, 6 b): unit translations along and rotations about x, y, z of every body whose node positions are known.
-
-    Rotations are about the mean position of the body's nodes.
-    """
-    blocks = []
-    for body in dict.fromkeys(model.body.tolist()):
-        rows = np.flatnonzero((model.body == body) & (model.direction != "mode"))
-        if not len(rows) or not np.isfinite(model.position[rows]).all():
-            continue
-        axis = np.array([("x", "y", "z").index(d) for d in model.direction[rows]])
-        arm = model.position[rows] - model.position[rows].mean(axis=0)
-        motions = np.zeros((model.size, 6))
-        motions[rows, axis] = 1.0
-        for k in range(3):
-            motions[rows, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
-        blocks.append(motions)
-    return np.hstack(blocks) if blocks else np.zeros((model.size, 0))
-
-
-def _free_motions(rigid, model, K):
-    """Rigid motions that neither the bodies nor the contact normals resist: (r, m), names, their coefficients in the
-    columns of `rigid`, and the gauge (r, r).
-
-    The stiffness that each rigid motion meets is measured against that of its nodes held one by one.
-    """
-    scale = np.sqrt(np.einsum("ij,i,ij->j", rigid, model.K.diagonal(), rigid))
-    used = np.flatnonzero(scale > 0)
-    unit = rigid[:, used] / scale[used]
-    lam, z = np.linalg.eigh(unit.T @ K @ unit)
-    count = int((lam < FREE_STIFFNESS).sum())
-    if not count:
-        return np.zeros((model.size, 0)), [], np.zeros((rigid.shape[1], 0)), 0.0
-    coefficients = np.zeros((rigid.shape[1], count))
-    coefficients[used] = z[:, :count] / scale[used, None]
-    reduced, names = _name_motions(rigid, coefficients.T)
-    free = rigid @ reduced.T
-    basis = np.linalg.qr(free)[0]
-    return free, names, reduced.T, np.median(model.K.diagonal()) * (basis @ basis.T)
-
-
-def _name_motions(rigid, coefficients):
-    """Unit rigid motions that span the free ones: each named after the slide or rotation that leads it.
-
-    Row reduction of coefficients (m, 6 f) with complete pivoting, rotations weighed by the size of the body.
-    """
-    arm = np.linalg.norm(rigid[:, 3:6]) / np.linalg.norm(rigid[:, :3])
-    weight = np.tile([1.0, 1.0, 1.0, arm, arm, arm], rigid.shape[1] // 6)
-    rows, names = coefficients.copy(), [None] * len(coefficients)
-    label = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
-    for _ in names:
-        left = [i for i, name in enumerate(names) if name is None]
-        i, j = np.unravel_index(np.abs(rows[left] * weight).argmax(), (len(left), rows.shape[1]))
-        i = left[i]
-        names[i] = label[j % 6]
-        rows[i] /= rows[i, j]
-        for other in range(len(rows)):
-            if other != i:
-                rows[other] -= rows[other, j] * rows[i]
-    return rows, names

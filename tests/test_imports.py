@@ -22,7 +22,7 @@ MAY_USE = {
 KERNEL = {"numpy", "scipy", "numba"}  # all that hbm may ask of a machine
 DOLFINX = {"dolfinx", "ufl", "basix", "ffcx"}
 HEAVY = DOLFINX | {"petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio"}  # only inside the function that needs it
-DOLFINX_FILES = {"modal/elasticity.py"}
+DOLFINX_FILES = {"modal/elasticity.py", "modal/stiffening.py"}
 
 FILES = sorted(path for package in MAY_USE for path in (ROOT / package).rglob("*.py"))
 NAMES = [path.relative_to(ROOT).as_posix() for path in FILES]

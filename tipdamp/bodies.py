@@ -8,6 +8,7 @@ import numpy as np
 from hbm.contact import ContactTable
 from hbm.errors import InputError, nearest, shown
 from hbm.model import ReducedModel
+from tipdamp.loads import at_speed, case_forces, check
 
 BLADES, DAMPER = "blades", "damper"
 CHECK_BELOW_HZ = 5000.0  # the stuck frequencies that are checked, and that a wanted error is of
@@ -61,15 +62,18 @@ def assemble_bodies(study, meshes, tick) -> list:
     for mesh in meshes.values():
         check_memory(len(mesh.node), mesh.source)
 
+    def others(name):
+        return {m["group"]: material(m) for m in study.materials.values() if m["group"] in meshes[name].cell_groups}
+
     def body(name, **support):
-        own = {m["group"]: material(m) for m in study.materials.values() if m["group"] in meshes[name].cell_groups}
-        return elastic_body(meshes[name], material(study["material"]), name, other_materials=own, **support)
+        return elastic_body(meshes[name], material(study["material"]), name, other_materials=others(name), **support)
 
     def material(section):
         return Material(section["E"], section["nu"], section["density"])
 
     tick(0.02, "assembling the blades")
     blades = body(BLADES, clamp=study[BLADES]["clamp"])
+    blades = at_speed(study, blades, meshes[BLADES], material(study["material"]), others(BLADES))
     tick(0.1, "assembling the damper")
     return [blades, body(DAMPER, free=True)]
 
@@ -205,6 +209,7 @@ def reduced_model(study, store, tick) -> tuple:
     from static_contact.pull import pull_forces
 
     meshes = read_meshes(study)
+    check(study, meshes)
     pairs = matched_pairs(study, meshes)
     blades, damper = assemble_bodies(study, meshes, tick)
     r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
@@ -216,6 +221,10 @@ def reduced_model(study, store, tick) -> tuple:
     nodes, forces = pull_forces(meshes[DAMPER], d["load_points"], d["axis"], d["pull_direction"],
                                 shares=d["shares"], positions=d["positions"])
     r_damper.model.loads["pull"] = r_damper.condense(nodes, forces)
+    for reduction in (r_blades, r_damper):
+        for case in study.loads:
+            force = case_forces(study, case, reduction.body, meshes[reduction.body.name])
+            reduction.model.loads[case] = reduction.condense_dofs(force)
     model = assemble(r_blades.model, r_damper.model)
     masters = sum(len(r.boundary) for r in (r_blades, r_damper))
     facts = {"reduction": {"dofs": blades.dofs + damper.dofs, "masters": masters,

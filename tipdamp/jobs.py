@@ -20,7 +20,7 @@ from static_contact.detachment import Detachment, StuckAssembly, detach_until, k
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
 from static_contact.reduction_error import stuck_error_bound
-from tipdamp import bodies
+from tipdamp import bodies, loads
 
 BLADES, DAMPER = bodies.BLADES, bodies.DAMPER
 CHECK_BELOW_HZ = bodies.CHECK_BELOW_HZ
@@ -156,14 +156,44 @@ def preload(study, store, tick):
                                store.read_json("reduce.json").get("side_materials", {}))
     forces = equilibrium(study, pairs)
     tick(0.2, f"{len(pairs)} pairs")
-    result = StaticContact(model, pairs).solve(study.driver["pull"] * model.loads["pull"])
+    statics = static_contact(study, model, pairs)
+    result = statics.solve(study.driver["pull"] * model.loads["pull"])
     with store.writing("preload.csv") as path:
-        result.pairs.save(path)
+        preload_map(result, pairs).save(path)
+    cases = {name: load_case(study, store, statics, pairs, name) for name in study.loads}
     store.write_json("preload.json", {
         "sides": side_figures(result.pairs, forces, result.balance), "residual": result.residual,
         "iterations": result.iterations, "method": result.method,
         "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides},
-        "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in result.motions]})
+        "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in result.motions],
+        "cases": cases})
+    return [case["file"] for case in cases.values()]
+
+
+def static_contact(study, model, pairs: ContactTable) -> StaticContact:
+    """On the springs kn, or with hard contact where the study says so."""
+    hard = study["contact"]["normal"] == "hard"
+    return StaticContact(model, pairs.replace(kn=np.full(len(pairs), np.inf)) if hard else pairs)
+
+
+def preload_map(result, pairs: ContactTable) -> ContactTable:
+    """The table with its own springs again: hard pairs that are open stand open by -preload / kn as well."""
+    return pairs.replace(preload=np.where(result.force > 0, result.force, np.where(
+        np.isinf(result.pairs.kn), -pairs.kn * pairs.weight * result.opening, result.pairs.preload)))
+
+
+def load_case(study, store, statics: StaticContact, pairs: ContactTable, name: str) -> dict:
+    """Preload map of one further load case, in a file of its own."""
+    load = loads.total(study, name, statics.model, study.driver["pull"])
+    try:
+        result = statics.solve(load)
+    except InputError as error:
+        raise InputError(f"{study.path}: [loads.{name}]: {error}") from None
+    with store.writing(f"loads/{name}.csv") as path:
+        preload_map(result, pairs).save(path)
+    sides = {s: {"sum_N": result.force[pairs.side == s].sum(), "max_N": result.force[pairs.side == s].max(),
+                 "detached": int((result.force[(pairs.side == s) & pairs.carrying] <= 0).sum())} for s in pairs.sides}
+    return {"file": f"loads/{name}.csv", "sides": sides, "residual": result.residual, "balance_error": result.balance}
 
 
 def side_figures(pairs: ContactTable, forces: dict, balance: float) -> dict:
@@ -225,8 +255,9 @@ def kept_pairs(study, model, whole, found) -> tuple[ContactTable, dict]:
     """The full table with weight 0 on detached pairs and, on the kept ones, the preload that carries the pull."""
     forces = equilibrium(study, whole)
     if study["tune"]["preload"] == "resolved":
-        result = StaticContact(model, found.pairs).solve(study.driver["pull"] * model.loads["pull"], hold=True)
-        kept, facts = result.pairs, {"held": result.held, "residual": result.residual}
+        statics = static_contact(study, model, found.pairs)
+        result = statics.solve(study.driver["pull"] * model.loads["pull"], hold=True)
+        kept, facts = preload_map(result, found.pairs), {"held": result.held, "residual": result.residual}
         balance = result.balance
     else:
         carrying = np.flatnonzero(found.pairs.carrying)

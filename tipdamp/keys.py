@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from tipdamp.study import OTHER_MATERIAL, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
+from tipdamp.study import LOAD, OTHER_MATERIAL, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
 
 _KINDS = {"texts": "list of texts", "one_or_more": "text or list of texts", "numbers": "list of numbers",
           "ratios": "number or list", "counts": "whole number or list", "count": "whole number", "vector": "[x, y, z]",
-          "band": "[first, last]", "flag": "true or false", "table": "[[coordinate, value], ...]",
+          "triple": "[x, y, z]", "group_values": "[[body, group, value], ...]",
+          "group_vectors": "[[body, group, x, y, z], ...]", "band": "[first, last]",
+          "flag": "true or false", "table": "[[coordinate, value], ...]",
           "roll": "'from_flat' or number", "choice": "one of the choices"}
 
 
@@ -25,6 +27,8 @@ def reference() -> str:
             lines += _table("[material.NAME], one for each other material", OTHER_MATERIAL)
         if title == "[contact]":
             lines += _table("[contact.NAME], one for each side of the damper", SIDE)
+        if title == "[rotation]":
+            lines += _table("[loads.NAME], one for each further load case of the preload", LOAD)
     lines += ["", "## [reference]", "", "Measured or published values, set beside the computed ones in the report: "
               + ", ".join(f"`{k}`" for k in REFERENCE) + "."]
     return "\n".join(lines) + "\n"

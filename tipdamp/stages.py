@@ -44,7 +44,7 @@ STAGES = {stage.name: stage for stage in (
     Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
           (*_BODIES, "points", "expected"), ("inspect.json",), reads_meshes=True),
     Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", jobs.reduce, (),
-          (*_BODIES, "points", "free"), ("model.npz", "pairs.csv", "reduce.json"),
+          (*_BODIES, "points", "free", "rotation", "loads"), ("model.npz", "pairs.csv", "reduce.json"),
           reads_meshes=True),
     Stage("preload", "unilateral static contact under the pull: the preload map", jobs.preload, ("reduce",),
           ("material", "driver", "contact", "sides"), ("preload.csv", "preload.json")),

@@ -4,8 +4,9 @@ The tables below are the whole language: section, key, kind, unit, default and w
 is refused with the nearest valid name; a value out of range is answered with file, key, value and range.
 """
 
+import re
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -85,6 +86,8 @@ CONTACT = {
                     "it adds to the initial gap", "closed", choices=("closed", "gap")),
     "stiffness": Key("choice", "'given': kn, kt of each side; 'halfspace': from the analytical model", "given",
                      choices=("given", "halfspace")),
+    "normal": Key("choice", "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)",
+                  "springs", choices=("springs", "hard")),
 }
 SIDE = {
     "blade": Key("text", "node group of the blades' mesh", ""),
@@ -101,6 +104,24 @@ SIDE = {
     "roll_stiffness": Key("roll", "resistance to roll that the kept edge line lacks: 'from_flat' (sum kn w^2/12), "
                           "a number (N m/rad) or 0", "from_flat"),
     "gap": Key("table", "initial gap g0 along the axis: [[coordinate, gap], ...]", (), unit="length"),
+}
+ROTATION = {
+    "axis": Key("vector", "axis of rotation", (1.0, 0.0, 0.0)),
+    "point": Key("triple", "a point on the axis", (0.0, 0.0, 0.0), unit="length"),
+    "speed": Key("number", "rad/s at which the blades vibrate: stress stiffening and spin softening (no Coriolis "
+                 "forces); 0: at rest", 0.0, low=0),
+}
+LOAD = {
+    "pull": Key("number", "pull on the damper in this case; default: Fc", None, unit="force", low=0),
+    "speed": Key("number", "rad/s about the axis of [rotation]: centrifugal load on blades and damper, beside the pull",
+                 0.0, low=0),
+    "gravity": Key("triple", "acceleration [x, y, z] in m/s2", (0.0, 0.0, 0.0)),
+    "forces": Key("group_vectors", "[[body, group, Fx, Fy, Fz], ...]: a total force in equal parts on the nodes of a "
+                  "group", (), unit="force"),
+    "pressure": Key("group_values", "[[body, group, p], ...]: on the faces of a surface group, positive presses", (),
+                    unit="stress"),
+    "traction": Key("group_vectors", "[[body, group, tx, ty, tz], ...]: force per area on the faces of a surface group",
+                    (), unit="stress"),
 }
 TUNE = {
     "target_hz": Key("number", "measured stuck frequency that the kept stations must meet", None, low=0,
@@ -129,7 +150,7 @@ FREE = {
                          (0.005,), low=0, high=0.9999),
 }
 SECTIONS = {"material": MATERIAL, "blades": BLADES, "damper": DAMPER, "model": MODEL, "contact": CONTACT,
-            "tune": TUNE, "free": FREE, "respond": RESPOND}
+            "rotation": ROTATION, "tune": TUNE, "free": FREE, "respond": RESPOND}
 # measured or published values that the report sets beside ours
 REFERENCE = ("out_of_phase_hz", "in_phase_hz", "full_line_hz", "tuned_hz", "full_area_hz", "front", "back")
 
@@ -146,6 +167,7 @@ class Study:
     reference: dict
     length_unit: float
     materials: dict
+    loads: dict = field(default_factory=dict)    # {case: {key: value}}
 
     @property
     def name(self) -> str:
@@ -167,13 +189,13 @@ class Study:
 
         'points', 'groups' - nodes that [respond] and the contact sides name; 'damper_body', 'model_body' - [damper] and
         [model] without the size of the pull; 'driver' - axis and pull; 'expected' - what [respond] tells of the
-        frequencies and the damping; 'sides', 'materials', 'title', 'reference'.
+        frequencies and the damping; 'sides', 'loads', 'materials', 'title', 'reference'.
         """
         points = {k: v for k, v in self.sections.get("respond", {}).items() if RESPOND[k].kind in _POINTS}
         groups = [{k: side[k] for k in ("blade", "damper")} for side in self.sides.values()]
         contact = {k: self.sections["contact"][k] for k in ("pairs", "tolerance", "distance", "stiffness")}
         own = {"sides": self.sides, "title": self.title, "reference": self.reference, "points": points,
-               "materials": self.materials,
+               "materials": self.materials, "loads": self.loads,
                "expected": {k: self.sections.get("respond", {}).get(k) for k in ("band", "damping_ratio")},
                "groups": [list(self.sides), groups, contact], "driver": self.driver,
                "damper_body": _without_pull(self.sections.get("damper")),
@@ -210,7 +232,7 @@ def load_study(path) -> Study:
         raw = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a valid TOML file: {error}") from None
-    known = [*STUDY, "units", *SECTIONS, "reference"]
+    known = [*STUDY, "units", *SECTIONS, "loads", "reference"]
     for key in raw:
         if key not in known:
             raise InputError(f"{path}: unknown key '{key}'; {nearest(key, known)}")
@@ -234,6 +256,7 @@ def load_study(path) -> Study:
     sections.setdefault("free", _section(path, "free", {}, FREE, factors))
     sides = {k: _side(path, k, v, factors, sections["contact"]) for k, v in sides.items()}
     materials = {k: _section(path, f"material.{k}", v, OTHER_MATERIAL, factors) for k, v in materials.items()}
+    loads = {k: _load(path, k, v, factors, "model" in raw) for k, v in _table_of_cases(path, raw).items()}
     reference = raw.get("reference", {})
     for key, value in reference.items():
         if key not in REFERENCE:
@@ -241,7 +264,7 @@ def load_study(path) -> Study:
         _number(f"{path}: [reference] {key} = {value!r}", value, Key("number", "", low=0))
     results = path.parent / (top["results"] or Path("results") / path.stem)
     return Study(path, top["title"] or path.stem, results, sections, sides, reference, factors["length"],
-                 materials)
+                 materials, loads)
 
 
 def _named(raw, section):
@@ -332,6 +355,25 @@ def _side(path, name, given, factors, contact):
     return side
 
 
+def _table_of_cases(path, raw):
+    cases = raw.get("loads", {})
+    if not isinstance(cases, dict) or not all(isinstance(v, dict) for v in cases.values()):
+        raise InputError(f"{path}: [loads] must hold load cases such as [loads.takeoff]")
+    for name in cases:
+        if name == "pull" or not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+            raise InputError(f"{path}: [loads.{name}]: a case is named by letters, digits, - and _, and not 'pull'")
+    return cases
+
+
+def _load(path, name, given, factors, matrices):
+    case = _section(path, f"loads.{name}", given, LOAD, factors)
+    extra = [key for key in given if key != "pull"]
+    if matrices and extra:
+        raise InputError(f"{path}: [loads.{name}] {extra[0]}: with [model] the case is the load '{name}' of its "
+                         "matrices; only pull may be stated")
+    return case
+
+
 def _section(path, name, given, keys, factors):
     where = f"{path}: [{name}]" if name else f"{path}:"
     if not isinstance(given, dict):
@@ -412,6 +454,25 @@ def _vector(where, value, *_):
     return tuple((vector / size).tolist())
 
 
+def _triple(where, value, _, factor):
+    if not isinstance(value, list) or len(value) != 3:
+        raise InputError(f"{where}: must be three numbers")
+    return tuple(factor * _number(where, v, Key("number", "")) for v in value)
+
+
+def _on_groups(numbers):
+    """Rows [body, group, one number or three]."""
+    last = "value" if numbers == 1 else "x, y, z"
+
+    def rows(where, value, _, factor):
+        if not isinstance(value, list) or not all(isinstance(r, list) and len(r) == 2 + numbers for r in value):
+            raise InputError(f"{where}: must be a list of [body, group, {last}]")
+        texts, number = Key("text", ""), Key("number", "")
+        return tuple((*(_text(where, t, texts, 1.0) for t in r[:2]), *(factor * _number(where, v, number)
+                                                                     for v in r[2:])) for r in value)
+    return rows
+
+
 def _band(where, value, spec, _=1.0):
     if not isinstance(value, list) or len(value) != 2:
         raise InputError(f"{where}: must be two numbers [first, last]")
@@ -440,4 +501,5 @@ def _scaled(where, value, spec, factor):
 _READ = {"text": _text, "choice": _text, "flag": _flag, "roll": _roll, "number": _scaled, "count": _count,
          "texts": _each(_text, False), "one_or_more": _each(_text, True),
          "numbers": _each(_scaled, False), "ratios": _each(_scaled, True),
-         "counts": _each(_count, True), "vector": _vector, "band": _band, "table": _profile}
+         "counts": _each(_count, True), "vector": _vector, "triple": _triple,
+         "group_values": _on_groups(1), "group_vectors": _on_groups(3), "band": _band, "table": _profile}

@@ -1,5 +1,7 @@
 """The continuation by itself, on equations that have nothing to do with vibration; then in level, preload and mu."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -78,6 +80,27 @@ def test_a_jump_to_another_branch_is_refused():
     assert branch.complete and np.allclose([b.x[0] - b.parameter for b in branch.points], 0, atol=1e-6)
 
 
+def test_a_branch_that_folds_on_and_on_is_left_by_a_named_leap():
+    """From p = 5 on the branch x = p goes to and fro for ever; the branch x = -p leads on."""
+    def endless(x, p):
+        a, slope = (x[0], 1.0) if x[0] < 5 else (5 + 0.2 * np.sin(5 * (x[0] - 5)), np.cos(5 * (x[0] - 5)))
+        b = x[0] + p
+        return Dense(np.array([(a - p) * b]), np.array([[slope * b + a - p]]), np.array([a - p - b]))
+    branch = continuation.follow(endless, start_at(endless, 1.0, 1.0), 10.0, np.ones(1),
+                                 continuation.Settings(patience=50), restart=lambda p: start_at(endless, -p, p))
+    assert branch.complete and branch.leaps[-1][0] == pytest.approx(5.2, abs=0.02) and branch.leaps[-1][1] < 5.5
+    assert all(b.converged for b in branch.points) and branch.points[-1].x[0] == pytest.approx(-10)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered in det")
+def test_nothing_is_evaluated_where_a_step_is_not_a_number():
+    def broken(x, p):
+        assert np.isfinite(p) and np.isfinite(x).all()
+        return Dense(np.array([x[0]**3 - p]), np.array([[3 * x[0]**2 if p < 3 else np.nan]]), np.array([-1.0]))
+    branch = continuation.follow(broken, start_at(broken, 1.0, 1.0), 10.0, np.ones(1))
+    assert not branch.complete and "no further point" in branch.ended
+
+
 def test_between_lies_on_the_branch():
     branch = continuation.follow(s_curve, start_at(s_curve, -2.5, -8.0), 8.0, np.ones(1))
     a, b = branch.points[4:6]
@@ -86,7 +109,8 @@ def test_between_lies_on_the_branch():
     assert point.x[0] ** 3 - 3 * point.x[0] == pytest.approx(point.parameter, abs=1e-8)
 
 
-@pytest.mark.parametrize("name,between", [("level", (1.0, 40.0)), ("preload", (3.0, 1.0)), ("mu", (3.0, 1.0))])
+@pytest.mark.parametrize("name,between", [("level", (1.0, 40.0)), ("preload", (3.0, 1.0)), ("mu", (3.0, 1.0)),
+                                          ("kn", (0.3, 1.0)), ("kt", (3.0, 1.0))])
 def test_level_preload_and_friction_end_where_the_frequency_curve_is(name, between):
     """C8 at 932.1 Hz, H = 3: the branch ends at the state of 40 N with the preload and mu of the model."""
     problem, force, outputs = beam("C8")
@@ -96,6 +120,16 @@ def test_level_preload_and_friction_end_where_the_frequency_curve_is(name, betwe
     assert curve.complete and curve.parameter[-1] == pytest.approx(between[1])
     assert abs(curve.harmonics[-1, 0, 1]) == pytest.approx(expected, rel=1e-6)
     assert (curve.frequency == 932.1).all() and curve.parameter_name == name
+
+
+@pytest.mark.parametrize("name", ["kn", "kt"])
+def test_a_branch_over_a_contact_stiffness_leads_to_the_model_with_that_stiffness(name):
+    """From 1 to 2: the end is the solution of the model whose springs are twice as stiff."""
+    problem, force, outputs = beam("C8")
+    curve = follow_parameter(problem, 40 * force, 932.1, name, (1.0, 2.0), harmonics=3, outputs=outputs)
+    other = replace(problem, pairs=replace(problem.pairs, **{name: 2 * getattr(problem.pairs, name)}))
+    expected = outputs["tip"] @ solve(other, 40 * force, 2 * np.pi * 932.1, 3)[0]
+    assert curve.complete and np.abs(curve.harmonics[-1, 0] - expected).max() < 1e-8 * np.abs(expected).max()
 
 
 def test_unknown_parameter():

@@ -1,6 +1,8 @@
 """Conformance of the contact laws, and the located harmonics against the plain loop over small time steps."""
 
+import os
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -151,3 +153,18 @@ def test_negative_settings_are_refused(column):
     values = dict(kn=[1.0], kt=[1.0], mu=[0.5], preload=[1.0]) | {column: [-1.0]}
     with pytest.raises(InputError, match=column):
         laws.PairSettings(**values)
+
+
+def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, monkeypatch, caplog):
+    source = tmp_path / "located.py"
+    source.touch()
+    kernel = SimpleNamespace(stats=SimpleNamespace(cache_path=tmp_path))
+    monkeypatch.setattr(aft, "located", SimpleNamespace(brackets=kernel, __file__=source))
+    aft._announce_compilation()
+    assert "compiling the contact kernels" in caplog.text
+    caplog.clear()
+    stored = tmp_path / "located.brackets-1.py311.nbi"
+    stored.touch()
+    os.utime(stored, (source.stat().st_mtime + 5,) * 2)
+    aft._announce_compilation()
+    assert not caplog.text

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hbm import laws
+from hbm.contact import relative_motion
 from hbm.errors import InputError
 from hbm.linear import linear_response, stuck_receptance
 from hbm.response import ForcedResponse, forced_response
@@ -65,7 +66,27 @@ def test_without_friction_the_curve_is_the_linear_system_without_tangents(rig):
     curve = run((model, pairs, tip), 1.0, pairs=smooth, damping_ratio=0.0)
     expected = linear_response(model, pairs.replace(kt=0 * pairs.kt), tip, curve.frequency, 0.0, {"tip": tip})
     assert curve.complete
-    assert np.abs(curve.harmonics[:, 0, 1] - expected[:, 0]).max() < 1e-8 * np.abs(expected).max()
+    assert np.abs(curve.harmonics[:, 0, 1] - expected[:, 0]).max() < 1e-10 * np.abs(expected).max()
+
+
+def test_contact_forces_balance_the_motion_and_obey_the_law(rig):
+    """M q'' + C q' + K q + B' (f - preload) = F for the mean and every harmonic; |T| <= mu N in time, nearly."""
+    model, pairs, tip = rig
+    damping = 20.0 * np.outer(tip, tip)
+    whole = {f"q{i}": row for i, row in enumerate(np.eye(model.size))}
+    curve = run((replace(model, C=damping), pairs, tip), 20.0, H=3, damping_ratio=None, outputs=whole, contact=True)
+    i = int(curve.dissipated.sum(axis=1).argmax())
+    f, q = curve.contact_force[i].copy(), curve.harmonics[i]
+    wave = f.reshape(-1, 4) @ np.exp(1j * np.outer(np.arange(4), np.linspace(0, 2 * np.pi, 200)))
+    T1, T2, N = wave.real.reshape(18, 3, 200).transpose(1, 0, 2)
+    assert (np.abs(T1) < 0.5 * N + 0.1 * N.max()).all() and (np.abs(T2) < 0.5 * N + 0.1 * N.max()).all()
+    f[:, 2, 0] -= pairs.preload
+    B = relative_motion(model, pairs).toarray()
+    for k in range(4):
+        w = 2 * np.pi * curve.frequency[i] * k
+        left = (model.K - w**2 * model.M + 1j * w * damping) @ q[:, k] + B.T @ f[:, :, k].ravel()
+        assert np.abs(left - (20.0 * tip if k == 1 else 0)).max() < 1e-6
+    assert np.allclose(curve.contact_motion[i].reshape(-1, 4), B @ q, atol=1e-9 * np.abs(q).max())
 
 
 def test_no_force_gives_the_static_state(rig):

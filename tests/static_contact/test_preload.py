@@ -6,38 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.model import ReducedModel
 from static_contact.preload import StaticContact, preload
+from tests.benchmarks.preload_random_beams import compare
+from tests.static_contact.beams import beam, random_case, supports
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
-UP = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1]])
-
-
-def beam(x, EI):
-    """Free-free beam as a model of its deflections only: Hermite elements, rotations condensed exactly."""
-    n = len(x)
-    K = np.zeros((2 * n, 2 * n))
-    for i, h in enumerate(np.diff(x)):
-        k = EI / h**3 * np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h],
-                                  [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]])
-        K[2 * i:2 * i + 4, 2 * i:2 * i + 4] += k
-    w, r = np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2)
-    S = K[np.ix_(w, w)] - K[np.ix_(w, r)] @ np.linalg.solve(K[np.ix_(r, r)], K[np.ix_(r, w)])
-    position = np.column_stack([x, np.zeros(n), np.zeros(n)])
-    return ReducedModel.from_matrices(np.eye(n), (S + S.T) / 2, body="damper", node=np.arange(1, n + 1),
-                                      direction=np.full(n, "z"), position=position)
-
-
-def supports(x, kn, gap):
-    n = len(x)
-    return ContactTable(side=np.full(n, "up"), station=np.arange(n), row=np.zeros(n), blade_body=np.full(n, "ground"),
-                        blade_node=np.arange(n), damper_body=np.full(n, "damper"), damper_node=np.arange(1, n + 1),
-                        position=np.column_stack([x, np.zeros(n), np.zeros(n)]), frame=np.tile(UP, (n, 1, 1)),
-                        gap=gap, kn=kn, kt=kn, mu=np.zeros(n), preload=np.zeros(n), weight=np.ones(n))
-
-
 @pytest.mark.parametrize("name", ["F1-beam-two-end-loads", "F2-beam-31-crowned"])
 def test_beam_on_unilateral_supports(name):
     """Support forces and detached set of the reference (closed form; see tests/reference/statics)."""
@@ -58,29 +32,40 @@ def test_beam_on_unilateral_supports(name):
     assert result.residual < 1e-9 and result.balance < 1e-9
 
 
-def test_random_beams_against_quadratic_programming():
-    """Same forces as the minimum of the potential energy found by non-negative least squares, 60 random cases.
+def test_random_beams_against_a_second_route():
+    """150 of the 5 000 beams of tests/benchmarks/preload_random_beams.py: same set, forces to 1e-8 of the largest."""
+    random = np.random.default_rng(20163)
+    for i in range(150):
+        error, same, *_ = compare(random_case(random, 8 if i % 2 else 31))
+        assert same and error < 1e-8, i
 
-    With spring compressions s >= u - g, s >= 0, min 1/2 q'Kq - f'q + 1/2 kn s^2 is solved in its dual:
-    min 1/2 N'(C + 1/kn) N - (u0 - g)' N, N >= 0, on a beam held by a soft spring at each end.
-    """
-    from scipy.optimize import nnls
 
-    random = np.random.default_rng(20161)
-    for _ in range(60):
-        n = int(random.integers(3, 25))
-        x = np.cumsum(random.uniform(2e-3, 6e-3, n))
-        model = beam(x, 10 ** random.uniform(-1, 1.5))
-        soft = np.zeros(n)
-        soft[[0, -1]] = 1e3
-        model = model.with_stiffness(model.K + np.diag(soft))
-        kn, gap = 10 ** random.uniform(4, 7, n), random.uniform(0, 2e-5, n)
-        load = random.normal(0, 40, n)
-        result = preload(model, supports(x, kn, gap), load)
-        C = np.linalg.inv(model.K)
-        A = np.linalg.cholesky(C + np.diag(1 / kn)).T
-        N, _ = nnls(A, np.linalg.solve(A.T, C @ load - gap), maxiter=100 * n)
-        assert np.maximum(result.pairs.preload, 0) == pytest.approx(N, abs=1e-6 * max(N.max(), 1e-6))
+@pytest.mark.parametrize("method, seed", [("pivoting", 99), ("proximal", 29)])
+def test_fall_backs_find_the_same_answer(method, seed):
+    """Two of the random beams on which plain Newton cycles, or meets a set that does not hold the beam."""
+    error, same, used, *_ = compare(random_case(np.random.default_rng(seed)))
+    assert (used, same) == (method, True) and error < 1e-8
+
+
+def test_hard_contact_is_the_limit_of_stiff_springs():
+    """F1's beam: the forces on springs tend to those of hard supports as 1/kn; closed and open sets agree."""
+    x = np.linspace(0, 0.06, 9)
+    load = np.array([56.5, 0, 0, 30, 0, 0, 10, 0, 56.5])
+    model = beam(x, 0.14)
+    hard = preload(model, supports(x, np.full(9, np.inf), np.zeros(9)), load)
+    error = [np.abs(preload(model, supports(x, np.full(9, kn), np.zeros(9)), load).force - hard.force).max()
+             for kn in (1e11, 1e12)]
+    assert error[1] < 1e-3 and error[0] / error[1] == pytest.approx(10, rel=0.1)
+    assert (hard.opening[hard.force > 0] == 0).all() and (hard.opening[hard.force == 0] > 0).all()
+    assert (hard.pairs.preload == hard.force).all()                     # no spring, so no negative preload
+
+
+def test_hard_pair_of_a_rigid_body_shares_by_statics_alone():
+    """A stiff beam on two hard supports: lever rule. Force 30 N at a third of the length."""
+    x = np.array([0.0, 0.02, 0.06])
+    kn = np.array([np.inf, 1e6, np.inf])
+    found = preload(beam(x, 50.0), supports(x, kn, np.array([0, 1.0, 0])), np.array([0, 30.0, 0]))
+    assert found.force == pytest.approx([20.0, 0.0, 10.0], abs=1e-9)
 
 
 def test_loads_and_gaps_reuse_one_factorisation():
@@ -90,7 +75,10 @@ def test_loads_and_gaps_reuse_one_factorisation():
     load = np.zeros(11)
     load[[0, 5, 10]] = 50, 3, 40
     once = StaticContact(beam(x, 10.0), supports(x, np.full(11, 1e6), gap)).solve(load)
-    twice = StaticContact(beam(x, 10.0), supports(x, np.full(11, 1e6), 2 * gap)).solve(2 * load)
+    statics = StaticContact(beam(x, 10.0), supports(x, np.full(11, 1e6), np.zeros(11)))
+    assert (statics.solve(load, gap=gap).pairs.preload == once.pairs.preload).all()
+    twice = statics.solve(2 * load, gap=2 * gap)
+    assert (twice.pairs.gap == 2 * gap).all()
     assert twice.pairs.preload == pytest.approx(2 * once.pairs.preload, rel=1e-9)
 
 

@@ -1,0 +1,82 @@
+"""A rotating body: centrifugal stress stiffens it, the turning frame softens it.
+
+    K + K_g - speed^2 M_perp
+
+K_g is the geometric stiffness of the stress that the centrifugal load causes in linear statics, M_perp the mass for
+motion in the plane of rotation. Coriolis forces are left out. A free body has no such static state, and none is made.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from hbm.errors import InputError
+from modal.body import Body
+from modal.eigen import Factor
+from modal.elasticity import _QUADRATURE, _SHAPE, Material, _blocks, _dof_to_input, _quiet_compiler, _scatter
+from modal.loads import Rotation, centrifugal
+from modal.mesh import Mesh
+
+
+def rotating_body(body: Body, mesh: Mesh, material: Material, rotation: Rotation, other_materials=None) -> Body:
+    """The body as it vibrates at speed. Raises InputError for a free body."""
+    if body.free:
+        raise InputError(f"body '{body.name}' is free: without contact it has no static state at speed")
+    displacement = np.zeros((len(body.node), 3))
+    displacement[body.dof_node, body.dof_direction] = Factor(body.K).solve(centrifugal(body, rotation))
+    keep = 3 * body.dof_node + body.dof_direction
+    Kg = geometric_stiffness(mesh, material, displacement, other_materials)[keep][:, keep]
+    return replace(body, K=(body.K + Kg - spin_softening(body, rotation)).tocsr(),
+                   provenance={**body.provenance, "speed": f"{rotation.speed:g} rad/s about {tuple(rotation.axis)}"})
+
+
+def spin_softening(body: Body, rotation: Rotation) -> sp.csr_matrix:
+    """speed^2 M_perp (d, d) N/m."""
+    d = np.arange(body.dofs)
+    pick = [sp.csr_matrix((np.ones(m.sum()), (d[m], body.dof_node[m])), shape=(body.dofs, len(body.node)))
+            for m in (body.dof_direction == k for k in range(3))]
+    across = sum(rotation.across[a, b] * (pick[a] @ pick[b].T) for a in range(3) for b in range(3))
+    # M couples equal directions only, by the same number in each, so the product stays symmetric
+    return (rotation.speed**2 * (body.M @ across)).tocsr()
+
+
+@_quiet_compiler()
+def geometric_stiffness(mesh: Mesh, material: Material, displacement, other_materials=None) -> sp.csr_matrix:
+    """K_g (3n, 3n): integral of stress : grad(u)' grad(v), with the linear stress of a displacement (n, 3) m."""
+    K = sp.csr_matrix((3 * len(mesh.node),) * 2)
+    for kind, cells, of in _blocks(mesh, material, other_materials or {}):
+        if kind not in _SHAPE:
+            raise InputError(f"{mesh.source}: stress stiffening of {kind} cells is not available; "
+                             f"allowed: {', '.join(_SHAPE)}")
+        K = K + _assemble(mesh.position, kind, cells, of, displacement)
+    return K.tocsr()
+
+
+def _assemble(position, kind, cells, material, displacement):
+    from modal import petsc
+
+    petsc.start()
+    import dolfinx.io.gmshio
+    import ufl
+    from dolfinx import fem
+    from mpi4py import MPI
+
+    shape, degree = _SHAPE[kind]
+    used = np.unique(cells)
+    order = dolfinx.io.gmshio.cell_perm_array(getattr(dolfinx.mesh.CellType, shape), cells.shape[1])
+    domain = ufl.Mesh(ufl.VectorElement("Lagrange", shape, degree))
+    local = np.searchsorted(used, cells)[:, order].astype(np.int64)
+    grid = dolfinx.mesh.create_mesh(MPI.COMM_SELF, local, position[used], domain)
+    V = fem.VectorFunctionSpace(grid, ("Lagrange", degree))
+    place = used[_dof_to_input(grid, V)]
+    static = fem.Function(V)
+    static.x.array[:] = displacement[place].ravel()
+    lame = fem.Constant(grid, np.float64(material.lame))
+    shear = fem.Constant(grid, np.float64(material.shear))
+    eps = ufl.sym(ufl.grad(static))
+    stress = lame * ufl.tr(eps) * ufl.Identity(3) + 2 * shear * eps
+    u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
+    dx = ufl.Measure("dx", domain=grid, metadata={"quadrature_degree": _QUADRATURE[kind]})
+    form = fem.form(ufl.inner(ufl.grad(u) * stress, ufl.grad(v)) * dx)
+    return _scatter(form, (3 * place[:, None] + np.arange(3)).ravel(), 3 * len(position))

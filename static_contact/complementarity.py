@@ -1,0 +1,104 @@
+"""Which pairs are closed: unilateral contact as a complementarity problem on the normal motion of the pairs.
+
+    u = u0 - G (N - k0 u),      0 <= N  complementary to  g + c N - u >= 0
+
+u : normal motion, N : contact force, g : gap, c = 1/kn : compliance of a pair (0: hard contact). G is the compliance
+of the bodies with a reference spring k0 at every pair; k0 drops out of the answer, it only keeps free bodies definite.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hbm.errors import InputError
+
+_STEPS = 2000
+_PATIENCE = 10                     # full steps that may fail to reduce the number of wrong pairs
+_ANCHORS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-8, 1e-8)
+_ROUNDING = 1e-13                  # of the largest force: below it the sign of a force is rounding
+
+
+class NotHeld(InputError):
+    """The closed pairs do not hold the bodies."""
+
+
+@dataclass(frozen=True)
+class Normal:
+    """The bodies and pairs of one problem: G (P, P) m/N, k0 (P,) N/m, c (P,) m/N, free (P,) bool - may close."""
+
+    G: np.ndarray
+    k0: np.ndarray
+    c: np.ndarray
+    free: np.ndarray
+
+    def on_set(self, closed, u0, gap, anchor=0.0, at=0.0):
+        """u, N (P,) with the pairs `closed` closed and all others open.
+
+        anchor : share of k0 that really acts, as a spring between each pair and its motion `at` (proximal term)
+        """
+        k = (1 - anchor) * self.k0
+        own = np.where(closed, self.c * self.k0, 1.0)          # u = gap + own v, N = k0 v;  open: u = v, N = 0
+        share = np.where(closed, self.k0 - k * own, -k)
+        held = np.where(closed, gap, 0.0)
+        A = np.diag(own) + self.G * share
+        right = u0 - held + self.G @ (k * held + anchor * self.k0 * at)
+        try:
+            v = np.linalg.solve(A, right)
+        except np.linalg.LinAlgError:
+            v = np.full(len(u0), np.nan)
+        size = np.linalg.norm(right) + 1e-300
+        if not np.isfinite(v).all() or np.linalg.norm(A @ v - right) > 1e-8 * size:
+            raise NotHeld(f"the {int(closed.sum())} pairs that stay closed do not hold the damper")
+        return held + own * v, np.where(closed, self.k0 * v, 0.0)
+
+    def wrong(self, closed, u, N, gap):
+        """(P,) bool - closed pairs that pull, open pairs that overlap."""
+        push = np.where(closed, -N, self.k0 * (u - gap))
+        return self.free & (push > _ROUNDING * np.abs(np.where(closed, N, push)).max(initial=0.0))
+
+
+def closed_pairs(problem: Normal, u0, gap):
+    """(u, N, closed, steps, method) of the solution.
+
+    Semismooth Newton (all wrong pairs change at once) from all pairs closed; where that does not reduce their number,
+    one pair at a time until it does, which cannot cycle [Judice and Pires 1994: block principal pivoting]. A set on
+    the way that does not hold the bodies is passed by anchoring every pair weakly to its last position (proximal
+    point) and letting the anchor fade; an answer is accepted on the true problem only. Raises NotHeld without one.
+    """
+    closed = problem.free.copy()
+    try:
+        u, N, closed, steps, method = _pivot(problem, u0, gap, closed)
+        return u, N, closed, steps, method
+    except NotHeld as error:
+        reason = error
+    at, total = gap, 0
+    for anchor in _ANCHORS:
+        at, _, closed, steps, _ = _pivot(problem, u0, gap, closed, anchor, at)
+        total += steps
+        try:
+            u, N = problem.on_set(closed, u0, gap)
+        except NotHeld as error:
+            reason = error
+            continue
+        if not problem.wrong(closed, u, N, gap).any():
+            return u, N, closed, total, "proximal"
+    raise reason
+
+
+def _pivot(problem, u0, gap, closed, anchor=0.0, at=0.0):
+    fewest, patience, method = np.inf, _PATIENCE, "newton"
+    for step in range(1, _STEPS + 1):
+        u, N = problem.on_set(closed, u0, gap, anchor, at)
+        wrong = problem.wrong(closed, u, N, gap)
+        count = int(wrong.sum())
+        if not count:
+            return u, N, closed, step, method
+        if count < fewest:
+            fewest, patience = count, _PATIENCE
+        else:
+            patience -= 1
+        if patience < 0:
+            method = "pivoting"
+            wrong[:np.flatnonzero(wrong)[-1]] = False
+        closed = closed ^ wrong
+    raise RuntimeError("the set of closed pairs was not found: this should not happen, please report the case")

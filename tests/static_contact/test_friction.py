@@ -1,0 +1,181 @@
+"""Preload with friction: a block in a V, one pair by hand, path dependence, and the hand-over to the response."""
+
+import numpy as np
+import pytest
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from hbm.model import ReducedModel
+from static_contact.friction import FrictionalContact
+from static_contact.preload import preload
+
+KN, KT, MU = 1.03e6, 0.94e6, 0.6
+
+
+def table(normals, *, mu=MU, kn=KN, kt=KT):
+    """Pairs of one damper node with the ground; t1 along y."""
+    n = np.array(normals, dtype=float)
+    t1 = np.tile([0.0, 1.0, 0.0], (len(n), 1))
+    P, full = len(n), np.full
+    return ContactTable(side=np.array([f"s{i}" for i in range(P)]), station=np.zeros(P), row=np.zeros(P),
+                        blade_body=full(P, "ground"), blade_node=np.zeros(P), damper_body=full(P, "damper"),
+                        damper_node=np.ones(P), position=np.zeros((P, 3)),
+                        frame=np.stack([t1, np.cross(n, t1), n], axis=1), gap=np.zeros(P), kn=full(P, kn),
+                        kt=full(P, kt), mu=full(P, mu), preload=np.zeros(P), weight=np.ones(P))
+
+
+def block(K=(0.0, 0.0, 0.0), M=1.0):
+    """One node on springs K to ground in x, y, z."""
+    return ReducedModel.from_matrices(M * np.eye(3), np.diag(K), body="damper", node=[1, 1, 1],
+                                      direction=["x", "y", "z"], position=np.zeros((3, 3)))
+
+
+S = np.sin(np.pi / 4)
+V = [[-S, 0, S], [S, 0, S]]          # faces at 45 degrees, the block is pulled up into them
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_block_pulled_into_a_v(coupled):
+    """kt/kn > mu: both sides slip from the start, N = Fc / (2 (sin 45 + mu cos 45)) = 49.9 N for 113 N; T = mu N."""
+    last = FrictionalContact(block(), table(V), coupled=coupled).solve([[0, 0, 113.0]], steps=7)[-1]
+    N = 113 / (2 * (S + MU * S))
+    assert N == pytest.approx(49.94, abs=0.01)
+    assert last.converged and last.slips.all() and last.force == pytest.approx(N, rel=1e-9)
+    assert np.abs(last.tangential[:, 1]) == pytest.approx(MU * N, rel=1e-9) and last.residual < 1e-10
+
+
+def test_block_that_sticks_in_the_v():
+    """mu above kt/kn: nothing slips, the pull goes to springs kn and kt in parallel: N = Fc kn S / 2 (kn + kt) S^2."""
+    last = FrictionalContact(block(), table(V, mu=2.0)).solve([[0, 0, 113.0]])[-1]
+    assert not last.slips.any() and (last.slider == 0).all()
+    assert last.force == pytest.approx(113 * KN / (2 * (KN + KT) * S), rel=1e-10)
+
+
+def test_without_friction_it_is_the_frictionless_preload():
+    last = FrictionalContact(block(), table(V, mu=0.0)).solve([[30.0, 0, 113.0]], steps=3)[-1]
+    assert last.force == pytest.approx(preload(block(), table(V), np.array([30.0, 0, 113.0])).force, rel=1e-9)
+
+
+def test_number_of_steps_does_not_matter_on_a_straight_path():
+    """Proportional load on a V with stuck start: the same state from 1 to 64 increments."""
+    problem = FrictionalContact(block((2e5, 0.0, 0.0)), table(V))
+    found = [problem.solve([[40.0, 20.0, 113.0]], steps=n)[-1].force for n in (1, 4, 64)]
+    assert found[0] == pytest.approx(found[2], rel=1e-9) and found[1] == pytest.approx(found[2], rel=1e-9)
+
+
+def test_load_grows_monotonely():
+    """In a growing pull every side force grows and the sliders only move outwards."""
+    states = FrictionalContact(block(), table(V)).solve([[0, 0, 113.0]], steps=10)
+    assert (np.diff([s.force for s in states], axis=0) > 0).all()
+    assert (np.diff([np.abs(s.slider[:, 1]) for s in states], axis=0) > 0).all()
+
+
+@pytest.mark.parametrize("push", [120.0, 200.0])
+def test_one_pair_by_hand(push):
+    """Pressed by P = 100 N, pushed sideways by `push` against a spring kb, let go: the locked-in state.
+
+    Slips at mu P = 60 N: u1 = (push - 60)/kb, w = u1 - 60/kt. Let go: T = kt (u - w), kb u + T = 0, so that
+    u = kt w/(kb + kt); where |T| would pass 60 N it slips back to u = 60/kb. (120 N: stuck, 200 N: slips back.)
+    """
+    P, kb = 100.0, 5e5
+    history = FrictionalContact(block((0.0, kb, 0.0)), table([[0, 0, 1.0]])).solve(
+        [[0, 0, P], [0, push, P], [0, 0, P]], steps=5)
+    held, pushed, let_go = (next(s for s in history if s.time == t) for t in (1.0, 2.0, 3.0))
+    assert held.tangential == pytest.approx(0) and held.force == pytest.approx(P)
+    w = (push - MU * P) / kb - MU * P / KT
+    assert pushed.tangential[0, 0] == pytest.approx(MU * P) and pushed.slider[0, 0] == pytest.approx(w)
+    stuck = -kb * KT * w / (kb + KT)
+    assert let_go.tangential[0, 0] == pytest.approx(max(stuck, -MU * P), rel=1e-9)
+    assert (abs(stuck) < MU * P) == (push == 120.0)
+    assert let_go.displacement[1] == pytest.approx(-let_go.tangential[0, 0] / kb, rel=1e-9)
+
+
+def test_tangents_coupled_or_not():
+    """Pushed at 30 degrees beyond slip: coupled, T has size mu N along the push; uncoupled, each has its limit."""
+    push = 300 * np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])
+    model = block((1e5, 1e5, 0.0))
+    pairs = table([[0, 0, 1.0]])
+    load = [[0, 0, 100.0], [push[0], push[1], 100.0]]
+    one = FrictionalContact(model, pairs, coupled=True).solve(load)[-1]
+    two = FrictionalContact(model, pairs).solve(load)[-1]
+    t = pairs.frame[0, :2, :2] @ push / 300
+    assert one.tangential[0] == pytest.approx(60 * t, rel=1e-9)
+    assert two.tangential[0] == pytest.approx(60 * np.sign(t), rel=1e-9)
+
+
+def test_tangent_of_the_law_by_differences():
+    random = np.random.default_rng(1)
+    pairs = table(np.tile([[0, 0, 1.0]], (40, 1)))
+    for coupled in (False, True):
+        problem = FrictionalContact(block((1e6,) * 3), pairs, coupled=coupled)
+        u, w = random.normal(0, 1e-4, 120), random.normal(0, 1e-4, (40, 2))
+        _, J, _ = problem.law(u, w, pairs.gap)
+        h = 1e-10
+        for k in range(3):
+            step = np.tile(h * np.eye(3)[k], 40)
+            d = (problem.law(u + step, w, pairs.gap)[0] - problem.law(u - step, w, pairs.gap)[0]) / (2 * h)
+            assert d.reshape(-1, 3) == pytest.approx(J[:, :, k], abs=1e-4 * KN)
+
+
+def test_state_is_handed_to_the_response():
+    """Under the same static load, from the sliders of the history and with next to no excitation, order 0 of the
+    response is the locked-in state; from sliders at zero it is another one."""
+    from hbm.laws import DryFriction2T
+    from hbm.response import forced_response
+
+    model, pairs = block((0.0, 5e5, 0.0), M=1e-3), table([[0, 0, 1.0]])
+    end = FrictionalContact(model, pairs).solve([[0, 0, 100.0], [0, 120.0, 100.0], [0, 0, 100.0]])[-1]
+    given = dict(harmonics=1, damping_ratio=0.01, outputs={"y": np.array([0, 1.0, 0])}, origin="unloaded",
+                 static=end.load)
+    force = np.array([0, 1e-3, 0])
+    curve = forced_response(model, pairs, DryFriction2T(), force, (20.0, 21.0), start=end.slider, **given)
+    assert curve.harmonics[0, 0, 0].real == pytest.approx(end.displacement[1], rel=1e-3)
+    assert abs(end.displacement[1]) > 1e-6
+    other = forced_response(model, pairs, DryFriction2T(), force, (20.0, 21.0), start="zero_slider", **given)
+    assert abs(other.harmonics[0, 0, 0]) < 1e-3 * abs(end.displacement[1])
+
+
+def test_rig_with_friction_carries_less(rig_results):
+    """The wedge effect on the small rig: equilibrium with the friction forces, a lower sum of N than without
+    friction, and halving the increments changes the map by less and less."""
+    model = ReducedModel.load(rig_results.path("model.npz"))
+    pairs = ContactTable.load(rig_results.path("preload.csv"))
+    problem = FrictionalContact(model, pairs)
+    load = 113 * model.loads["pull"]
+    found = [problem.solve([load], steps=n)[-1] for n in (1, 10)]
+    assert all(s.converged and s.residual < 1e-8 for s in found)
+    force = -(found[0].force[:, None] * pairs.normal + np.einsum("pd,pdx->px", found[0].tangential,
+                                                                 pairs.frame[:, :2])).sum(axis=0)
+    assert force == pytest.approx([0, 0, -113], abs=1e-5)
+    for side in ("left", "right"):          # nearly all pairs slip across: 113 / (2 (sin 45 + mu cos 45)) on each side
+        assert found[0].force[pairs.side == side].sum() == pytest.approx(113 / (2 * 1.6 * S), rel=1e-3)
+    assert found[1].force == pytest.approx(found[0].force, abs=1e-8 * 113)
+
+
+def test_rig_remembers_its_history(rig_results, monkeypatch):
+    """Pulled to 113 N and let down to 60 N it is wedged: more side force than pulled to 60 N. With random gaps plain
+    Newton fails on the way, and what the dashpots find is an equilibrium."""
+    model = ReducedModel.load(rig_results.path("model.npz"))
+    pairs = ContactTable.load(rig_results.path("preload.csv"))
+    gap = np.random.default_rng(4).uniform(0, 2e-5, len(pairs))
+    problem, pull = FrictionalContact(model, pairs), model.loads["pull"]
+    down = problem.solve([113 * pull, 60 * pull], steps=10, gap=gap)
+    up = problem.solve([60 * pull], steps=10, gap=gap)
+    assert all(s.converged and s.residual < 1e-8 for s in (*down, *up))
+    assert down[-1].force.sum() > 1.2 * up[-1].force.sum()
+    monkeypatch.setattr("static_contact.friction._DASHPOT_STEPS", 0)
+    assert not problem.solve([60 * pull], steps=10, gap=gap)[-1].converged
+
+
+def test_load_beyond_friction_ends_the_history():
+    """60 N of friction hold no 70 N: the history ends short of it and says so."""
+    history = FrictionalContact(block(), table([[0, 0, 1.0]])).solve([[0, 0, 100.0], [0, 70.0, 100.0]], steps=10)
+    assert not history[-1].converged and all(s.converged for s in history[:-1])
+    assert history[-2].time == pytest.approx(1 + 60 / 70, abs=0.1)
+
+
+def test_bad_input():
+    with pytest.raises(InputError, match="hard contact"):
+        FrictionalContact(block(), table(V, kn=np.inf))
+    with pytest.raises(InputError, match="not even stuck"):
+        FrictionalContact(block(), table([[0, 0, 1.0]], kt=0.0))
