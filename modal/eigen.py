@@ -98,10 +98,10 @@ class Factor:
             lam, phi = sl.eigh(self.K.toarray(), M.toarray())
             free = lam[count] if count < size else np.inf
             return self._checked(M, lam[:count], phi[:, :count], free)
-        lam, phi = self._solver.lowest(M, max(int(count), 1))
+        lam, low, phi = self._solver.lowest(M, max(int(count), 1))
         keep, free = max(int(count), 1), top
         if top is None:
-            free = _gap_above(lam, keep)
+            free = _gap_above(lam, low, keep)
             lam, phi, free = self._complete(M, lam[:keep], phi, free)
         else:
             lam, phi, _ = self._complete(M, lam[:count], phi[:, :count], free, count)
@@ -126,7 +126,7 @@ class Factor:
 
     def _fill(self, M, lam, phi, shift, count):
         while (missing := count - int((lam < shift).sum())) > 0:
-            more, shapes = block_lanczos(self._solver.solve, M, missing, phi)
+            more, _, shapes = block_lanczos(self._solver.solve, M, missing, phi)
             more = more[:missing]
             lam, phi = np.concatenate([lam, more]), np.hstack([phi, shapes])
             order = np.argsort(lam)
@@ -144,11 +144,14 @@ class Factor:
         return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))
 
 
-def _gap_above(lam, count):
-    """omega^2 high up in the widest gap (by ratio) between the top mode asked for and the estimates that follow it."""
-    above = lam[count - 1:]
-    place = int((above[1:] / above[:-1]).argmax())
-    return above[place] ** 0.1 * above[place + 1] ** 0.9
+def _gap_above(lam, low, count):
+    """omega^2 above the top mode asked for, in a gap (by ratio) between it and the estimates that follow.
+
+    High up in the first gap worth the name, else in the widest; an estimate may fall to `low`.
+    """
+    ratio = low[count:] / lam[count - 1:-1]
+    place = 0 if ratio[0] > 1.001 else int(ratio.argmax())
+    return lam[count - 1 + place] * max(ratio[place] ** 0.9, 1 + 1e-6)
 
 
 class _Cholmod:
@@ -168,7 +171,8 @@ class _Cholmod:
                                     "the stiffness matrix is not positive definite") from None
 
     def lowest(self, M, count):
-        """omega^2 of a few more modes than asked for, ascending, and the shapes (d, count)."""
+        """omega^2 of a few more modes than asked for, ascending; the same again, since they are converged (see
+        block_lanczos); and the shapes (d, count)."""
         from slepc4py import SLEPc
 
         B = petsc.matrix(self.PETSc, M)
@@ -204,7 +208,8 @@ class _Cholmod:
         # one step of inverse iteration on all shapes at once: where K is badly conditioned they are good to 1e-7 only
         Y = self.solve(M @ phi[:, order[:count]])
         best, turn = sl.eigh(Y.T @ (self.K @ Y), Y.T @ (M @ Y))
-        return np.concatenate([best, lam[order[count:]]]), Y @ turn
+        lam = np.concatenate([best, lam[order[count:]]])
+        return lam, lam, Y @ turn
 
     def solve(self, right):
         dense = self.PETSc.Mat().createDense(right.shape, array=np.asfortranarray(right), comm=self.PETSc.COMM_SELF)

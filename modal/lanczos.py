@@ -14,8 +14,8 @@ def block_lanczos(solve, M, count: int, known=None):
     """The `count` lowest modes of K phi = omega^2 M phi that are not in `known`.
 
     solve(B) -> K^-1 B for (d, b); known : (d, m) M-orthonormal modes, held out
-    Returns omega^2 (count + BLOCK,) ascending, of which those beyond `count` are estimates from above, and
-    M-orthonormal shapes (d, count). A mode is converged when |K^-1 M phi - phi / omega^2| is 1e-10 of 1 / omega^2 in
+    Returns omega^2 (count + BLOCK,) ascending, of which those beyond `count` are estimates from above; what each of
+    them may fall to, (count + BLOCK,); and M-orthonormal shapes (d, count). A mode is converged when |K^-1 M phi - phi / omega^2| is 1e-10 of 1 / omega^2 in
     the M norm.                                                    [Golub and Van Loan, Matrix Computations, ch. 10]
     """
     size = M.shape[0]
@@ -44,9 +44,9 @@ def block_lanczos(solve, M, count: int, known=None):
             check_at = used + used // 16
             theta, S = np.linalg.eigh(T)
             theta, S = theta[::-1], S[:, ::-1]
-            residual = np.linalg.norm(coupling @ S[-width:, :count], axis=0)
-            if exhausted or (residual <= TOLERANCE * theta[:count]).all():
-                return 1 / theta[:count + BLOCK], V @ S[:, :count]
+            theta, residual = theta[:count + BLOCK], np.linalg.norm(coupling @ S[-width:, :count + BLOCK], axis=0)
+            if exhausted or (residual[:count] <= TOLERANCE * theta[:count]).all():
+                return 1 / theta, 1 / (theta + residual), V @ S[:, :count]
 
 
 def _orthonormal(X, against, M):

@@ -48,8 +48,8 @@ def test_a_withheld_mode_is_asked_for_again(monkeypatch, withheld):
     asked = []
 
     def forgetful(self, M, count):
-        found, phi = block_lanczos(self.solve, M, count + 1)
-        return np.delete(found, withheld), np.delete(phi, withheld, axis=1)
+        found, low, phi = block_lanczos(self.solve, M, count + 1)
+        return np.delete(found, withheld), np.delete(low, withheld), np.delete(phi, withheld, axis=1)
 
     def completing(solve, M, count, known=None):
         asked.append(count)
