@@ -15,8 +15,8 @@ def block_lanczos(solve, M, count: int, known=None):
 
     solve(B) -> K^-1 B for (d, b); known : (d, m) M-orthonormal modes, held out
     Returns omega^2 (count + BLOCK,) ascending, of which those beyond `count` are estimates from above; what each of
-    them may fall to, (count + BLOCK,); and M-orthonormal shapes (d, count). A mode is converged when |K^-1 M phi - phi / omega^2| is 1e-10 of 1 / omega^2 in
-    the M norm.                                                    [Golub and Van Loan, Matrix Computations, ch. 10]
+    them may fall to, (count + BLOCK,); and M-orthonormal shapes (d, count). A mode is converged when
+    |K^-1 M phi - phi / omega^2| is 1e-10 of 1 / omega^2 in the M norm. [Golub and Van Loan, ch. 10]
     """
     size = M.shape[0]
     held = np.empty((size, 0)) if known is None else known

@@ -140,13 +140,20 @@ def test_reduced_stuck_frequencies_match_the_full_model(rig_results):
 
 def test_modes_by_frequency_and_by_error(rig, tmp_path):
     """The study may say how many modes, how high, or how good."""
-    from tipdamp.bodies import CHECK_BELOW_HZ, reduced_model
+    from modal.truncation import Truncation
+    from tipdamp.bodies import CHECK_BELOW_HZ
+    from tipdamp.stages import run_stage
+    from tipdamp.store import Store
     from tipdamp.study import load_study
 
     text = (rig / "rig.toml").read_text().replace("modes = 30", "error = 1e-4").replace(
         "modes = 10", "modes_below_hz = 60e3")
     (rig / "by_error.toml").write_text(text)
-    model, pairs, facts, truncation = reduced_model(load_study(rig / "by_error.toml"), lambda *_: None)
+    study, store = load_study(rig / "by_error.toml"), Store(tmp_path)
+    for stage in ("reduce", "preload"):
+        run_stage(stage, study, store, quiet=True)
+    model, pairs = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("preload.csv"))
+    facts, truncation = store.read_json("reduce.json"), Truncation.load(store.path("truncation.npz"))
     modes = facts["reduction"]["modes"]
     assert truncation.omega[0] >= 2 * np.pi * facts["highest_fixed_interface_hz"]["blades"]
     assert facts["highest_fixed_interface_hz"]["damper"] < 60e3 <= truncation.omega[1] / (2 * np.pi)
