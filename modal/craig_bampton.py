@@ -88,8 +88,8 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
         raise InputError(f"body '{body.name}': give either a number of modes or the frequency below which all are kept")
     boundary, interior, rigid = _partition(body, masters)
     K, M = body.K.tocsr(), body.M.tocsr()
-    K_IB, K_II = K[interior][:, boundary], K[interior][:, interior]
-    M_IB, M_II = M[interior][:, boundary], M[interior][:, interior]
+    K_I, M_I = K[interior], M[interior]
+    K_IB, K_II, M_IB, M_II = K_I[:, boundary], K_I[:, interior], M_I[:, boundary], M_I[:, interior]
     factor = Factor(K_II)
     Psi = -factor.solve(np.ascontiguousarray(K_IB.T.toarray()).T)
     found = factor.modes(M_II, modes, below_hz)
