@@ -46,7 +46,9 @@ def block_lanczos(solve, M, count: int, known=None):
             theta, S = theta[::-1], S[:, ::-1]
             theta, residual = theta[:count + BLOCK], np.linalg.norm(coupling @ S[-width:, :count + BLOCK], axis=0)
             if exhausted or (residual[:count] <= TOLERANCE * theta[:count]).all():
-                return 1 / theta, 1 / (theta + residual), V @ S[:, :count]
+                # K^-1 M (V s) = theta V s + X (coupling s): one step of inverse iteration, without a back-solve
+                step = coupling @ S[-width:, :count] / theta[:count]
+                return 1 / theta, 1 / (theta + residual), V @ S[:, :count] + X @ step
 
 
 def _orthonormal(X, against, M):

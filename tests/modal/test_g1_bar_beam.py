@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg as sl
-from numpy.polynomial import Legendre
+from numpy.polynomial import Polynomial
+from numpy.polynomial.legendre import legval
 
 from modal.body import Body
 from modal.craig_bampton import craig_bampton
@@ -21,18 +22,22 @@ def spectral_body(order):
     that vanishes (with its slope) at both ends; the slope of the tip stands as its y displacement."""
     x, w = np.polynomial.legendre.leggauss(200)
     x, w = (x + 1) / 2, w / 2
-    tip = [Legendre([0, 1], domain=[0, 1], window=[0, 1])]
-    if order == 2:
-        X = tip[0]
-        tip = [3 * X**2 - 2 * X**3, X**3 - X**2]
-    inner = []
-    for k in range(order, order + TERMS):
-        shape = Legendre.basis(k, domain=[0, 1])
+    tip = [Polynomial([0, 1])] if order == 1 else [Polynomial([0, 0, 3, -2]), Polynomial([0, 0, -1, 1])]
+    value, slope = [t(x) for t in tip], [t.deriv(order)(x) for t in tip]
+    for k in range(order, order + TERMS):  # Legendre polynomials, integrated once or twice
+        shape = np.zeros(order + TERMS + 3)
+        shape[k] = 1.0
         for _ in range(order):
-            shape = shape.integ(lbnd=0)
-        inner.append(shape / np.sqrt(w @ shape(x) ** 2))
-    value = np.array([s(x) for s in [*tip, *inner]])
-    slope = np.array([s.deriv(order)(x) for s in [*tip, *inner]])
+            n = np.arange(1, len(shape) - 1)  # the integral of P_n is (P_n+1 - P_n-1) / (2 n + 1), in -1..1
+            up = np.zeros_like(shape)
+            up[2:] += shape[1:-1] / (2 * n + 1)
+            up[:-2] -= shape[1:-1] / (2 * n + 1)
+            shape = up / 2
+        value.append(legval(2 * x - 1, shape))
+        slope.append(legval(2 * x - 1, np.eye(k + 1)[k]))
+    value, slope = np.array(value), np.array(slope)
+    size = np.sqrt(value[order:] ** 2 @ w)[:, None]
+    value[order:], slope[order:] = value[order:] / size, slope[order:] / size
     node = np.concatenate([np.zeros(order, int), np.arange(1, TERMS + 1)])
     direction = np.concatenate([np.arange(order), np.zeros(TERMS, int)])
     K, M = (slope * w) @ slope.T, (value * w) @ value.T
