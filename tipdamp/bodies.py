@@ -215,7 +215,8 @@ def reduced_model(study, store, tick) -> tuple:
     r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
     groups = [blades.group(g) for g in (r["excitation"], *r["patches"]) if g]
     masters = {BLADES: np.concatenate([pairs.blade_node, *groups]), DAMPER: pairs.damper_node}
-    r_blades, r_damper = reduce_bodies(study, (blades, damper), masters, pairs, tick)
+    materials = side_materials(study, meshes, pairs)
+    r_blades, r_damper = reduce_bodies(study, (blades, damper), masters, with_values(study, pairs, materials), tick)
     picture = _free_modes_picture(store, meshes[BLADES], r_blades)
     d = study[DAMPER]
     nodes, forces = pull_forces(meshes[DAMPER], d["load_points"], d["axis"], d["pull_direction"],
@@ -232,7 +233,7 @@ def reduced_model(study, store, tick) -> tuple:
              "highest_fixed_interface_hz": {b: r.omega.max(initial=0) / (2 * np.pi)
                                             for b, r in ((BLADES, r_blades), (DAMPER, r_damper))},
              "rows": {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides},
-             "side_materials": side_materials(study, meshes, pairs), "picture": picture,
+             "side_materials": materials, "picture": picture,
              "pull_positions_m": sorted((meshes[DAMPER].position[meshes[DAMPER].index(nodes)]
                                          @ np.array(d["axis"])).tolist())}
     return model, pairs, facts, join(r_blades.truncation, r_damper.truncation)

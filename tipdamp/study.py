@@ -189,7 +189,8 @@ class Study:
 
         'points', 'groups' - nodes that [respond] and the contact sides name; 'damper_body', 'model_body' - [damper] and
         [model] without the size of the pull; 'driver' - axis and pull; 'expected' - what [respond] tells of the
-        frequencies and the damping; 'sides', 'loads', 'materials', 'title', 'reference'.
+        frequencies and the damping; 'wanted_error' - the springs of the contact where [blades] or [damper] asks for an
+        error of the stuck frequencies; 'sides', 'loads', 'materials', 'title', 'reference'.
         """
         points = {k: v for k, v in self.sections.get("respond", {}).items() if RESPOND[k].kind in _POINTS}
         groups = [{k: side[k] for k in ("blade", "damper")} for side in self.sides.values()]
@@ -198,6 +199,8 @@ class Study:
                "materials": self.materials, "loads": self.loads,
                "expected": {k: self.sections.get("respond", {}).get(k) for k in ("band", "damping_ratio")},
                "groups": [list(self.sides), groups, contact], "driver": self.driver,
+               "wanted_error": [self.driver, self.sides, self.sections["contact"]]
+               if any(self.sections.get(b, {}).get("error") for b in ("blades", "damper")) else None,
                "damper_body": _without_pull(self.sections.get("damper")),
                "model_body": _without_pull(self.sections.get("model"))}
         return own[name] if name in own else self.sections.get(name)
