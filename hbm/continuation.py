@@ -2,10 +2,12 @@
 
 `evaluate(x, parameter)` returns an object with
 
-    residual (n,),   solve(row, corner, value) -> dx, dp   and   direction(row, corner) -> tx, tp, sign
+    residual (n,),   solve(row, corner, value, residual=None) -> dx, dp,   direction(row, corner) -> tx, tp, sign
+    and   moved(dx, dp) -> the same, linearised, at x + dx and parameter + dp
 
-where solve answers the bordered system [J, R_p; row', corner] [dx; dp] = [-residual; value], and direction that with
-[0; 1] on the right, with the sign of the determinant. The bordered matrix is regular at folds, where J alone is not.
+where solve answers the bordered system [J, R_p; row', corner] [dx; dp] = [-residual; value], by default with its own
+residual, and direction that with [0; 1] on the right, with the sign of the determinant. The bordered matrix is regular
+at folds, where J alone is not. A system once factorised should be kept: it may be solved again for another residual.
 
 R need not be smooth: the sign of det [J, R_p; t'] for a tangent t stays the same along a branch through folds and
 kinks alike, so that it tells forward from backward where the direction itself jumps.
@@ -20,6 +22,7 @@ import numpy as np
 
 END = "reached the end of the band"
 GAP = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)     # places tried ahead of a lost branch, in units of `length`
+SAFE = 8.0                                       # factor on the estimated error after the last step
 LEAP = 0.02                                      # distance over which a branch that folds on and on is left
 
 
@@ -32,6 +35,8 @@ class Settings:
     smallest_step: float = 1e-5
     parameter_share: float = 0.1
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
+    aim: float = 2.5e-3             # error of a predicted point, to which the steps are fitted
+    highest_order: int = 5        # of the predicting polynomials
     most_iterations: int = 12
     most_points: int = 5000
     most_gaps: int = 3
@@ -72,21 +77,31 @@ class Metric:
 
 
 def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
-    """Newton on the plane through (x, p) with normal (row, corner)."""
-    x0, p0 = x, p
+    """Newton on the plane through (x, p) with normal (row, corner).
+
+    A step that by the contraction so far leads below the tolerance is the last one: it is taken without evaluating
+    again, and with the matrix of the step before where that is good enough [Deuflhard 2004, section 2.1].
+    """
+    x0, p0, before, held = x, p, np.inf, None
     for iteration in range(1, settings.most_iterations + 1):
         e = evaluate(x, p)
         size = np.clip(np.linalg.norm(metric.weights * x), 1e-6 * metric.size, 10 * metric.size)
-        error = np.linalg.norm(e.residual)
-        if error <= settings.tolerance * size:
+        error = np.linalg.norm(e.residual) / size
+        if error <= settings.tolerance:
             return Point(x, p, True, iteration, e)
-        if not np.isfinite(error) or error > 1e8 * size:
+        if not np.isfinite(error) or error > 1e8:
             break
-        dx, dp = e.solve(row, corner, -(row @ (x - x0) + corner * (p - p0)))
+        rate = error / before if held is not None else 1.0
+        chord = held is not None and SAFE * rate * error <= settings.tolerance
+        value = -(row @ (x - x0) + corner * (p - p0))
+        dx, dp = (held if chord else e).solve(row, corner, value, e.residual)
         x, p = x + dx, p + dp
         if not np.isfinite(p) or not np.isfinite(x).all():
             break
-    return Point(np.full_like(x, np.nan), p0, False, iteration)
+        if chord or SAFE * rate**2 * error <= settings.tolerance:
+            return Point(x, p, True, iteration, e.moved(dx, dp))
+        before, held = error, e
+    return Point(np.full_like(x0, np.nan), p0, False, iteration)
 
 
 def solve_at(evaluate, x, p, weights, settings=DEFAULT, most=300) -> Point:
@@ -175,7 +190,7 @@ class _Walk:
         self._begin_at(start)
 
     def _begin_at(self, point):
-        self.run, self.step, self.order = [point], self.settings.first_step, 3
+        self.run, self.step, self.order = [point], self.settings.first_step, 1
         tx, tp, sign = point.detail.direction(np.zeros(len(self.weights)), 1.0)
         self.sign = self.sense * np.sign(sign)
 
@@ -208,10 +223,7 @@ class _Walk:
         if self.sense * (new.parameter - self.end) >= 0:
             return self._finish(new, on_point)
         self._append(new, on_point)
-        self.run.append(new)
-        self.order = 3
-        growth = {1: 1.8, 2: 1.8, 3: 1.3, 4: 0.9, 5: 0.7}.get(new.iterations, 0.5)
-        self.step = min(self.step * growth, self.settings.largest_step)
+        self._choose_step(new)
         if self.sense * (new.parameter - self.begin) < 0:
             self.branch.ended = f"the branch turned back and left the band where it began, at {self.begin:.6g}"
         elif np.linalg.norm(new.x) > self._bound():
@@ -220,6 +232,18 @@ class _Walk:
             self.branch.ended = f"stopped at {new.parameter:.6g} after {len(self.branch.points)} points" + _FOLDS
         elif self._wanders(new):
             self._leap(new)
+
+    def _choose_step(self, new):
+        """Order and length of the next step: those whose prediction of `new` would have erred as aimed."""
+        most = self.settings.highest_order
+        errors = prediction_errors(self.run[-most - 1:], new, self._metric())
+        self.run.append(new)
+        self.order = 1 + int(np.argmin(errors * 1.5 ** np.arange(len(errors)))) if len(errors) else 1
+        error = max(errors[self.order - 1], 1e-12) if len(errors) else self.settings.aim
+        growth = np.clip((self.settings.aim / error) ** (1 / (self.order + 1)), 0.5, 1.8)
+        if new.iterations > 4:
+            growth = min(growth, 0.6)
+        self.step = min(self.step * growth, self.settings.largest_step)
 
     def _append(self, new, on_point):
         self.branch.points.append(new)
@@ -340,14 +364,38 @@ _FOLDS = (": the branch folds again and again; more damping, more or fewer harmo
 def extrapolate(points, metric, step, order):
     """Polynomial through the last order + 1 points, over their distances, at a step beyond the last."""
     used = points[-(order + 1):]
-    s = [0.0]
-    for a, b in zip(used[::-1][:-1], used[::-1][1:], strict=True):
-        s.append(s[-1] - metric.norm(a.x - b.x, a.parameter - b.parameter))
-    x, p = 0.0, 0.0
-    for i, point in enumerate(used[::-1]):
-        weight = np.prod([(step - s[j]) / (s[i] - s[j]) for j in range(len(s)) if j != i])
-        x, p = x + weight * point.x, p + weight * point.parameter
-    return x, p
+    weights = _lagrange(_places(used, metric), step)
+    return sum(w * q.x for w, q in zip(weights, used, strict=True)), \
+        sum(w * q.parameter for w, q in zip(weights, used, strict=True))
+
+
+def prediction_errors(points, new, metric):
+    """How far from `new` the polynomials of order 1, 2, ... through the last of the points would have led."""
+    if len(points) < 2:
+        return np.empty(0)
+    places = _places(points, metric)
+    step = metric.norm(new.x - points[-1].x, new.parameter - points[-1].parameter)
+    weights = np.zeros((len(points) - 1, len(points)))
+    for order in range(1, len(points)):
+        weights[order - 1, -order - 1:] = _lagrange(places[-order - 1:], step)
+    x = weights @ np.array([q.x for q in points]) - new.x
+    p = weights @ np.array([q.parameter for q in points]) - new.parameter
+    return np.array([metric.norm(*error) for error in zip(x, p, strict=True)])
+
+
+def _places(points, metric):
+    """Distances along the points, zero at the last."""
+    gone = [metric.norm(b.x - a.x, b.parameter - a.parameter) for a, b in zip(points[:-1], points[1:], strict=True)]
+    return np.r_[-np.cumsum(gone[::-1])[::-1], 0.0]
+
+
+def _lagrange(places, at):
+    """Weights with which values at the places make up the interpolating polynomial elsewhere."""
+    apart = places[:, None] - places
+    np.fill_diagonal(apart, 1.0)
+    ahead = np.tile(at - places, (len(places), 1))
+    np.fill_diagonal(ahead, 1.0)
+    return np.prod(ahead, axis=1) / np.prod(apart, axis=1)
 
 
 def _predict(run, metric, step, order, sign):

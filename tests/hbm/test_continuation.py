@@ -22,8 +22,11 @@ class Dense:
         y = np.linalg.solve(A, right)
         return y[:-1], y[-1], np.sign(np.linalg.det(A))
 
-    def solve(self, row, corner, value):
-        return self._solve(row, corner, np.r_[-self.residual, value])[:2]
+    def solve(self, row, corner, value, residual=None):
+        return self._solve(row, corner, np.r_[-(self.residual if residual is None else residual), value])[:2]
+
+    def moved(self, dx, dp):
+        return self
 
     def direction(self, row, corner):
         return self._solve(row, corner, np.r_[0 * self.residual, 1.0])
