@@ -23,7 +23,8 @@ import numpy as np
 END = "reached the end of the band"
 GAP = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)     # places tried ahead of a lost branch, in units of `length`
 SAFE = 8.0                                       # factor on the estimated error after the last step
-LEAP = 0.02                                      # distance over which a branch that folds on and on is left
+PACE = 3e-3                                      # share of the way by which a branch must get on to be worth following
+LEAP = 0.1                                       # distance over which a branch that folds on and on is left
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Settings:
     most_gaps: int = 3
     most_leaps: int = 12
     runaway: float = 1e8          # unknowns this many times those of the start mean that no solution exists further on
-    patience: int = 400           # points without getting on by a thousandth of the way, before the branch is left
+    patience: int = 250           # points without getting on, before the branch is left
 
 
 DEFAULT = Settings()
@@ -82,14 +83,15 @@ def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
     A step that by the contraction so far leads below the tolerance is the last one: it is taken without evaluating
     again, and with the matrix of the step before where that is good enough [Deuflhard 2004, section 2.1].
     """
-    x0, p0, before, held = x, p, np.inf, None
+    x0, p0, before, least, held, stalls = x, p, np.inf, np.inf, None, 0
     for iteration in range(1, settings.most_iterations + 1):
         e = evaluate(x, p)
         size = np.clip(np.linalg.norm(metric.weights * x), 1e-6 * metric.size, 10 * metric.size)
         error = np.linalg.norm(e.residual) / size
         if error <= settings.tolerance:
             return Point(x, p, True, iteration, e)
-        if not np.isfinite(error) or error > 1e8:
+        stalls += error > 0.5 * least          # more than once: it goes round between the pieces of a kink
+        if not np.isfinite(error) or error > 1e8 or stalls > 1:
             break
         rate = error / before if held is not None else 1.0
         chord = held is not None and SAFE * rate * error <= settings.tolerance
@@ -100,7 +102,7 @@ def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
             break
         if chord or SAFE * rate**2 * error <= settings.tolerance:
             return Point(x, p, True, iteration, e.moved(dx, dp))
-        before, held = error, e
+        before, least, held = error, min(error, least), e
     return Point(np.full_like(x0, np.nan), p0, False, iteration)
 
 
@@ -259,30 +261,35 @@ class _Walk:
         if len(before) == 2:
             self.turns += (new.parameter - before[1].parameter) * (before[1].parameter - before[0].parameter) < 0
         self.stale += 1
-        if self.sense * (new.parameter - self.furthest.parameter) > 1e-3 * self.way:
+        if self.sense * (new.parameter - self.furthest.parameter) > PACE * self.way:
             self.furthest, self.stale, self.turns = new, 0, 0
         patience = self.settings.patience
         wanders = self.stale > patience and self.turns >= 6 or self.stale > 3 * patience
         return wanders and self.attempts < self.settings.most_leaps
 
     def _leap(self, new):
-        """Leave a branch that does not get on, in steps of the parameter, twice as far at each further leap.
+        """Leave a branch that does not get on: in steps of the parameter, else for a solution further ahead.
 
-        Where Newton finds nothing ahead the branch is followed on."""
-        begin, at = self.furthest.parameter, self.furthest
-        beside = [p.x for p in sorted(self.run, key=lambda point: -self.sense * point.parameter)[4:64:6]]
-        goal, step = LEAP * 2.0 ** len(self.branch.leaps), GAP[0]
-        while self.sense * (at.parameter - begin) < goal * self.length and at.parameter != self.end:
-            found, _ = self._ahead(at.parameter, (at.x, *beside), (step, 0.3 * step, 3 * step, 0.1, 0.2))
-            if found is None:
+        Each further leap goes twice as far. Where nothing is found ahead the branch is followed on.
+        """
+        begin, goal = self.furthest, LEAP * 2.0 ** min(len(self.branch.leaps), 5)
+        beside = [p.x for p in sorted(self.run, key=lambda point: -self.sense * point.parameter)[4:64:12]]
+        at, passed, step = begin, [], GAP[0]
+        while at.parameter != self.end and self.sense * (at.parameter - begin.parameter) < goal * self.length:
+            at, _ = self._ahead(at.parameter, (at.x, *beside), (step, 0.3 * step, 3 * step), 30)
+            if at is None:
                 break
-            self.branch.points.append(found)
-            step = min(max(1.5 * abs(found.parameter - at.parameter) / self.length, GAP[0]), 0.05)
-            at = found
+            last = passed[-1] if passed else begin
+            step = min(max(1.5 * abs(at.parameter - last.parameter) / self.length, GAP[0]), 0.05)
+            passed.append(at)
         self.stale, self.turns, self.attempts = 0, 0, self.attempts + 1
-        if at.parameter != begin:
-            self.branch.leaps.append((begin, at.parameter))
-            self._resume(self.branch.points.pop())
+        if at is None and self.restart:
+            at, _ = self._ahead(begin.parameter, (), (goal, 2 * goal, 4 * goal, 8 * goal), 0)
+            passed = passed + [at] if at else passed
+        if passed:
+            self.branch.points += passed[:-1]
+            self.branch.leaps.append((begin.parameter, passed[-1].parameter))
+            self._resume(passed[-1])
 
     def _cross(self, last, metric):
         """Past a place where the corrector fails: the same branch close by, else a gap with failed points in it."""
@@ -300,18 +307,18 @@ class _Walk:
         else:
             self._resume(found)
 
-    def _ahead(self, parameter, guesses, aheads=GAP):
+    def _ahead(self, parameter, guesses, aheads=GAP, most=60):
         """(point at a fixed parameter ahead or None, parameters at which none was found)."""
         tried = []
         for ahead in aheads:
             p = parameter + self.sense * ahead * self.length
             p = self.end if self.sense * (p - self.end) > 0 else p
             for guess in guesses:
-                new = solve_at(self.evaluate, guess, p, self.weights, self.settings, 60)
+                new = solve_at(self.evaluate, guess, p, self.weights, self.settings, most)
                 self.branch.calls += new.iterations
                 if new.converged:
                     return new, tried
-            if self.restart and ahead in (aheads[-1], 0.1):
+            if self.restart and (not guesses or aheads is GAP and ahead in (0.1, GAP[-1])):
                 new = self.restart(p)
                 self.branch.calls += new.iterations
                 if new.converged:
