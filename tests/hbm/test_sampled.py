@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from hbm import aft, fourier, laws, sampled
+from hbm import aft, fourier, isotropic, laws, sampled
 from hbm.residual import ContactProblem
 from hbm.response import follow_band
 from tests.hbm.cases import load, solve
 
 E1 = load("E1")
-LAW = sampled.IsotropicFriction()
+LAW = isotropic.IsotropicFriction()
 
 
 def prescribed(X, Y, kt, L, n, H=3, law=LAW):
