@@ -109,6 +109,12 @@ def carry(dw, E, M, C0, C1):
 
 
 @njit(cache=True)
+def determinant(A):
+    """Of I - A: zero where a period leaves the slider, or a part of it, where it was."""
+    return (1 - A[0, 0]) * (1 - A[1, 1]) - A[0, 1] * A[1, 0]
+
+
+@njit(cache=True)
 def settle(u, w1, w2, kt, kn, mu, preload, newton, J, M, C0, C1, w, state, A):
     """March until the slider repeats: periods marched, whether it did, whether by Newton, whether it ever slid.
 
@@ -125,7 +131,7 @@ def settle(u, w1, w2, kt, kn, mu, preload, newton, J, M, C0, C1, w, state, A):
             continue
         if max(abs(e1), abs(e2)) <= REPEATS * size:
             return periods, True, leapt, slid
-        det = (1 - A[0, 0]) * (1 - A[1, 1]) - A[0, 1] * A[1, 0]
+        det = determinant(A)
         if newton and abs(det) > REGULAR:
             leapt = True
             w1, w2 = a1 + ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, a2 + (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
@@ -136,7 +142,7 @@ def settle(u, w1, w2, kt, kn, mu, preload, newton, J, M, C0, C1, w, state, A):
 @njit(cache=True)
 def fixed_point(by, A, dw):
     """dw (n, 2, 3 nh) of the slider that repeats; by (n, 2, 2 + 3 nh) from unit columns of the slider at t = 0."""
-    det = (1 - A[0, 0]) * (1 - A[1, 1]) - A[0, 1] * A[1, 0]
+    det = determinant(A)
     for m in range(2, by.shape[2]):
         e1, e2 = by[0, 0, m], by[0, 1, m]            # of the end of the period, which is sample 0 again
         s1, s2 = ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
@@ -169,7 +175,7 @@ def march(u, E, kt, kn, mu, preload, sliders, from_position, w, dw, moves, share
             w1, w2 = begin(u[p, 0], given1, given2, *law, C)
             pulled = w1 != given1 or w2 != given2
             periods, repeats, leapt, slid = settle(u[p], w1, w2, *law, True, J, M, C0, C1, w[p], state, A)
-            if leapt and (not repeats or (state == STICK).all()):
+            if leapt and (not repeats or abs(determinant(A)) <= REGULAR):
                 periods, repeats, _, slid = settle(u[p], w1, w2, *law, False, J, M, C0, C1, w[p], state, A)
                 leapt = False
             moves[p, 0] = moves[p, 1] = slid or pulled or from_position

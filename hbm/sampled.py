@@ -25,7 +25,8 @@ from hbm.laws import PairSettings, Tangents
 
 STEP = 1e-30
 MOST_PERIODS = 30
-REPEATS = 1e-12          # of the largest entry of the state: the period repeats
+REPEATS = 1e-12          # of the largest motion: the period repeats
+REGULAR = 1e-6           # of det(I - A): below, the map of a period is not inverted
 
 
 @dataclass(frozen=True)
@@ -101,31 +102,44 @@ def _repeated(pairs, m):
     return SimpleNamespace(**{k: np.tile(getattr(pairs, k), m) for k in ("kn", "kt", "mu", "preload")})
 
 
-def march(law, pairs, x, start, grid):
+def march(law, pairs, x, start, grid, leap=True):
     """Harmonics of any sampled law: the states sample by sample, then the tangents of all samples in one call.
 
-    At least two periods, and until the state repeats; the derivatives are carried through all of them.
+    At least two periods, and until the state repeats. A state that creeps there is taken there by Newton on the map
+    of the period (`leap`), unless that leads to a pair at rest, where it is not the only one that repeats.
     """
     P, nd, nh = x.shape
     E, ns = grid[1], law.states
     n, project = len(E), projector(E)
     u = np.ascontiguousarray((x @ E.T).transpose(2, 0, 1))                     # (n, P, nd)
-    size = np.abs(u).max() + 1e-300
+    size = np.abs(u).max(initial=0.0) + 1e-300
     state, dstate = _begin(law, u[0], *start, pairs, E[0])
-    order = np.r_[1:n, 0]
-    every = _repeated(pairs, n)
-    dforce = np.zeros((n, P, nd, nd, nh))
+    order, every = np.r_[1:n, 0], _repeated(pairs, n)
+    dforce, leapt, repeats = np.zeros((n, P, nd, nd, nh)), np.zeros(P, dtype=bool), np.ones(P, dtype=bool)
     for period in range(MOST_PERIODS if ns else 1):
-        before = np.empty((n, P, ns))
-        first = state
+        before, first = np.empty((n, P, ns)), state
         for i in order if ns else ():
             before[i] = state
             state = law.advance(u[i], state, pairs)[1]
         force, after, t = law.step(u.reshape(n * P, nd), before.reshape(n * P, ns), every)
         t = [a.reshape(n, P, *a.shape[1:]) for a in (t.force_u, t.force_slider, t.slider_u, t.slider_slider)]
         chain(order, E, *t, dstate, dforce)
-        if period and np.abs(state - first).max() <= REPEATS * size:
+        repeats = np.abs(state - first).max(axis=1, initial=0.0) <= REPEATS * size
+        if period and repeats.all():
             break
+        if period and leap:
+            state, now = _leap(first, state, _map(order, t[3]), ~repeats)
+            leapt |= now
+    if leapt.any():
+        A = _map(order, t[3])[leapt]
+        if not repeats.all() or not _regular(A).all():
+            return march(law, pairs, x, start, grid, leap=False)
+        t, part = [np.ascontiguousarray(a[:, leapt]) for a in t], np.zeros((n, leapt.sum(), nd, nd, nh))
+        fixed = np.zeros_like(dstate[leapt])
+        chain(order, E, *t, fixed, part)
+        fixed = np.linalg.solve(np.eye(ns) - A, fixed.reshape(len(A), ns, nd * nh)).reshape(fixed.shape)
+        chain(order, E, *t, fixed, part)
+        dforce[:, leapt] = part
     force, moved = force.reshape(n, P, nd), np.abs(after.reshape(n, P, ns) - before)[:, :, :law.tangents]
     opens = force[:, :, -1] <= 0 if law.has_normal else np.zeros((n, P), dtype=bool)
     slips = ~opens & (moved.max(axis=2, initial=0.0) > 1e-12 * size)
@@ -134,6 +148,27 @@ def march(law, pairs, x, start, grid):
     shares = np.stack([~slips & ~opens, slips, opens], axis=2).sum(axis=0) / n
     return *_bracket(law, pairs, x, g, np.ascontiguousarray(D), np.abs(dforce).max(axis=(0, 3, 4)),
                      np.abs(force).max(axis=0)), shares
+
+
+def _map(order, state_state):
+    """(P, ns, ns) derivative of the state after a period by the state before it."""
+    A = np.eye(state_state.shape[2])
+    for i in order:
+        A = state_state[i] @ A
+    return A
+
+
+def _regular(A):
+    return np.abs(np.linalg.det(np.eye(A.shape[1]) - A)) > REGULAR
+
+
+def _leap(first, state, A, wanted):
+    """(states, mask of those moved): Newton's step to the state that repeats, where the map allows it."""
+    now = wanted & _regular(A)
+    new = state.copy()
+    e = (state - first)[now, :, None]
+    new[now] = first[now] + np.linalg.solve(np.eye(A.shape[1]) - A[now], e)[:, :, 0]
+    return new, now
 
 
 def _begin(law, u, sliders, from_position, pairs, e):
