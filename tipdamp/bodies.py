@@ -200,10 +200,11 @@ def node_stiffness(study, pairs: ContactTable, materials: dict) -> tuple[np.ndar
 def reduced_model(study, store, tick) -> tuple[ReducedModel, ContactTable, dict]:
     """Craig-Bampton models of blades and damper side by side, the whole patch, and what the reduction was.
 
-    Also writes free_modes.vtu: the lowest modes of the blades without damper, on their mesh.
+    Also keeps what pictures need of the meshes and of the bodies' own modes.
     """
     from modal.craig_bampton import assemble, craig_bampton
     from static_contact.pull import pull_forces
+    from tipdamp.pictures import keep_bodies
 
     meshes = read_meshes(study)
     check(study, meshes)
@@ -213,7 +214,6 @@ def reduced_model(study, store, tick) -> tuple[ReducedModel, ContactTable, dict]
     groups = [blades.group(g) for g in (r["excitation"], *r["patches"]) if g]
     tick(0.15, f"reducing the blades, {blades.dofs} dofs")
     r_blades = craig_bampton(blades, np.concatenate([pairs.blade_node, *groups]), study[BLADES]["modes"])
-    picture = _free_modes_picture(store, meshes[BLADES], r_blades)
     tick(0.75, f"reducing the damper, {damper.dofs} dofs")
     r_damper = craig_bampton(damper, pairs.damper_node, study[DAMPER]["modes"])
     d = study[DAMPER]
@@ -231,26 +231,11 @@ def reduced_model(study, store, tick) -> tuple[ReducedModel, ContactTable, dict]
              "highest_fixed_interface_hz": {b: r.omega.max(initial=0) / (2 * np.pi)
                                             for b, r in ((BLADES, r_blades), (DAMPER, r_damper))},
              "rows": {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides},
-             "side_materials": side_materials(study, meshes, pairs), "picture": picture,
+             "side_materials": side_materials(study, meshes, pairs),
+             "pictures": keep_bodies(store, meshes, (r_blades, r_damper), model),
              "pull_positions_m": sorted((meshes[DAMPER].position[meshes[DAMPER].index(nodes)]
                                          @ np.array(d["axis"])).tolist())}
     return model, pairs, facts
-
-
-def _free_modes_picture(store, mesh, reduction, count: int = 6) -> str | None:
-    """Name of the file, or None where meshio is missing."""
-    from scipy.linalg import eigh
-
-    from tipdamp.pictures import write_shapes
-
-    model = reduction.model
-    lam, q = eigh(model.K, model.M, subset_by_index=(0, min(count, model.size) - 1))
-    shapes = {f"mode {i + 1}, {np.sqrt(max(lam[i], 0)) / (2 * np.pi):.1f} Hz": reduction.recover(q[:, i])
-              for i in range(len(lam))}
-    with store.writing("free_modes.vtu") as path:
-        if write_shapes(path, mesh, shapes):
-            return "free_modes.vtu"
-    return None
 
 
 def full_check(study, sets: dict, tick) -> dict:
