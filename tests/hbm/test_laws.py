@@ -2,12 +2,13 @@
 
 import os
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from hbm import aft, fourier, laws
+from hbm import aft, fourier, laws, located
 from hbm.errors import InputError
 
 ALL = [laws.Jenkins1D(), laws.DryFriction2T(), laws.UnilateralSpring()]
@@ -155,16 +156,14 @@ def test_negative_settings_are_refused(column):
         laws.PairSettings(**values)
 
 
-def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, monkeypatch, caplog):
-    source = tmp_path / "located.py"
-    source.touch()
-    kernel = SimpleNamespace(stats=SimpleNamespace(cache_path=tmp_path))
-    monkeypatch.setattr(aft, "located", SimpleNamespace(brackets=kernel, __file__=source))
-    aft._announce_compilation()
+def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog):
+    source = Path(located.__file__)
+    kernel = SimpleNamespace(py_func=located.brackets.py_func, stats=SimpleNamespace(cache_path=tmp_path))
+    aft._announce_compilation(kernel)
     assert "compiling the contact kernels" in caplog.text
     caplog.clear()
     stored = tmp_path / "located.brackets-1.py311.nbi"
     stored.touch()
     os.utime(stored, (source.stat().st_mtime + 5,) * 2)
-    aft._announce_compilation()
+    aft._announce_compilation(kernel)
     assert not caplog.text
