@@ -272,7 +272,8 @@ def test_first_frame_is_the_mode(rig_modes, tmp_path):
     code = f"""const {{decoded, displaced}} = require({json.dumps(str(script))});
 const [rest, shape, size] = JSON.parse(require("fs").readFileSync(process.argv[1]));
 const x0 = decoded(rest, Float32Array), u = decoded(shape, Float32Array);
-console.log(JSON.stringify([0, Math.PI / 2, Math.PI].map(p => displaced(x0, u, size * Math.cos(p)).map(v => [...v]))));"""
+const frame = p => displaced(x0, u, size * Math.cos(p)).map(v => [...v]);
+console.log(JSON.stringify([0, Math.PI / 2, Math.PI].map(frame)));"""
     out = subprocess.run([node, "-e", code, str(tmp_path / "data.json")], capture_output=True, text=True, check=True)
     frames = np.array(json.loads(out.stdout)).transpose(0, 2, 1)
     surf, first = picture.surfaces["damper"], picture.modes[0]
