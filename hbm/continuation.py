@@ -24,6 +24,8 @@ END = "reached the end of the band"
 GAP = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)     # places tried ahead of a lost branch, in units of `length`
 SAFE = 8.0                                       # factor on the estimated error after the last step
 PACE = 3e-3                                      # share of the way by which a branch must get on to be worth following
+HOLE = 0.02                                      # share of the way without a solution that fails a branch
+BACK = 400                                       # points in which a solution ahead is followed back
 LEAP = 0.1                                       # distance over which a branch that folds on and on is left
 
 
@@ -151,8 +153,8 @@ def between(evaluate, a: Point, b: Point, share: float, weights, settings=DEFAUL
 class Branch:
     """Points in order, the sentence that says why it ended, and whether it reached the end.
 
-    leaps : (from, to) parameters: a branch that folds without getting on was left there, and the solutions between
-        were found in small steps of the parameter, each from the one before
+    leaps : (from, to) parameters: a branch that folds without getting on was left there and a solution taken up here;
+        between them there are solutions found in small steps of the parameter, or none: then not far, or marked failed
     """
 
     points: list = field(default_factory=list)
@@ -285,11 +287,25 @@ class _Walk:
         self.stale, self.turns, self.attempts = 0, 0, self.attempts + 1
         if at is None and self.restart:
             at, _ = self._ahead(begin.parameter, (), (goal, 2 * goal, 4 * goal, 8 * goal), 0)
-            passed = passed + [at] if at else passed
+            passed = passed + self._back(at, passed[-1] if passed else begin) if at else passed
+        elif passed:
+            self.branch.leaps.append((begin.parameter, passed[-1].parameter))
         if passed:
             self.branch.points += passed[:-1]
-            self.branch.leaps.append((begin.parameter, passed[-1].parameter))
             self._resume(passed[-1])
+
+    def _back(self, found, left):
+        """Points from where a branch was left up to one found ahead, which is followed back as far as it gets on."""
+        back = follow(self.evaluate, found, left.parameter, self.weights,
+                      replace(self.settings, most_points=BACK, most_leaps=0, most_gaps=0))
+        self.branch.calls += back.calls
+        good = [q for q in back.points if q.converged]
+        nearest = min(range(len(good)), key=lambda i: self.sense * good[i].parameter)
+        self.branch.leaps.append((left.parameter, good[nearest].parameter))
+        hole = self.sense * (good[nearest].parameter - left.parameter)
+        middle = 0.5 * (left.parameter + good[nearest].parameter)
+        failed = [Point(np.full_like(found.x, np.nan), middle, False, 0)] if hole > HOLE * self.way else []
+        return failed + good[nearest::-1]
 
     def _cross(self, last, metric):
         """Past a place where the corrector fails: the same branch close by, else a gap with failed points in it."""

@@ -43,7 +43,8 @@ class Linearisation:
         hb, b = self.balance, self.bracket
         modal, g = self.modal + self.modal_rate * dp, b.g
         if len(b.pair):
-            dg = np.matmul(b.D.reshape(len(b.pair), hb.nd * hb.nh, -1), dx.reshape(-1, hb.nd * hb.nh)[b.pair][:, :, None])
+            size = hb.nd * hb.nh
+            dg = np.matmul(b.D.reshape(-1, size, size), dx.reshape(-1, size)[b.pair][:, :, None])
             g = g.copy()
             g[b.pair] += dg.reshape(-1, hb.nd, hb.nh)
             columns = hb.shapes.reshape(-1, hb.nd, hb.shapes.shape[1])[b.pair].reshape(-1, hb.shapes.shape[1])
