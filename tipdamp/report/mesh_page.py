@@ -39,8 +39,9 @@ def _pairs_table(checks) -> tables.Table:
     for side, c in checks.items():
         n = ", ".join(f"{v:+.3f}" for v in c["mean_normal"])
         low, high = (distance(v) for v in c["apart_along_n_m"])
+        along = low if low == high else f"{low} to {high}"
         rows.append((side, f"{c['pairs']}", f"{c['stations']} × {c['rows']}", f"({n})",
-                     f"{c['normals_within_deg']:.1f}°", _degrees(c["off_surface_deg"]), low if low == high else f"{low} to {high}",
+                     f"{c['normals_within_deg']:.1f}°", _degrees(c["off_surface_deg"]), along,
                      distance(c["apart_across_m"]), number(c["force_per_pull"])))
     trouble = next((c["trouble"] for c in checks.values() if c["trouble"]), None)
     return tables.Table(
