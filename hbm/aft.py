@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm import fourier, located, sampled
+from hbm import fourier, located, sampled, transitions
 from hbm.errors import InputError
 from hbm.laws import PairSettings
 
@@ -46,9 +46,10 @@ class Bracket:
                        self.shares)
 
 
-def default_samples(H: int) -> int:
-    """Samples that separate the transitions; the result does not depend on them."""
-    return max(64, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
+def default_samples(H: int, located: bool = True) -> int:
+    """Samples that separate the transitions where these are located; where they are not, the result is as good as the
+    samples (256: below 1e-3 of the limit force)."""
+    return max(64 if located else 256, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
 
 
 def sample_grid(H: int, samples: int):
@@ -70,11 +71,11 @@ def slider_start(start, P: int, tangents: int):
     return w, False
 
 
-def _announce_compilation():
+def _announce_compilation(kernel):
     """Say once that numba has to compile the kernels, where no compiled ones newer than the source are stored."""
-    stored = Path(located.brackets.stats.cache_path).glob("located.brackets*.nbi")
-    newest = max((path.stat().st_mtime for path in stored), default=0.0)
-    if newest < Path(located.__file__).stat().st_mtime:
+    source = Path(kernel.py_func.__code__.co_filename)
+    stored = Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__name__}*.nbi")
+    if max((path.stat().st_mtime for path in stored), default=0.0) < source.stat().st_mtime:
         logging.getLogger("hbm").warning("compiling the contact kernels (once per machine, half a minute at most)")
 
 
@@ -88,11 +89,15 @@ def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
         active = np.flatnonzero(moves.any(axis=1))
         return Bracket(g, active, D[active], moves, gp, shares)
     if not located.brackets.signatures:
-        _announce_compilation()
-    g, gp = np.empty((P, nd, nh)), np.empty((P, nd, nh))
-    D = np.empty((P, nd, nh, nd, nh))
+        _announce_compilation(located.brackets)
+    most = 8 * nh + 64
+    pieces, counts = np.empty((P, law.tangents + 1, most, 7)), np.empty((P, law.tangents + 1), dtype=np.int64)
     moves, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))
-    located.brackets(x, x @ E.T, x @ E_rate.T, tau, law.tangents, law.has_normal, pairs.kt, pairs.kn, pairs.mu,
-                     pairs.preload, *start, g, D, gp, moves, shares)
+    settings = law.tangents, law.has_normal, pairs.kt, pairs.kn, pairs.mu, pairs.preload
+    transitions.find_pieces(x, x @ E.T, x @ E_rate.T, tau, *settings, *start, pieces, counts, moves, shares)
     active = np.flatnonzero(moves.any(axis=1))
-    return Bracket(g, active, D[active], moves, gp, shares)
+    place = np.full(P, -1)
+    place[active] = np.arange(len(active))
+    g, gp, D = np.empty((P, nd, nh)), np.empty((P, nd, nh)), np.empty((len(active), nd, nh, nd, nh))
+    located.brackets(x, pieces, counts, place, *settings, g, D, gp)
+    return Bracket(g, active, D, moves, gp, shares)

@@ -2,26 +2,24 @@
 
     u_k + G(k w) [f_k(u) - K_c u_k] = G-response to the external force,        k = 0..H
 
-G is the receptance of the stuck system at the pairs and the bracket is that of `aft`. Its derivative D vanishes on
-pairs that stick through the cycle, so with dg = D du Newton's system is (I + D G) dg = -D R: it lives on the rows of
-the bracket that move.
+G is the receptance of the stuck system at the pairs and the bracket is that of `aft`; Newton's linear system is in
+`linearisation`.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg as la
 import scipy.sparse as sp
-from scipy.linalg.lapack import dgetrf as getrf
-from scipy.linalg.lapack import dgetrs as getrs
 
 from hbm import aft, fourier
 from hbm.errors import InputError
 from hbm.laws import CorridorLaw, PairSettings
 from hbm.linear import Receptance, stuck_receptance
+from hbm.linearisation import Linearisation, real_times
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
 SERIES_TERMS = 18        # 4^-18 is below 1e-10
+ORDER_ZERO_WEIGHT = 0.01     # the mean position is nearly indeterminate in slip: it counts little in the arc length
 SETTINGS = ("preload", "mu", "kn", "kt")      # of the pairs, that may be a parameter of the continuation
 
 
@@ -74,96 +72,6 @@ class ContactProblem:
         return self.__dict__["_receptance"]
 
 
-@dataclass(frozen=True)
-class Linearisation:
-    """Residual at one point with everything that Newton and the outputs need. Lengths n = P nd nh, pair-major."""
-
-    x: np.ndarray
-    residual: np.ndarray
-    by_parameter: np.ndarray
-    bracket: aft.Bracket
-    modal: np.ndarray          # (m, H+1) coordinates: q_k = shapes @ modal[:, k]
-    balance: "HarmonicBalance"
-    factors: np.ndarray        # (m, H+1)
-    w: float
-    parts: list = field(default_factory=list)
-
-    def solve(self, row, corner, value):
-        """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], through the rows of the bracket that move."""
-        return self._bordered(self.residual, row, corner, value)[:2]
-
-    def direction(self, row, corner):
-        """tx, tp, sign: the tangent with row' tx + corner tp = 1, and the sign of the bordered determinant."""
-        return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
-
-    def _bordered(self, R, row, corner, value):
-        Rp, hb = self.by_parameter, self.balance
-        nh, nc = hb.nh, hb.n_components
-        DG, rows, local = self._condensed()
-        n = len(rows) * nh
-        pivot = corner - row @ Rp
-        if not n:
-            dp = (value + row @ R) / pivot
-            return -R - Rp * dp, dp, np.sign(pivot)
-        system = np.empty((n + 1, n + 1), order="F")
-        system[:n, :n] = DG
-        system[np.arange(n), np.arange(n)] += 1.0
-        system[:n, n] = self._apply(local, Rp)
-        system[n, :n] = -hb.force_on_row(row, rows, self.factors) if row.any() else 0.0
-        system[n, n] = pivot
-        right = np.r_[-self._apply(local, R), value + row @ R]
-        size = max(np.abs(system[n]).max(), 1e-300)          # the border in the units of the rest
-        system[n] /= size
-        right[n] /= size
-        scale = max(np.abs(system[:, n]).max(), 1e-300)
-        system[:, n] /= scale
-        lu, pivots, info = getrf(system, overwrite_a=True)
-        if info or not np.isfinite(lu[-1, -1]):
-            return np.full(nc * nh, np.nan), np.nan, 0.0
-        y = getrs(lu, pivots, right)[0]
-        swaps = np.count_nonzero(pivots != np.arange(n + 1))
-        sign = np.prod(np.sign(np.diag(lu))) * (-1) ** swaps
-        y[n] /= scale
-        dg = np.zeros((nc, nh))
-        dg[rows] = y[:n].reshape(-1, nh)
-        return -R - Rp * y[n] - hb.apply(dg, rows, self.factors), y[n], sign
-
-    def _condensed(self):
-        if not self.parts:
-            self.parts.extend(self.balance.condensed(self.bracket, self.factors, self.w))
-        return self.parts
-
-    def _apply(self, local, x):
-        """D x on the moving rows, flat."""
-        b, hb = self.bracket, self.balance
-        nd, nh = hb.nd, hb.nh
-        X = x.reshape(-1, nd * nh)[b.pair]
-        y = np.matmul(b.D.reshape(len(b.pair), nd * nh, nd * nh), X[:, :, None])[:, :, 0]
-        return y.reshape(-1, nh)[local].ravel()
-
-    def contact(self):
-        """(force N, relative motion m) of the pairs, each (P, nd, H+1) complex."""
-        hb, problem = self.balance, self.balance.problem
-        u = self.x.reshape(len(problem.pairs), hb.nd, hb.nh)
-        f = self.bracket.g + problem.law.stuck_stiffness(problem.pairs)[:, :, None] * u
-        if problem.law.has_normal:
-            f[:, -1, 0] += problem.pairs.preload
-        return fourier.to_complex(f), fourier.to_complex(u)
-
-    def smallest_motion(self):
-        """(singular value, q (r, H+1)) of the direction in which the Jacobian is most nearly singular."""
-        hb = self.balance
-        DG, rows, _ = self._condensed()
-        n = len(rows) * hb.nh
-        if not n:
-            return 1.0, None
-        _, s, Vt = la.svd(DG + np.eye(n))
-        dg = np.zeros((hb.n_components, hb.nh))
-        dg[rows] = Vt[-1].reshape(-1, hb.nh)
-        modal = self.factors * (hb.shapes.T @ fourier.to_complex(dg))
-        return s[-1] / s[0], hb.receptance.shapes @ modal
-
-
 class HarmonicBalance:
     """Residual of a ContactProblem under forces {harmonic: (r,) complex} for harmonics 0..H.
 
@@ -177,11 +85,12 @@ class HarmonicBalance:
         self.receptance = problem.receptance()
         self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
         self.start = aft.slider_start(start, len(pairs), law.tangents)
-        self.grid = aft.sample_grid(H, samples or aft.default_samples(H))
+        self.grid = aft.sample_grid(H, samples or aft.default_samples(H, law.corridor))
         self.static, self.preload_force = self._static_parts()
         self.force = np.zeros((self.receptance.shapes.shape[1], H + 1), dtype=complex)
         for k, F in forces.items():
             self.force[:, k] = self.receptance.shapes.T @ F
+        self.weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(self.nh - 1)], self.n_components)
         self._series = None
 
     def _static_parts(self):
@@ -220,16 +129,16 @@ class HarmonicBalance:
         push = self.force_at(level)
         rows = np.flatnonzero(np.any(bracket.g.reshape(-1, self.nh) != 0, axis=1))
         if len(rows):
-            push = push - _real_times(self.shapes[rows].T, fourier.to_complex(bracket.g.reshape(-1, self.nh)[rows]))
+            push = push - real_times(self.shapes[rows].T, fourier.to_complex(bracket.g.reshape(-1, self.nh)[rows]))
         modal = d * push
         if by in SETTINGS:
             h = 1e-6 * max(abs(factor), 1e-3)
             factor = max(factor, h)
             g = (self._bracket(u, by, factor + h).g - self._bracket(u, by, factor - h).g) / (2 * h)
-            rate = -d * _real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
+            rate = -d * real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
         else:
             rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
-        both = _real_times(self.shapes, np.concatenate([modal, rate], axis=1))
+        both = real_times(self.shapes, np.concatenate([modal, rate], axis=1))
         residual = x - fourier.to_real(both[:, :self.H + 1]).ravel()
         return Linearisation(x, residual, -fourier.to_real(both[:, self.H + 1:]).ravel(), bracket, modal, self, d, w)
 
@@ -249,41 +158,6 @@ class HarmonicBalance:
         if p.law.has_normal:
             bracket.g[:, -1, 0] += pairs.preload - p.pairs.preload
         return bracket
-
-    def apply(self, g, rows, factors) -> np.ndarray:
-        """G g, flat, for g (nc, nh) that is nonzero on `rows` only."""
-        modal = factors * _real_times(self.shapes[rows].T, fourier.to_complex(g[rows]))
-        return fourier.to_real(_real_times(self.shapes, modal)).ravel()
-
-    def force_on_row(self, row, rows, factors) -> np.ndarray:
-        """row' G restricted to the columns `rows`, flat: G is symmetric."""
-        c = np.conj(fourier.to_complex(row.reshape(self.n_components, self.nh)))
-        z = _real_times(self.shapes[rows], factors * _real_times(self.shapes.T, c))
-        return fourier.to_real(np.conj(z)).ravel()
-
-    def condensed(self, bracket, factors, w):
-        """D G on the moving rows (flat n x n), the rows (component numbers), and their places in D."""
-        nd, nh, H = self.nd, self.nh, self.H
-        a = len(bracket.pair)
-        moving = bracket.row[bracket.pair]
-        local = np.flatnonzero(moving.ravel())
-        rows = (bracket.pair[:, None] * nd + np.arange(nd))[moving]
-        n = len(rows)
-        if not n:
-            return np.zeros((0, 0)), rows, local
-        columns = (bracket.pair[:, None] * nd + np.arange(nd)).ravel()
-        left = bracket.D[moving] if n < a * nd else bracket.D.reshape(n, nh, nd, nh)
-        owner = np.repeat(np.arange(a), moving.sum(axis=1))
-        G = self.between(columns, rows, factors, w)
-        DG = np.empty((n, nh, n, nh))
-        for k in range(H + 1):
-            Gk = G[k].reshape(a, nd, n)[owner]
-            if k == 0:
-                DG[:, :, :, 0] = np.matmul(np.ascontiguousarray(left[:, :, :, 0]), Gk.real)
-                continue
-            Z = np.matmul(left[:, :, :, 2 * k - 1] - 1j * left[:, :, :, 2 * k], Gk)
-            DG[:, :, :, 2 * k - 1], DG[:, :, :, 2 * k] = Z.real, -Z.imag
-        return DG.reshape(n * nh, n * nh), rows, local
 
     def between(self, to, at, factors, w) -> np.ndarray:
         """(H+1, len(to), len(at)) receptance between components: low modes one by one, the others by a series."""
@@ -325,11 +199,3 @@ class HarmonicBalance:
                 before, now = now, -2 * zeta * now - before
             self._series = (reach, low, powers)
         return self._series[1], self._series[2]
-
-
-def _real_times(A, B):
-    """A @ B for complex B; a real A is not turned into a complex one."""
-    if np.iscomplexobj(A) or not np.iscomplexobj(B):
-        return A @ B
-    B = np.ascontiguousarray(B)
-    return np.ascontiguousarray(A @ B.view(float)).view(complex)

@@ -18,7 +18,7 @@ import numpy as np
 
 from hbm import continuation, fourier, march
 from hbm.residual import HarmonicBalance
-from hbm.response import ORDER_ZERO_WEIGHT, follow_band
+from hbm.response import follow_band
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 
 SEED = 2016
@@ -44,10 +44,9 @@ def settled_point(problem, force, w, X, H):
     x0, before = np.array(problem.B @ X), X[3, 1]
     while H <= MOST_HARMONICS:
         finer = HarmonicBalance(problem, {1: force}, 2 * H, "zero_force")
-        weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(4 * H)], finer.n_components)
         x = np.zeros((len(x0), 2 * H + 1), complex)
         x[:, :x0.shape[1]] = x0
-        point = continuation.solve_at(finer.evaluate, fourier.to_real(x).ravel(), w, weights)
+        point = continuation.solve_at(finer.evaluate, fourier.to_real(x).ravel(), w, finer.weights)
         if not point.converged:
             return None
         X = finer.receptance.shapes @ point.detail.modal

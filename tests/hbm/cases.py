@@ -8,7 +8,7 @@ import numpy as np
 from hbm import continuation, fourier
 from hbm.laws import DryFriction2T, Jenkins1D, PairSettings, UnilateralSpring
 from hbm.residual import ContactProblem, HarmonicBalance
-from hbm.response import ORDER_ZERO_WEIGHT, first_point
+from hbm.solutions import first_point
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "hbm"
 
@@ -55,12 +55,11 @@ def beam(case):
 def solve(problem, force, w, H, start="zero_slider", samples=None, guess=None):
     """(q (r, H+1) complex, point, balance) of the periodic solution at w, from the stuck response or from a guess x."""
     balance = HarmonicBalance(problem, {1: force}, H, start, samples)
-    weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(2 * H)], balance.n_components)
     settings = continuation.Settings()
     if guess is None:
-        point = first_point(balance, w, weights, settings)
+        point = first_point(balance, w, settings)
     else:
-        point = continuation.solve_at(balance.evaluate, guess, w, weights, settings)
+        point = continuation.solve_at(balance.evaluate, guess, w, balance.weights, settings)
     assert point.converged
     return (balance.receptance.shapes @ point.detail.modal), point, balance
 

@@ -1,0 +1,150 @@
+"""The residual of harmonic balance at one point, with Newton's linear system on the pairs that slip or lift.
+
+The derivative D of the bracket vanishes on pairs that stick through the cycle, so with dg = D du the system
+(I + G D) du = -R is (I + D G) dg = -D R: it lives on the rows of the bracket that move.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.linalg as la
+from scipy.linalg.lapack import dgetrf as getrf
+from scipy.linalg.lapack import dgetrs as getrs
+
+from hbm import aft, fourier
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """Residual at one point with everything that Newton and the outputs need. Lengths n = P nd nh, pair-major."""
+
+    x: np.ndarray
+    residual: np.ndarray
+    by_parameter: np.ndarray
+    bracket: aft.Bracket
+    modal: np.ndarray          # (m, H+1) coordinates: q_k = shapes @ modal[:, k]
+    balance: object            # the HarmonicBalance
+    factors: np.ndarray        # (m, H+1)
+    w: float
+    parts: list = field(default_factory=list)
+
+    def solve(self, row, corner, value):
+        """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], through the rows of the bracket that move."""
+        return self._bordered(self.residual, row, corner, value)[:2]
+
+    def direction(self, row, corner):
+        """tx, tp, sign: the tangent with row' tx + corner tp = 1, and the sign of the bordered determinant."""
+        return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
+
+    def _bordered(self, R, row, corner, value):
+        Rp, hb = self.by_parameter, self.balance
+        nh, nc = hb.nh, hb.n_components
+        DG, rows, local = self._condensed()
+        n = len(rows) * nh
+        pivot = corner - row @ Rp
+        if not n:
+            dp = (value + row @ R) / pivot
+            return -R - Rp * dp, dp, np.sign(pivot)
+        system = np.empty((n + 1, n + 1), order="F")
+        system[:n, :n] = DG
+        system[np.arange(n), np.arange(n)] += 1.0
+        system[:n, n] = self._apply(local, Rp)
+        system[n, :n] = -self._respond_transposed(row, rows) if row.any() else 0.0
+        system[n, n] = pivot
+        right = np.r_[-self._apply(local, R), value + row @ R]
+        size = max(np.abs(system[n]).max(), 1e-300)          # the border in the units of the rest
+        system[n] /= size
+        right[n] /= size
+        scale = max(np.abs(system[:, n]).max(), 1e-300)
+        system[:, n] /= scale
+        lu, pivots, info = getrf(system, overwrite_a=True)
+        if info or not np.isfinite(lu[-1, -1]):
+            return np.full(nc * nh, np.nan), np.nan, 0.0
+        y = getrs(lu, pivots, right)[0]
+        swaps = np.count_nonzero(pivots != np.arange(n + 1))
+        sign = np.prod(np.sign(np.diag(lu))) * (-1) ** swaps
+        y[n] /= scale
+        dg = np.zeros((nc, nh))
+        dg[rows] = y[:n].reshape(-1, nh)
+        return -R - Rp * y[n] - self._respond(dg, rows), y[n], sign
+
+    def _condensed(self):
+        if not self.parts:
+            self.parts.extend(self._condense())
+        return self.parts
+
+    def _condense(self):
+        """D G on the moving rows (flat n x n), the rows (component numbers), and their places in D."""
+        bracket, hb = self.bracket, self.balance
+        nd, nh, H = hb.nd, hb.nh, hb.H
+        a = len(bracket.pair)
+        moving = bracket.row[bracket.pair]
+        local = np.flatnonzero(moving.ravel())
+        rows = (bracket.pair[:, None] * nd + np.arange(nd))[moving]
+        n = len(rows)
+        if not n:
+            return np.zeros((0, 0)), rows, local
+        columns = (bracket.pair[:, None] * nd + np.arange(nd)).ravel()
+        left = bracket.D[moving] if n < a * nd else bracket.D.reshape(n, nh, nd, nh)
+        owner = np.repeat(np.arange(a), moving.sum(axis=1))
+        G = hb.between(columns, rows, self.factors, self.w)
+        DG = np.empty((n, nh, n, nh))
+        for k in range(H + 1):
+            Gk = G[k].reshape(a, nd, n)[owner]
+            if k == 0:
+                DG[:, :, :, 0] = np.matmul(np.ascontiguousarray(left[:, :, :, 0]), Gk.real)
+                continue
+            Z = np.matmul(left[:, :, :, 2 * k - 1] - 1j * left[:, :, :, 2 * k], Gk)
+            DG[:, :, :, 2 * k - 1], DG[:, :, :, 2 * k] = Z.real, -Z.imag
+        return DG.reshape(n * nh, n * nh), rows, local
+
+    def _apply(self, local, x):
+        """D x on the moving rows, flat."""
+        b, hb = self.bracket, self.balance
+        nd, nh = hb.nd, hb.nh
+        X = x.reshape(-1, nd * nh)[b.pair]
+        y = np.matmul(b.D.reshape(len(b.pair), nd * nh, nd * nh), X[:, :, None])[:, :, 0]
+        return y.reshape(-1, nh)[local].ravel()
+
+    def _respond(self, g, rows) -> np.ndarray:
+        """G g, flat, for g (nc, nh) that is nonzero on `rows` only."""
+        hb = self.balance
+        modal = self.factors * real_times(hb.shapes[rows].T, fourier.to_complex(g[rows]))
+        return fourier.to_real(real_times(hb.shapes, modal)).ravel()
+
+    def _respond_transposed(self, row, rows) -> np.ndarray:
+        """row' G restricted to the columns `rows`, flat: G is symmetric."""
+        hb = self.balance
+        c = np.conj(fourier.to_complex(row.reshape(hb.n_components, hb.nh)))
+        z = real_times(hb.shapes[rows], self.factors * real_times(hb.shapes.T, c))
+        return fourier.to_real(np.conj(z)).ravel()
+
+    def contact(self):
+        """(force N, relative motion m) of the pairs, each (P, nd, H+1) complex."""
+        hb, problem = self.balance, self.balance.problem
+        u = self.x.reshape(len(problem.pairs), hb.nd, hb.nh)
+        f = self.bracket.g + problem.law.stuck_stiffness(problem.pairs)[:, :, None] * u
+        if problem.law.has_normal:
+            f[:, -1, 0] += problem.pairs.preload
+        return fourier.to_complex(f), fourier.to_complex(u)
+
+    def smallest_motion(self):
+        """(singular value, q (r, H+1)) of the direction in which the Jacobian is most nearly singular."""
+        hb = self.balance
+        DG, rows, _ = self._condensed()
+        n = len(rows) * hb.nh
+        if not n:
+            return 1.0, None
+        _, s, Vt = la.svd(DG + np.eye(n))
+        dg = np.zeros((hb.n_components, hb.nh))
+        dg[rows] = Vt[-1].reshape(-1, hb.nh)
+        modal = self.factors * (hb.shapes.T @ fourier.to_complex(dg))
+        return s[-1] / s[0], hb.receptance.shapes @ modal
+
+
+def real_times(A, B):
+    """A @ B for complex B; a real A is not turned into a complex one."""
+    if np.iscomplexobj(A) or not np.iscomplexobj(B):
+        return A @ B
+    B = np.ascontiguousarray(B)
+    return np.ascontiguousarray(A @ B.view(float)).view(complex)
