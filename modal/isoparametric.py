@@ -34,8 +34,8 @@ def stiffness_and_mass(position, kind: str, cells, lame: float, shear: float, de
 
 
 def stress_stiffness(position, kind: str, cells, lame: float, shear: float, displacement):
-    """K_g (N/m) over all dofs of the mesh, CSR: integral of grad N_a . stress grad N_b, the same in each direction, with
-    the linear stress of a displacement (n, 3) m."""
+    """K_g (N/m) over all dofs of the mesh, CSR: integral of grad N_a . stress grad N_b, the same in each direction,
+    with the linear stress of a displacement (n, 3) m."""
     n = len(position)
     indptr, indices, slot = _pattern(cells, n)
     G = np.zeros(len(indices))

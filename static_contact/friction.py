@@ -2,7 +2,7 @@
 
     K q + B' f = F,    N = max(0, kn (u_n - g0)),    T = kt (u_t - w)  with  |T| <= mu N
 
-Where the limit is reached the slider w follows. kn = inf (hard contact) and kt = inf (no creep before slip) are allowed:
+Where the limit is reached the slider w follows. kn = inf (hard contact) and kt = inf (no creep before slip) may be:
 0 <= N complementary to g0 - u_n >= 0, and u_t = w until |T| = mu N. The bodies are condensed on the pairs: with springs
 k0 at all of them (their own, or the bodies' own stiffness for rigid ones) u = u0 - G (f - k0 u), G = B A^-1 B',
 A = K + B' k0 B. The unknown is z = u + f/k0 where a spring is rigid (the force is a plain function of it, that of the
@@ -36,7 +36,8 @@ class FrictionState:
 
     pairs - with the preload (negative = open; where kn = inf the contact force, 0 = open); opening : (P,) m - how far
     a pair stands open, 0 where closed; tangential : (P, 2) N along t1, t2; slider : (P, 2) m, w in
-    T = kt (u_t - w) (where kt = inf the motion itself): the `start` of a response with origin 'unloaded' under the same static load
+    T = kt (u_t - w) (where kt = inf the motion itself): the `start` of a response with origin 'unloaded' under the same
+    static load
     slips : (P,) bool - at the limit; displacement : (r,) m; load : (r,) N; time - loads passed so far (1.5: half way
     from the first to the second); residual - |K q + B' f - F| / largest |F| of the history; iterations; converged
     """
@@ -158,7 +159,7 @@ class FrictionalContact:
         return None, step
 
     def _newton(self, F, tangent, k):
-        """-[E + G D]^-1 F, E = du/dz = I - f'/k0 where rigid, D = f' - k E, through the pairs where these are not I, 0."""
+        """-[E + G D]^-1 F, E = du/dz = I - f'/k0 where rigid, D = f' - k E, of the pairs where these are not I, 0."""
         E = np.eye(3) - self.slack.reshape(-1, 3, 1) * tangent
         D = tangent - k.reshape(-1, 3, 1) * E
         moved = (np.abs(D).max(axis=(1, 2)) > 0) | self.rigid.reshape(-1, 3).any(axis=1)

@@ -100,7 +100,7 @@ def _pins(bodies, B, kn, f, diagonal):
 
 
 class _Newton:
-    """K x + C' max(0, k (C x - g)) = f with the rows low..high on this rank; the few motions C x of the pairs on all."""
+    """K x + C' max(0, k (C x - g)) = f with the rows low..high on this rank; the motions C x of the pairs on all."""
 
     def __init__(self, PETSc, own, K, C, k, gap, f, *, definite):
         self.PETSc, self.comm = PETSc, PETSc.COMM_WORLD

@@ -1,4 +1,4 @@
-"""Motions that no contact resists, where the nodes of a body lie exactly on one line: in any direction, size and place."""
+"""Motions that no contact resists, where the nodes of a body lie exactly on one line: any direction, size and place."""
 
 import numpy as np
 import pytest

@@ -82,9 +82,10 @@ def test_ranks_agree(rig, alone, hard_alone, hz_alone, ranks, tmp_path):
     out = tmp_path / "found.npz"
     # Open MPI asks root for both
     root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    run = subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, str(script),
+    run = subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, "-m", "mpi4py",
+                          str(script),
                           str(rig / "rig.toml"), str(out)], env={**os.environ, **root, "OMP_NUM_THREADS": "1"},
-                         capture_output=True, text=True, timeout=300)
+                         capture_output=True, text=True, timeout=200)
     assert run.returncode == 0, run.stderr
     with np.load(out) as z:
         assert int(z["ranks"]) == ranks and int(z["iterations"]) == alone.iterations
