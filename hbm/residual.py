@@ -85,7 +85,7 @@ class HarmonicBalance:
         self.receptance = problem.receptance()
         self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
         self.start = aft.slider_start(start, len(pairs), law.tangents)
-        self.grid = aft.sample_grid(H, samples or aft.default_samples(H))
+        self.grid = aft.sample_grid(H, samples or aft.default_samples(H, law.corridor))
         self.static, self.preload_force = self._static_parts()
         self.force = np.zeros((self.receptance.shapes.shape[1], H + 1), dtype=complex)
         for k, F in forces.items():

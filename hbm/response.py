@@ -77,6 +77,8 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
     used = pairs.select(kept)
     preload = used.preload if origin == "preloaded" else -used.kn * used.weight * used.gap
     settings = PairSettings(used.kn * used.weight, used.kt * used.weight, used.mu, preload)
+    if hasattr(law, "of_pairs"):
+        law = law.of_pairs(kept)
     B = relative_motion(model, used)
     if law.components != ("t1", "t2", "n"):
         rows = ["t1", "t2", "n"]

@@ -3,11 +3,12 @@
     q_B = master dofs,  q_I = Psi q_B + Phi eta,   Psi = -K_II^-1 K_IB   (constraint modes)
     S = K_BB + K_BI Psi   (the Schur stiffness, exact in statics)                       [Craig and Bampton 1968]
 
-One factorisation of K_II serves Psi, the fixed-interface modes Phi and interior loads. A free body needs no springs
-to ground: K_II is positive definite because its boundary is held, and S keeps the six rigid motions.
+One factorisation of K_II serves Psi, the fixed-interface modes Phi, interior loads and the estimate of what was left
+out. A free body needs no springs to ground: K_II is positive definite because its boundary is held, and S keeps the
+six rigid motions.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg as sl
@@ -16,12 +17,14 @@ from hbm.errors import InputError
 from hbm.model import DIRECTIONS, ReducedModel
 from modal.body import Body, check_support
 from modal.eigen import Factor
+from modal.truncation import Truncation
 
 
 @dataclass(frozen=True)
 class Reduction:
     """model - the body's ReducedModel; boundary, interior : (b,), (i,) int - dofs of the body
-    Psi : (i, b); Phi : (i, m); omega : (m,) rad/s - fixed-interface modes; rigid - number of rigid modes."""
+    Psi : (i, b); Phi : (i, m); omega : (m,) rad/s - fixed-interface modes, the static shapes of interior loads after
+    them; load_modes - how many of those; rigid - number of rigid modes; truncation - what was left out."""
 
     body: Body
     model: ReducedModel
@@ -31,18 +34,15 @@ class Reduction:
     Phi: np.ndarray
     omega: np.ndarray
     rigid: int
+    load_modes: int
+    truncation: Truncation
 
     def condense(self, numbers, forces) -> np.ndarray:
         """Nodal forces (n, 3) N on any nodes of the mesh as a load on the reduced dofs, (b + m,).
 
         f_B + Psi' f_I is exact for the static displacement of the master nodes.
         """
-        body = self.body
-        full = np.zeros((len(body.node), 3))
-        index = {int(n): i for i, n in enumerate(body.node)}
-        for number, force in zip(numbers, forces, strict=True):
-            full[index[int(number)]] += force
-        return self.condense_dofs(full[body.dof_node, body.dof_direction])
+        return self.condense_dofs(nodal_load(self.body, numbers, forces))
 
     def condense_dofs(self, f) -> np.ndarray:
         """Forces (d,) N on the free dofs of the body as a load on the reduced dofs, (b + m,); exact as above."""
@@ -58,40 +58,111 @@ class Reduction:
         out[self.body.dof_node, self.body.dof_direction] = full
         return out
 
+    def fewer(self, count: int) -> "Reduction":
+        """The same reduction with only its `count` lowest fixed-interface modes; load modes stay."""
+        b, true = len(self.boundary), len(self.omega) - self.load_modes
+        if not 0 <= count <= true:
+            raise InputError(f"{count} modes asked for: the reduction holds {true}")
+        drop = np.arange(count, true)
+        keep = np.delete(np.arange(len(self.omega)), drop)
+        rows = np.concatenate([np.arange(b), b + keep])
+        coupling = self.model.M[:b, b + drop] / self.omega[drop]
+        left = Truncation(self.truncation.body, np.array([len(rows)]),
+                          self.omega[drop[:1]] if len(drop) else self.truncation.omega,
+                          (self.truncation.G[0] + coupling @ coupling.T,))
+        model = _label(self.body, self.boundary, self.model.M[np.ix_(rows, rows)], self.model.K[np.ix_(rows, rows)],
+                       len(keep))
+        return replace(self, model=model, Phi=self.Phi[:, keep], omega=self.omega[keep], truncation=left)
 
-def craig_bampton(body: Body, masters, modes: int) -> Reduction:
-    """Reduce a body onto its master nodes (numbers of the user's mesh) and its `modes` lowest fixed-interface modes.
 
-    modes = 0 is Guyan's static reduction. Raises InputError when a master does not exist or is clamped, and when the
-    body's support is not as declared.
+def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: float | None = None,
+                  loads=()) -> Reduction:
+    """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
+
+    modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
+    loads : [(node numbers, (n, 3) forces)] on interior nodes, of which the static shape is kept beside the modes: the
+    quasi-static response to them is then exact on the whole mesh, not only on the masters.
+    Raises InputError when a master does not exist or is clamped, and when the body's support is not as declared.
     """
+    if (modes is None) == (below_hz is None):
+        raise InputError(f"body '{body.name}': give either a number of modes or the frequency below which all are kept")
+    boundary, interior, rigid = _partition(body, masters)
+    K, M = body.K.tocsr(), body.M.tocsr()
+    K_I, M_I = K[interior], M[interior]
+    K_IB, K_II, M_IB, M_II = K_I[:, boundary], K_I[:, interior], M_I[:, boundary], M_I[:, interior]
+    factor = Factor(K_II)
+    Psi = -factor.solve(np.ascontiguousarray(K_IB.T.toarray()).T)
+    found = factor.modes(M_II, modes, below_hz)
+    M_Psi = M_II @ Psi + M_IB
+    G = _left_out(factor, M_II, M_Psi, found.phi)
+    omega, Phi = _with_load_modes(body, interior, factor, M_II, found, loads)
+
+    S = K[boundary][:, boundary].toarray() + K_IB.T @ Psi
+    M_BB = M[boundary][:, boundary].toarray() + M_IB.T @ Psi + Psi.T @ M_Psi
+    M_BM = M_Psi.T @ Phi
+    mass = np.block([[(M_BB + M_BB.T) / 2, M_BM], [M_BM.T, np.eye(len(omega))]])
+    stiffness = sl.block_diag((S + S.T) / 2, np.diag(omega**2))
+    model = _label(body, boundary, mass, stiffness, len(omega))
+    truncation = Truncation(np.array([body.name]), np.array([model.size]), np.array([found.free_to]), (G,))
+    reduction = Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, len(omega) - len(found.omega),
+                          truncation)
+    _check_rigid(reduction)
+    return reduction
+
+
+def nodal_load(body: Body, numbers, forces) -> np.ndarray:
+    """Nodal forces (n, 3) N as a load on the body's dofs, (d,) N; what falls on clamped directions is not felt."""
+    full = np.zeros((len(body.node), 3))
+    index = {int(n): i for i, n in enumerate(body.node)}
+    for number, force in zip(numbers, forces, strict=True):
+        full[index[int(number)]] += force
+    return full[body.dof_node, body.dof_direction]
+
+
+def _partition(body, masters):
+    """Boundary and interior dofs, and the number of rigid modes."""
     masters = np.unique(np.asarray(masters, dtype=np.int64))
     absent = np.setdiff1d(masters, body.node[body.dof_node])
     if len(absent):
         raise InputError(f"body '{body.name}': master node {absent[0]} does not exist or is clamped")
     rigid = check_support(body)
     boundary = body.node_dofs(masters)
-    interior = np.setdiff1d(np.arange(body.dofs), boundary)
     if rigid and np.linalg.matrix_rank(body.rigid_motions()[boundary]) < rigid:
         raise InputError(f"body '{body.name}': it is free and its master nodes do not hold it; name at least three "
                          "that are not on one line")
-    K, M = body.K.tocsr(), body.M.tocsr()
-    K_IB, K_II = K[interior][:, boundary], K[interior][:, interior]
-    M_IB, M_II = M[interior][:, boundary], M[interior][:, interior]
-    factor = Factor(K_II)
-    Psi = -factor.solve(K_IB.toarray(order="F"))
-    omega, Phi = factor.lowest_modes(M_II, modes)
+    return boundary, np.setdiff1d(np.arange(body.dofs), boundary), rigid
 
-    S = K[boundary][:, boundary].toarray() + K_IB.T @ Psi
-    M_Psi = M_II @ Psi + M_IB
-    M_BB = M[boundary][:, boundary].toarray() + M_IB.T @ Psi + Psi.T @ M_Psi
-    M_BM = (M_Psi.T @ Phi)
-    mass = np.block([[(M_BB + M_BB.T) / 2, M_BM], [M_BM.T, np.eye(len(omega))]])
-    stiffness = sl.block_diag((S + S.T) / 2, np.diag(omega**2))
-    model = _label(body, boundary, mass, stiffness, len(omega))
-    reduction = Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid)
-    _check_rigid(reduction)
-    return reduction
+
+def _left_out(factor, M_II, M_Psi, Phi):
+    """G of `truncation`: the compliance of the inertia forces of Psi that the kept modes do not carry."""
+    if Phi.shape[0] == Phi.shape[1]:
+        return np.zeros((M_Psi.shape[1],) * 2)
+    rest = M_Psi - (M_II @ Phi) @ (Phi.T @ M_Psi)
+    G = rest.T @ factor.solve(rest)
+    return (G + G.T) / 2
+
+
+def _with_load_modes(body, interior, factor, M_II, found, loads):
+    """omega, Phi with the static shapes of the loads added, orthogonal to the modes and to each other in K and M.
+
+    What the modes leave of K_II^-1 f stays orthogonal to them in both; a small eigenvalue problem among the shapes
+    makes each of them a mode of its own with a (high) frequency.                  [MacNeal 1971, residual flexibility]
+    """
+    if not loads:
+        return found.omega, found.phi
+    f = np.column_stack([nodal_load(body, *load)[interior] for load in loads])
+    Z = factor.solve(f)
+    size = np.sqrt(np.einsum("ij,ij->j", Z, f))  # 0 for a load on master nodes alone
+    Z, f = Z[:, size > 0] / size[size > 0], f[:, size > 0] / size[size > 0]
+    for _ in range(2):
+        Z = Z - found.phi @ (found.phi.T @ (M_II @ Z))
+    K_ZZ, M_ZZ = Z.T @ (factor.K @ Z), Z.T @ (M_II @ Z)
+    value, U = np.linalg.eigh((K_ZZ + K_ZZ.T) / 2)
+    good = value > 1e-8  # of the load's own energy: the rest is carried by the modes and the other loads
+    U = U[:, good] / np.sqrt(value[good])
+    compliance, V = np.linalg.eigh(U.T @ (M_ZZ + M_ZZ.T) @ U / 2)
+    return (np.concatenate([found.omega, 1 / np.sqrt(compliance)]),
+            np.hstack([found.phi, Z @ (U @ V) / np.sqrt(compliance)]))
 
 
 def _label(body, boundary, M, K, modes):

@@ -16,3 +16,12 @@ def start():
     from petsc4py import PETSc
 
     return PETSc
+
+
+def matrix(PETSc, A):
+    """A SciPy sparse matrix as a PETSc matrix of one process."""
+    A = A.tocsr()
+    A.sort_indices()
+    index = PETSc.IntType
+    return PETSc.Mat().createAIJ(A.shape, csr=(A.indptr.astype(index), A.indices.astype(index), A.data),
+                                 comm=PETSc.COMM_SELF)

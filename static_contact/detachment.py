@@ -54,10 +54,14 @@ class Detachment:
 
 
 class StuckAssembly:
-    """Stuck modes of one model for many sets of pairs: M is factored once."""
+    """Stuck modes of one model for many sets of pairs: M is factored once.
 
-    def __init__(self, model: ReducedModel):
-        self.model = model
+    rows(model, pairs) -> (m, r) with b'b summing to the stuck stiffness; another one than `stuck_rows` where the pairs
+    do not act on nodal dofs of the model.
+    """
+
+    def __init__(self, model: ReducedModel, rows=None):
+        self.model, self.rows = model, rows or stuck_rows
         try:
             self.L = np.linalg.cholesky(model.M)
         except np.linalg.LinAlgError:
@@ -74,7 +78,7 @@ class StuckAssembly:
         As many modes are computed as reach above_hz and hold most of the followed shape.
         """
         K = self.K
-        rows = stuck_rows(self.model, pairs)
+        rows = self.rows(self.model, pairs)
         if extra is not None:
             rows = np.vstack([rows, extra])
         if len(rows):
@@ -109,7 +113,7 @@ def keep_ends(pairs: ContactTable, front: int, back: int) -> ContactTable:
 
 
 def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, follow: np.ndarray, *,
-                 springs=None, at_least: int = 2, progress=None) -> Detachment:
+                 springs=None, at_least: int = 2, progress=None, rows=None) -> Detachment:
     """Detach stations from the middle, one at a time on all sides, and keep those whose tracked stuck frequency is
     nearest the target.
 
@@ -118,7 +122,7 @@ def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, fol
     Raises InputError "not reachable: a..b Hz" when the target lies outside what they give.
     """
     stations = int(pairs.station.max()) + 1
-    assembly = StuckAssembly(model)
+    assembly = StuckAssembly(model, rows)
     history = []
     for kept in range(stations, at_least - 1, -1):
         step = _step(assembly, pairs, (kept + 1) // 2, kept // 2, follow, springs)

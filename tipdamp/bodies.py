@@ -11,6 +11,7 @@ from hbm.model import ReducedModel
 from tipdamp.loads import at_speed, case_forces, check
 
 BLADES, DAMPER = "blades", "damper"
+CHECK_BELOW_HZ = 5000.0  # the stuck frequencies that are checked, and that a wanted error is of
 
 
 # ---- meshes ----------------------------------------------------------------------------------------------------
@@ -197,13 +198,16 @@ def node_stiffness(study, pairs: ContactTable, materials: dict) -> tuple[np.ndar
     return kn, kt
 
 
-def reduced_model(study, store, tick) -> tuple[ReducedModel, ContactTable, dict]:
-    """Craig-Bampton models of blades and damper side by side, the whole patch, and what the reduction was.
+def reduced_model(study, store, tick) -> tuple:
+    """(model, pairs, facts, truncation): Craig-Bampton models of blades and damper side by side, the whole patch, what
+    the reduction was and what it left out.
 
-    Also writes free_modes.vtu: the lowest modes of the blades without damper, on their mesh.
+    Also keeps what pictures need of the meshes and of the bodies' own modes.
     """
-    from modal.craig_bampton import assemble, craig_bampton
+    from modal.craig_bampton import assemble
+    from modal.truncation import join
     from static_contact.pull import pull_forces
+    from tipdamp.pictures import keep_bodies
 
     meshes = read_meshes(study)
     check(study, meshes)
@@ -211,11 +215,9 @@ def reduced_model(study, store, tick) -> tuple[ReducedModel, ContactTable, dict]
     blades, damper = assemble_bodies(study, meshes, tick)
     r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
     groups = [blades.group(g) for g in (r["excitation"], *r["patches"]) if g]
-    tick(0.15, f"reducing the blades, {blades.dofs} dofs")
-    r_blades = craig_bampton(blades, np.concatenate([pairs.blade_node, *groups]), study[BLADES]["modes"])
-    picture = _free_modes_picture(store, meshes[BLADES], r_blades)
-    tick(0.75, f"reducing the damper, {damper.dofs} dofs")
-    r_damper = craig_bampton(damper, pairs.damper_node, study[DAMPER]["modes"])
+    masters = {BLADES: np.concatenate([pairs.blade_node, *groups]), DAMPER: pairs.damper_node}
+    materials = side_materials(study, meshes, pairs)
+    r_blades, r_damper = reduce_bodies(study, (blades, damper), masters, with_values(study, pairs, materials), tick)
     d = study[DAMPER]
     nodes, forces = pull_forces(meshes[DAMPER], d["load_points"], d["axis"], d["pull_direction"],
                                 shares=d["shares"], positions=d["positions"])
@@ -231,26 +233,35 @@ def reduced_model(study, store, tick) -> tuple[ReducedModel, ContactTable, dict]
              "highest_fixed_interface_hz": {b: r.omega.max(initial=0) / (2 * np.pi)
                                             for b, r in ((BLADES, r_blades), (DAMPER, r_damper))},
              "rows": {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides},
-             "side_materials": side_materials(study, meshes, pairs), "picture": picture,
+             "side_materials": materials, "pictures": keep_bodies(store, meshes, (r_blades, r_damper), model),
              "pull_positions_m": sorted((meshes[DAMPER].position[meshes[DAMPER].index(nodes)]
                                          @ np.array(d["axis"])).tolist())}
-    return model, pairs, facts
+    return model, pairs, facts, join(r_blades.truncation, r_damper.truncation)
 
 
-def _free_modes_picture(store, mesh, reduction, count: int = 6) -> str | None:
-    """Name of the file, or None where meshio is missing."""
-    from scipy.linalg import eigh
+def reduce_bodies(study, whole, masters, pairs, tick) -> list:
+    """Reductions with the modes that the study asks for: a number, all below a frequency, or enough for an error."""
+    from modal.craig_bampton import craig_bampton
+    from static_contact.reduction_error import enough_modes, own_error
 
-    from tipdamp.pictures import write_shapes
+    def reduced(body, below_hz=None):
+        said = study[body.name]
+        if said["error"] or said["modes_below_hz"]:
+            return craig_bampton(body, masters[body.name], below_hz=below_hz or said["modes_below_hz"])
+        return craig_bampton(body, masters[body.name], said["modes"])
 
-    model = reduction.model
-    lam, q = eigh(model.K, model.M, subset_by_index=(0, min(count, model.size) - 1))
-    shapes = {f"mode {i + 1}, {np.sqrt(max(lam[i], 0)) / (2 * np.pi):.1f} Hz": reduction.recover(q[:, i])
-              for i in range(len(lam))}
-    with store.writing("free_modes.vtu") as path:
-        if write_shapes(path, mesh, shapes):
-            return "free_modes.vtu"
-    return None
+    targets = [study[body.name]["error"] for body in whole]
+    parts = []
+    for body, share in zip(whole, (0.15, 0.75), strict=True):
+        tick(share, f"reducing the {body.name}, {body.dofs} dofs")
+        parts.append(reduced(body, 4 * CHECK_BELOW_HZ if study[body.name]["error"] else None))
+    for i, target in enumerate(targets):
+        cut = 4 * CHECK_BELOW_HZ
+        while target and own_error(parts, i, len(parts[i].omega), pairs, CHECK_BELOW_HZ) > target and cut < 1e6:
+            cut *= 2
+            tick(0.85, f"{whole[i].name}: modes up to {cut:g} Hz")
+            parts[i] = reduced(whole[i], cut)
+    return [part.fewer(n) for part, n in zip(parts, enough_modes(parts, targets, pairs, CHECK_BELOW_HZ), strict=True)]
 
 
 def full_check(study, sets: dict, tick) -> dict:

@@ -14,14 +14,16 @@ from hbm.laws import DryFriction2T
 from hbm.linear import linear_response
 from hbm.model import ReducedModel
 from hbm.response import contact_problem, follow_band
+from modal.truncation import Truncation
 from static_contact.carry import carry_scaled, roll_springs, spring_rows, with_springs
 from static_contact.detachment import Detachment, StuckAssembly, detach_until, keep_stations
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
-from tipdamp import bodies, loads
+from static_contact.reduction_error import stuck_error_bound
+from tipdamp import bodies, loads, pictures
 
 BLADES, DAMPER = bodies.BLADES, bodies.DAMPER
-CHECK_BELOW_HZ = 5000.0
+CHECK_BELOW_HZ = bodies.CHECK_BELOW_HZ
 
 
 # ---- what the study says, in the model's terms -----------------------------------------------------------------
@@ -92,8 +94,9 @@ def reduce(study, store, tick):
     """Meshes to a reduced model and the contact pairs of the whole patch; free modes and linear response."""
     if "model" in study:
         model, pairs, facts = bodies.given_model(study)
+        truncation = None
     else:
-        model, pairs, facts = bodies.reduced_model(study, store, tick)
+        model, pairs, facts, truncation = bodies.reduced_model(study, store, tick)
     blades = model.part(BLADES)
     known = "respond" in study
     free = free_modes(study, blades) if known else {"hz": lowest_modes(blades)[0][:10]}
@@ -104,7 +107,12 @@ def reduce(study, store, tick):
     store.write_json("reduce.json", {
         **facts, "free_hz": {k: free[k][0] for k in ("out_of_phase", "in_phase") if k in free},
         "free_modes_hz": free["hz"], "free_response": free_response(study, blades) if known else None})
-    return [facts["picture"]] if facts.get("picture") else []
+    more = [*facts.get("pictures", ())]
+    if truncation is not None:
+        with store.writing("truncation.npz") as path:
+            truncation.save(path)
+        more.append("truncation.npz")
+    return more
 
 
 def lowest_modes(model: ReducedModel, count: int = 20) -> tuple[np.ndarray, np.ndarray]:
@@ -150,8 +158,9 @@ def preload(study, store, tick):
     tick(0.2, f"{len(pairs)} pairs")
     statics = static_contact(study, model, pairs)
     result = statics.solve(study.driver["pull"] * model.loads["pull"])
+    pulled = preload_map(result, pairs)
     with store.writing("preload.csv") as path:
-        preload_map(result, pairs).save(path)
+        pulled.save(path)
     cases = {name: load_case(study, store, statics, pairs, name) for name in study.loads}
     store.write_json("preload.json", {
         "sides": side_figures(result.pairs, forces, result.balance), "residual": result.residual,
@@ -159,7 +168,9 @@ def preload(study, store, tick):
         "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides},
         "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in result.motions],
         "cases": cases})
-    return [case["file"] for case in cases.values()]
+    files = [case["file"] for case in cases.values()]
+    tables = {name: ContactTable.load(store.path(case["file"])) for name, case in cases.items()}
+    return [*files, *pictures.keep_preload(store, {"pull": pulled, **tables})]
 
 
 def static_contact(study, model, pairs: ContactTable) -> StaticContact:
@@ -221,15 +232,20 @@ def tune(study, store, tick):
     stuck = {name: assembly.modes(pairs, follow, above_hz=2 * CHECK_BELOW_HZ, extra=rows(pairs))
              for name, pairs in sets.items()}
     tick(0.8, "full model")
+    below = {name: modes.hz[modes.hz < CHECK_BELOW_HZ] for name, modes in stuck.items()}
     check = {} if "model" in study else bodies.full_check(
-        study, {n: (p, declared_springs(study, p), stuck[n].hz[stuck[n].hz < CHECK_BELOW_HZ])
-                for n, p in sets.items()}, tick)
+        study, {n: (p, declared_springs(study, p), below[n]) for n, p in sets.items()}, tick)
+    truncation = Truncation.load(store.path("truncation.npz")) if check else None
+    for name, figures in check.items():
+        figures["error_bound"] = stuck_error_bound(model, truncation, sets[name], below[name], extra=rows(sets[name]))
     kept, carried = kept_pairs(study, model, whole, found)
     with store.writing("kept.csv") as path:
         kept.save(path)
     store.write_json("tune.json", {
         **tuning_figures(found, stuck), "full_model_check": check, **carried,
         "roll_stiffness_Nm_per_rad": sum(s.k for s in declared_springs(study, found.pairs))})
+    return pictures.keep_stuck(store, model, {"kept stations stuck": stuck["tuned"],
+                                              "whole area stuck": stuck["full_area"]})
 
 
 def tuning_figures(found: Detachment, stuck: dict) -> dict:

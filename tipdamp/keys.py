@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tipdamp.study import LOAD, OTHER_MATERIAL, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
+from tipdamp.language import LOAD, OTHER_MATERIAL, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
 
 _KINDS = {"texts": "list of texts", "one_or_more": "text or list of texts", "numbers": "list of numbers",
           "ratios": "number or list", "counts": "whole number or list", "count": "whole number", "vector": "[x, y, z]",

@@ -44,8 +44,8 @@ STAGES = {stage.name: stage for stage in (
     Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
           (*_BODIES, "points", "expected"), ("inspect.json",), reads_meshes=True),
     Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", jobs.reduce, (),
-          (*_BODIES, "points", "free", "rotation", "loads"), ("model.npz", "pairs.csv", "reduce.json"),
-          reads_meshes=True),
+          (*_BODIES, "points", "free", "rotation", "loads", "wanted_error"),
+          ("model.npz", "pairs.csv", "reduce.json"), reads_meshes=True),
     Stage("preload", "unilateral static contact under the pull: the preload map", jobs.preload, ("reduce",),
           ("material", "driver", "contact", "sides"), ("preload.csv", "preload.json")),
     Stage("tune", "detach pairs from the middle until the stuck frequency meets the target", jobs.tune,
@@ -109,14 +109,14 @@ def stage_key(stage: Stage, study: Study, store: Store) -> str:
     values = {s: study.part(s) for s in stage.sections}
     files = [f for f in study.input_files() if stage.reads_meshes and f.is_file()]
     before = {need: (store.record(need) or {}).get("outputs") for need in stage.needs if applies(need, study)}
-    return fingerprint(stage.name, program_mark(stage.name == "report"), values, *files, before)
+    return fingerprint(stage.name, program_mark(stage.name in ("inspect", "report")), values, *files, before)
 
 
 @cache
 def program_mark(with_report: bool) -> str:
     """Fingerprint of the program's own sources: another version computes anew."""
     folders = [Path(package.__file__).parent for package in (tipdamp, hbm, modal, static_contact)]
-    kinds = (".py", ".csv", ".css")
+    kinds = (".py", ".csv", ".css", ".js")
     return fingerprint(*sorted(f for folder in folders for f in folder.rglob("*") if f.suffix in kinds
                                and (with_report or f.parent.name != "report")))
 

@@ -10,6 +10,7 @@ from static_contact.carry import carry_scaled
 from static_contact.detachment import StuckAssembly, detach_until, keep_ends
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
+from static_contact.reduction_error import stuck_error_bound
 
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # Fc / (2 sin 45): frictionless balance between faces at 45 degrees
 
@@ -133,3 +134,29 @@ def test_reduced_stuck_frequencies_match_the_full_model(rig_results):
     for figures in check.values():
         error = np.array(figures["reduced_hz"]) / figures["full_hz"] - 1
         assert (error > -1e-6).all() and (error < 1e-3).all()  # from above (Rayleigh), within 0.1 %
+        bound = np.array(figures["error_bound"])
+        assert (bound >= error - 1e-8).all() and (bound < 3 * error + 1e-5).all()  # never passed, and worth reading
+
+
+def test_modes_by_frequency_and_by_error(rig, tmp_path):
+    """The study may say how many modes, how high, or how good."""
+    from modal.truncation import Truncation
+    from tipdamp.bodies import CHECK_BELOW_HZ
+    from tipdamp.stages import run_stage
+    from tipdamp.store import Store
+    from tipdamp.study import load_study
+
+    text = (rig / "rig.toml").read_text().replace("modes = 30", "error = 1e-4").replace(
+        "modes = 10", "modes_below_hz = 60e3")
+    (rig / "by_error.toml").write_text(text)
+    study, store = load_study(rig / "by_error.toml"), Store(tmp_path)
+    for stage in ("reduce", "preload"):
+        run_stage(stage, study, store, quiet=True)
+    model, pairs = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("preload.csv"))
+    facts, truncation = store.read_json("reduce.json"), Truncation.load(store.path("truncation.npz"))
+    modes = facts["reduction"]["modes"]
+    assert truncation.omega[0] >= 2 * np.pi * facts["highest_fixed_interface_hz"]["blades"]
+    assert facts["highest_fixed_interface_hz"]["damper"] < 60e3 <= truncation.omega[1] / (2 * np.pi)
+    hz = StuckAssembly(model).modes(pairs, np.zeros(model.size) + 1e-9).hz
+    bound = stuck_error_bound(model, truncation, pairs, hz[hz < CHECK_BELOW_HZ])
+    assert 5e-5 < bound.max() < 1.2e-4 and 10 < modes["blades"] < 200

@@ -1,0 +1,93 @@
+"""How far the frequencies of a reduced model lie above those of the full one, without solving the full one.
+
+In the coordinates (q_B, eta, eta_t), eta_t the fixed-interface modes that were left out, the full model is
+
+    K_r q - lambda (M_r q + M_rt eta_t) = 0,      (Lambda_t - lambda) eta_t = lambda M_tr q.
+
+Below the lowest omega_t^2 left out, eta_t can be eliminated, and the reduced problem gets the term
+-lambda^2 M_rt (Lambda_t - lambda)^-1 M_tr. It is at most lambda a(lambda) G with
+
+    G = M_rt Lambda_t^-1 M_tr,      a(lambda) = lambda / (1 - lambda / omega_t^2),
+
+and by Sylvester's law of inertia the full model has, below any lambda, at most as many modes as
+K_r - lambda (M_r + a G). Its k-th frequency therefore lies between the k-th root of
+
+    K_r q = nu (M_r + a(lambda_k) G) q
+
+and the reduced lambda_k [Rayleigh-Ritz], for any springs on the master dofs. No mode that was left out is needed:
+with R the part of M_II Psi + M_IB that the kept modes do not carry, G = R' K_II^-1 R, one back-solve per master dof.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy.linalg as sl
+
+from hbm.errors import InputError
+
+
+@dataclass(frozen=True)
+class Truncation:
+    """What the reduced bodies of a model leave out, in the order of their dofs.
+
+    body : (n,) str; size : (n,) int - dofs of each reduced body
+    omega : (n,) rad/s - no fixed-interface mode that was left out lies below it
+    G : n matrices (b, b) kg s2 over the master dofs, which stand first in each body
+    """
+
+    body: np.ndarray
+    size: np.ndarray
+    omega: np.ndarray
+    G: tuple
+
+    def save(self, path) -> Path:
+        np.savez(path, body=self.body, size=self.size, omega=self.omega, **{f"G{i}": g for i, g in enumerate(self.G)})
+        return Path(path)
+
+    @classmethod
+    def load(cls, path) -> "Truncation":
+        with np.load(path, allow_pickle=False) as z:
+            return cls(z["body"], z["size"], z["omega"], tuple(z[f"G{i}"] for i in range(len(z["body"]))))
+
+    def mass(self, lam: float) -> np.ndarray | None:
+        """a(lam) G over all dofs, (r, r) kg; None at and beyond the lowest mode that was left out."""
+        if (lam >= self.omega**2).any():
+            return None
+        blocks = []
+        for size, omega, G in zip(self.size, self.omega, self.G, strict=True):
+            block = np.zeros((size, size))
+            block[:len(G), :len(G)] = lam / (1 - lam / omega**2) * G
+            blocks.append(block)
+        return sl.block_diag(*blocks)
+
+
+def join(*parts: Truncation) -> Truncation:
+    """Bodies side by side, as `craig_bampton.assemble` joins their models."""
+    return Truncation(np.concatenate([p.body for p in parts]), np.concatenate([p.size for p in parts]),
+                      np.concatenate([p.omega for p in parts]), sum((p.G for p in parts), ()))
+
+
+def lowest_possible(K, M, truncation: Truncation, omega) -> np.ndarray:
+    """For the lowest reduced frequencies omega (n,) rad/s of (K, M) the bound below which the full one cannot lie.
+
+    K, M (r, r): reduced model with any springs on master dofs. NaN where the reduced frequency reaches a mode that
+    was left out: nothing can be said of it. A rigid motion (0) stays 0.
+    """
+    if truncation.size.sum() != len(K):
+        raise InputError(f"the truncation is of {truncation.size.sum()} dofs, the model has {len(K)}")
+    out = np.full(len(omega), np.nan)
+    for k, value in enumerate(omega):
+        left_out = truncation.mass(value**2)
+        if left_out is not None:
+            out[k] = np.sqrt(max(0.0, sl.eigh(K, M + left_out, subset_by_index=(k, k), eigvals_only=True)[0]))
+    return out
+
+
+def error_bound(K, M, truncation: Truncation, omega) -> np.ndarray:
+    """(n,) largest possible omega / omega_full - 1 of the lowest reduced frequencies; inf where nothing can be said."""
+    low = lowest_possible(K, M, truncation, omega)
+    rigid = np.asarray(omega) <= 1e-6 * np.max(omega, initial=0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        bound = np.asarray(omega) / low - 1
+    return np.where(rigid, 0.0, np.where(np.isfinite(bound), np.maximum(bound, 0.0), np.inf))

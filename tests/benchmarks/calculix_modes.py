@@ -1,0 +1,99 @@
+"""Twenty modes of a clamped block of 8-node hexahedra, beside CalculiX (apt: calculix-ccx) on the same mesh.
+
+    OMP_NUM_THREADS=1 .venv/bin/python -m tests.benchmarks.calculix_modes [--cells 16 32 64] [--modes 20]
+
+Largest deviation of the frequencies, and CPU seconds from the mesh in memory (here) or in its file (CalculiX) to the
+modes. CalculiX prints seven digits. Ours include the count by inertia.
+"""
+
+import argparse
+import os
+import resource
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from modal.eigen import Factor
+from modal.elasticity import Material, elastic_body
+from modal.mesh import Mesh
+from tests.benchmarks.demo import processor
+
+STEEL = Material(E=207e9, nu=0.3, density=7850.0)
+BOX = np.array([0.020, 0.045, 0.100])  # m, three different edges: no repeated modes
+
+
+def block(cells) -> Mesh:
+    """Box of 8-node hexahedra with the nodes of its foot in the group 'clamp'."""
+    nx, ny, nz = cells
+    grid = np.stack(np.meshgrid(*(np.arange(n + 1) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3)
+    corner = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
+    first = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 1, 3)
+    at = first + corner
+    node = np.arange(1, len(grid) + 1)
+    return Mesh(node, grid / cells * BOX, {"hexahedron": (at[..., 0] * (ny + 1) + at[..., 1]) * (nz + 1) + at[..., 2]},
+                {"clamp": node[grid[:, 2] == 0]}, source="block")
+
+
+def ours(mesh, modes):
+    began = time.process_time()
+    body = elastic_body(mesh, STEEL, "block", clamp="clamp")
+    assembled = time.process_time()
+    factor = Factor(body.K)
+    factored = time.process_time()
+    omega, _ = factor.lowest_modes(body.M, modes)
+    ended = time.process_time()
+    return omega / (2 * np.pi), (assembled - began, factored - assembled, ended - factored), body.dofs
+
+
+def calculix(mesh, modes):
+    with tempfile.TemporaryDirectory() as folder:
+        job = Path(folder, "block.inp")
+        with open(job, "w") as f:
+            f.write("*NODE, NSET=ALL\n")
+            f.writelines(f"{n},{x:.17g},{y:.17g},{z:.17g}\n" for n, (x, y, z) in zip(mesh.node, mesh.position,
+                                                                                  strict=True))
+            f.write("*ELEMENT, TYPE=C3D8, ELSET=ALL\n")
+            f.writelines(f"{i + 1}," + ",".join(map(str, mesh.node[c])) + "\n"
+                         for i, c in enumerate(mesh.cells["hexahedron"]))
+            f.write("*NSET, NSET=CLAMP\n" + "".join(f"{n},\n" for n in mesh.group("clamp")))
+            f.write(f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{STEEL.E:g},{STEEL.nu:g}\n*DENSITY\n{STEEL.density:g}\n"
+                    f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*BOUNDARY\nCLAMP,1,3\n"
+                    f"*STEP\n*FREQUENCY\n{modes}\n*END STEP\n")
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run(["ccx", "block"], cwd=folder, check=True, stdout=subprocess.DEVNULL,
+                       env={**os.environ, "OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1"})
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        hz = []
+        for line in Path(folder, "block.dat").read_text().splitlines():
+            fields = line.split()
+            if len(fields) == 5 and fields[0] == str(len(hz) + 1):
+                hz.append(float(fields[3]))
+        seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        return np.array(hz[:modes]), seconds
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--cells", type=int, nargs=3, default=(16, 32, 64))
+    parser.add_argument("--modes", type=int, default=20)
+    arguments = parser.parse_args()
+    if not shutil.which("ccx"):
+        raise SystemExit("CalculiX is not installed: apt-get install calculix-ccx")
+    ours(block((2, 2, 2)), 2)  # forms are compiled and libraries loaded before the clock runs
+    mesh = block(np.array(arguments.cells))
+    mine, parts, dofs = ours(mesh, arguments.modes)
+    theirs, seconds = calculix(mesh, arguments.modes)
+    print(f"{processor()}, OMP_NUM_THREADS={os.environ.get('OMP_NUM_THREADS', 'unset')}, load {os.getloadavg()[0]:.1f}")
+    print(f"{dofs} dofs, {arguments.modes} modes, {mine[0]:.3f} to {mine[-1]:.3f} Hz")
+    print(f"largest deviation {np.abs(mine / theirs - 1).max():.1e}")
+    print("here      " + ", ".join(f"{n} {t:.1f}" for n, t in zip(("assembly", "factor", "modes"), parts, strict=True))
+          + f", in all {sum(parts):.1f} CPU s")
+    print(f"CalculiX  {seconds:.1f} CPU s, {seconds / sum(parts):.1f} times as long")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+"""Modes: none is missed, none is made up, whatever repeats; every back-solve answers for its residual."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from modal import eigen, inertia, petsc
+from modal.eigen import Factor, SingularStiffness
+from modal.inertia import modes_below
+from modal.lanczos import BLOCK, block_lanczos
+
+from .random_bodies import missed, random_body
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_no_mode_of_a_random_body_is_missed(seed):
+    """Against the eigenvalues of the small problems that the body is made of."""
+    assert missed(seed) == 0
+
+
+@pytest.mark.parametrize("seed", range(1000, 1009))
+def test_nor_where_petsc_is_missing(seed, monkeypatch):
+    monkeypatch.setattr(petsc, "start", lambda: None)
+    assert missed(seed) == 0
+
+
+def fourteen_times():
+    """448 dofs, every mode 14 times: more often than the block is wide."""
+    k = sp.diags([np.full(31, -1.0), np.full(32, 2.0), np.full(31, -1.0)], [-1, 0, 1]) * 1e6
+    return sp.block_diag([k] * 14).tocsr(), sp.identity(448, format="csr")
+
+
+def test_modes_that_repeat_more_often_than_the_block_is_wide():
+    K, M = fourteen_times()
+    lowest = 4e6 * np.sin(np.pi / 66) ** 2  # fixed chain of 32: 4 k sin^2(pi / 2 / 33)
+    assert modes_below(K, M, 1.01 * np.sqrt(lowest)) == 14 > BLOCK
+    omega, phi = Factor(K).lowest_modes(M, 14)
+    assert omega**2 == pytest.approx(np.full(14, lowest), rel=1e-9)
+    assert np.abs(phi.T @ phi - np.eye(14)).max() < 1e-9
+    omega, _ = Factor(K).modes_below(M, 1.01 * np.sqrt(lowest) / (2 * np.pi))
+    assert len(omega) == 14
+
+
+@pytest.mark.parametrize("withheld", [0, 3, 9])
+def test_a_withheld_mode_is_asked_for_again(monkeypatch, withheld):
+    """The first answer lacks a mode and has a higher one instead: the count by inertia betrays it."""
+    K, M, lam = random_body(2)
+    asked = []
+
+    def forgetful(self, M, count):
+        found, low, phi = block_lanczos(self.solve, M, count + 1)
+        return np.delete(found, withheld), np.delete(low, withheld), np.delete(phi, withheld, axis=1)
+
+    def completing(solve, M, count, known=None):
+        asked.append(count)
+        return block_lanczos(solve, M, count, known)
+
+    for solver in (eigen._Cholmod, eigen._Superlu):
+        monkeypatch.setattr(solver, "lowest", forgetful)
+    monkeypatch.setattr(eigen, "block_lanczos", completing)
+    assert Factor(K).lowest_modes(M, 10)[0] ** 2 == pytest.approx(lam[:10], rel=1e-9)
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("with_petsc", [True, False])
+def test_counts_of_a_chain(monkeypatch, with_petsc):
+    """omega_j = 2 sqrt(k/m) sin(j pi / 2 / (n+1)) of a fixed chain; also where K itself is singular (free chain)."""
+    if not with_petsc:
+        monkeypatch.setattr(petsc, "start", lambda: None)
+    n, k = 500, 1e4
+    K = sp.diags([np.full(n - 1, -k), np.full(n, 2 * k), np.full(n - 1, -k)], [-1, 0, 1]).tocsr()
+    M = sp.identity(n, format="csr")
+    omega = 2 * np.sqrt(k) * np.sin(np.arange(1, n + 1) * np.pi / 2 / (n + 1))
+    for j in (0, 1, 7, 300, n - 1):
+        assert modes_below(K, M, omega[j] * (1 - 1e-5)) == j
+        assert modes_below(K, M, omega[j] * (1 + 1e-5)) == j + 1
+    free = K.tolil()
+    free[0, 0] = free[-1, -1] = k  # one rigid motion; omega_j = 2 sqrt(k/m) sin(j pi / 2 / n)
+    assert modes_below(free.tocsr(), M, 2 * np.sqrt(k) * np.sin(2.5 * np.pi / 2 / n)) == 3
+
+
+def test_a_factor_that_does_not_solve_is_not_counted_on(monkeypatch):
+    K, M = fourteen_times()
+    monkeypatch.setattr(petsc, "start", lambda: None)
+    monkeypatch.setattr(inertia, "_superlu", lambda A, b: (3, 2 * sp.linalg.spsolve(A.tocsc(), b)))
+    with pytest.raises(RuntimeError, match="could not be counted"):
+        modes_below(K, M, 100.0)
+
+
+@pytest.mark.parametrize("columns", [1, 40])
+def test_a_wrong_column_does_not_pass_the_probe(columns):
+    """An error of 3e-8 in one column among many is an error of that column."""
+    K, _, _ = random_body(0)
+    factor = Factor(K)
+    right = np.random.default_rng(0).standard_normal((K.shape[0], columns))
+    solve = factor._solver.solve
+    factor.solve(right)
+
+    class Spoiled:
+        def solve(self, b):
+            x = solve(b)
+            x[:, -1] *= 1 + 3e-8
+            return x
+
+    factor._solver = Spoiled()
+    with pytest.raises(SingularStiffness, match="3.0e-08 of its load"):
+        factor.solve(right)
+
+
+def test_solves_after_modes():
+    """The factor stays usable: error estimates solve after the modes."""
+    K, M, _ = random_body(2)
+    factor = Factor(K)
+    factor.lowest_modes(M, 5)
+    assert K @ factor.solve(np.ones(K.shape[0])) == pytest.approx(np.ones(K.shape[0]), abs=1e-8)

@@ -1,0 +1,68 @@
+"""Stresses at the nodes: exact where theory is linear in space, on every cell type, and from a reduced model."""
+
+import numpy as np
+import pytest
+
+from modal.cells import CELLS
+from modal.craig_bampton import craig_bampton
+from modal.elasticity import Material, elastic_body
+from modal.stress import nodal_stress, von_mises
+from tipdamp.readers.dispatch import read_mesh
+
+from .blocks import block
+from .conftest import HEIGHT, LENGTH, WIDTH, make_bar
+
+pytest.importorskip("gmsh")
+STEEL = Material(E=207e9, nu=0.3, density=7850.0)
+
+
+@pytest.mark.parametrize("kind", list(CELLS))
+def test_uniform_stress_is_exact(kind):
+    """sigma = lame tr(eps) + 2 G eps for a linear displacement field, whatever the mesh."""
+    mesh = block(kind, distort=0.2)
+    strain = np.array([[1e-3, 2e-4, -3e-4], [2e-4, -5e-4, 1e-4], [-3e-4, 1e-4, 7e-4]])
+    spin = np.array([[0, 4e-4, 0], [-4e-4, 0, 1e-4], [0, -1e-4, 0]])
+    full = STEEL.E / 1.3 * (strain + 0.3 / 0.4 * np.trace(strain) * np.eye(3))  # 2 G = E / (1 + nu), nu = 0.3
+    expected = full[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
+    found = nodal_stress(mesh, STEEL, mesh.position @ (strain + spin).T)
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("hexahedra", [True, False])
+def test_pure_bending_is_exact_at_second_order(tmp_path, hexahedra):
+    """sigma_xx = -E c z, all else 0, for u = (-c x z, c nu y z, c (x^2 + nu (z^2 - y^2)) / 2) [Timoshenko]."""
+    mesh = read_mesh(make_bar(tmp_path / "b.msh", 2, hexahedra))
+    x, y, z = mesh.position.T
+    c, nu = 0.1, STEEL.nu
+    u = np.column_stack([-c * x * z, c * nu * y * z, c / 2 * (x**2 + nu * (z**2 - y**2))])
+    stress = nodal_stress(mesh, STEEL, 1j * u).imag
+    largest = STEEL.E * c * HEIGHT
+    assert np.abs(stress[:, 0] + STEEL.E * c * z).max() < 1e-9 * largest
+    assert np.abs(stress[:, 1:]).max() < 1e-9 * largest
+    assert von_mises(stress) == pytest.approx(STEEL.E * c * z, abs=1e-6 * largest)
+
+
+def test_von_mises_of_pure_shear():
+    """sqrt(3) tau."""
+    assert von_mises(np.array([[0, 0, 0, 2.0, 0, 0]])) == pytest.approx([2 * np.sqrt(3)])
+
+
+def test_tension_recovered_from_a_reduced_model(bar):
+    """End loads on the tip nodes of a held bar, 1 MPa on average: away from both ends sigma_xx = F / A [Saint-Venant],
+    whether the loaded nodes are masters or interior nodes with a load mode."""
+    body = elastic_body(bar, STEEL, "bar", clamp="clamp")
+    tip = bar.group("tip")
+    on = bar.position[bar.index(tip)]
+    quarter = np.array([np.prod([{0: 1, 1: 4, 2: 2, 3: 4, 4: 1}[int(round(t * 4))] for t in (y / WIDTH, z / HEIGHT)])
+                        for y, z in on[:, 1:]])  # Simpson over two quadratic faces each way
+    force = np.zeros((len(tip), 3))
+    force[:, 0] = 1e6 * WIDTH * HEIGHT * quarter / quarter.sum()
+    middle = np.abs(bar.position[:, 0] - LENGTH / 2) < 0.1 * LENGTH
+    assert middle.sum() > 20
+    found = {}
+    for name, masters, loads in (("masters", tip, ()), ("interior", bar.node[middle][:4], [(tip, force)])):
+        reduction = craig_bampton(body, masters, 4, loads=loads)
+        u = reduction.recover(np.linalg.solve(reduction.model.K, reduction.condense(tip, force)))
+        found[name] = nodal_stress(bar, STEEL, u)
+        assert found[name][middle, 0] == pytest.approx(np.full(middle.sum(), 1e6), rel=2e-3)
+    assert np.abs(found["interior"] - found["masters"]).max() < 1e-6 * 1e6

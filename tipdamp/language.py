@@ -1,0 +1,146 @@
+"""The language of study files as data sheets: section, key, kind, unit, default, range and what it means."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+UNITS = {"length": {"m": 1.0, "mm": 1e-3}, "force": {"N": 1.0, "kN": 1e3},
+         "stress": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
+         "density": {"kg/m3": 1.0, "t/mm3": 1e12, "g/cm3": 1e3}}
+REQUIRED = object()
+
+
+@dataclass(frozen=True)
+class Key:
+    """kind - how the value is read (READ in values.py); unit - a name in UNITS or force/length; low, high - range."""
+
+    kind: str
+    text: str
+    default: object = REQUIRED
+    unit: str = ""
+    low: float = -np.inf
+    high: float = np.inf
+    choices: tuple = ()
+    open_low: bool = False
+
+
+STUDY = {
+    "title": Key("text", "shown on the report", ""),
+    "results": Key("text", "folder of the results, relative to the study file; default: results/<study name>", ""),
+}
+MATERIAL = {
+    "E": Key("number", "Young's modulus", unit="stress", low=0, open_low=True),
+    "nu": Key("number", "Poisson's ratio", low=0, high=0.4999),
+    "density": Key("number", "density", unit="density", low=0, open_low=True),
+    "wave_speed": Key("band", "range of sqrt(E/density) in m/s that passes without a warning of wrong units",
+                      (2000.0, 7000.0), low=0, open_low=True),
+}
+OTHER_MATERIAL = {"group": Key("text", "cells that are made of it: a group of cells of one of the meshes"), **MATERIAL}
+HOW_MANY = {  # fixed-interface modes of a body, other than by `modes`
+    "modes_below_hz": Key("number", "instead of a number: all fixed-interface modes below this frequency", low=0,
+                          open_low=True, default=None),
+    "error": Key("number", "instead of a number: as many modes as it takes for the body to add at most this relative "
+                 "error to any stuck frequency below 5 kHz", low=1e-9, high=0.1, default=None),
+}
+BLADES = {
+    "mesh": Key("text", "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf"),
+    "clamp": Key("one_or_more", "group of nodes that are fixed, or several groups"),
+    "modes": Key("count", "fixed-interface modes kept", 40, low=0, high=2000),
+    **HOW_MANY,
+}
+DAMPER = {
+    "mesh": Key("text", "mesh of the damper: .msh, .inp, .cdb or .bdf"),
+    "modes": Key("count", "fixed-interface modes kept", 20, low=0, high=2000),
+    **HOW_MANY,
+    "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
+    "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
+    "pull_direction": Key("vector", "direction of the pull", (0.0, 0.0, 1.0)),
+    "load_points": Key("text", "group of nodes that carry the pull", "load_points"),
+    "shares": Key("numbers", "part of the pull on each load point, in the order of the axis; default: equal", (),
+                  low=0, high=1),
+    "positions": Key("numbers", "where the pull acts along the axis (0..1 of the damper's length), carried by the two "
+                     "mesh nodes beside each on the line through the load points; default: at the load points", (),
+                     low=0, high=1),
+}
+MODEL = {
+    "matrices": Key("text", ".npz with M, K, the dof table, groups and the load 'pull', instead of meshes"),
+    "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
+    "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
+    "pull_direction": Key("vector", "direction of the pull", (0.0, 0.0, 1.0)),
+}
+CONTACT = {
+    "pairs": Key("text", "CSV of your own pairs of the whole patch, instead of those matched between the meshes", ""),
+    "mu": Key("number", "friction coefficient", None, low=0, high=2),
+    "tolerance": Key("number", "largest distance of the two nodes of a pair", 1e-6, unit="length", low=0,
+                     open_low=True),
+    "distance": Key("choice", "of the two nodes of a pair along the normal: 'closed': they count as touching; 'gap': "
+                    "it adds to the initial gap", "closed", choices=("closed", "gap")),
+    "stiffness": Key("choice", "'given': kn, kt of each side; 'halfspace': from the analytical model", "given",
+                     choices=("given", "halfspace")),
+    "normal": Key("choice", "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)",
+                  "springs", choices=("springs", "hard")),
+}
+SIDE = {
+    "blade": Key("text", "node group of the blades' mesh", ""),
+    "damper": Key("text", "node group of the damper's mesh", ""),
+    "shape": Key("choice", "form of the damper's side", choices=("cylinder", "flat")),
+    "kn": Key("number", "normal stiffness per node", None, unit="force/length", low=0, open_low=True),
+    "kt": Key("number", "tangential stiffness per node", None, unit="force/length", low=0, open_low=True),
+    "radius": Key("number", "radius of a cylindrical side, needed by stiffness = 'halfspace'", None, unit="length",
+                  low=0, open_low=True),
+    "width": Key("number", "width of a flat side, needed by stiffness = 'halfspace' and by the roll of an edge line",
+                 None, unit="length", low=0, open_low=True),
+    "rows": Key("choice", "rows kept in the line model: 'edge' (row 0, the lower edge line) or 'all'", "all",
+                choices=("edge", "all")),
+    "roll_stiffness": Key("roll", "resistance to roll that the kept edge line lacks: 'from_flat' (sum kn w^2/12), "
+                          "a number (N m/rad) or 0", "from_flat"),
+    "gap": Key("table", "initial gap g0 along the axis: [[coordinate, gap], ...]", (), unit="length"),
+}
+ROTATION = {
+    "axis": Key("vector", "axis of rotation", (1.0, 0.0, 0.0)),
+    "point": Key("triple", "a point on the axis", (0.0, 0.0, 0.0), unit="length"),
+    "speed": Key("number", "rad/s at which the blades vibrate: stress stiffening and spin softening (no Coriolis "
+                 "forces); 0: at rest", 0.0, low=0),
+}
+LOAD = {
+    "pull": Key("number", "pull on the damper in this case; default: Fc", None, unit="force", low=0),
+    "speed": Key("number", "rad/s about the axis of [rotation]: centrifugal load on blades and damper, beside the pull",
+                 0.0, low=0),
+    "gravity": Key("triple", "acceleration [x, y, z] in m/s2", (0.0, 0.0, 0.0)),
+    "forces": Key("group_vectors", "[[body, group, Fx, Fy, Fz], ...]: a total force in equal parts on the nodes of a "
+                  "group", (), unit="force"),
+    "pressure": Key("group_values", "[[body, group, p], ...]: on the faces of a surface group, positive presses", (),
+                    unit="stress"),
+    "traction": Key("group_vectors", "[[body, group, tx, ty, tz], ...]: force per area on the faces of a surface group",
+                    (), unit="stress"),
+}
+TUNE = {
+    "target_hz": Key("number", "measured stuck frequency that the kept stations must meet", None, low=0,
+                     open_low=True),
+    "stations": Key("counts", "[front, back]: stations kept at each end, instead of a target", (), low=1, high=9999),
+    "follow": Key("choice", "free mode that is tracked", "out_of_phase", choices=("out_of_phase", "in_phase")),
+    "preload": Key("choice", "'scaled': the whole map's part on the kept stations carries the whole pull; "
+                   "'resolved': the static problem is solved again on them", "scaled", choices=("scaled", "resolved")),
+}
+RESPOND = {
+    "excitation": Key("text", "group (one node) where the force acts", "excitation"),
+    "direction": Key("vector", "direction of the excitation and of the response", (1.0, 0.0, 0.0)),
+    "patches": Key("texts", "groups of response nodes, blade 1 first", ("patch_1", "patch_2")),
+    "levels": Key("numbers", "Fe, amplitudes of the excitation", unit="force", low=0, open_low=True),
+    "harmonics": Key("counts", "H, highest order kept; several give several curves", (5,), low=1, high=99),
+    "band": Key("band", "first and last frequency in Hz", low=0, open_low=True),
+    "damping_ratio": Key("ratios", "zeta of the stuck modes: one value, or one per mode from the lowest (the last one "
+                         "holds for all above)", low=0, high=0.9999),
+    "both_ways": Key("flag", "follow every curve from the other end too and compare the peaks", True),
+}
+POINTS = ("text", "texts", "vector")    # kinds of the keys of [respond] that say where, not how much
+FREE = {
+    "band": Key("band", "first and last frequency of the response without damper, Hz", (1400.0, 1900.0), low=0,
+                open_low=True),
+    "damping_ratio": Key("ratios", "zeta of the modes without damper: one value, or one per mode from the lowest",
+                         (0.005,), low=0, high=0.9999),
+}
+SECTIONS = {"material": MATERIAL, "blades": BLADES, "damper": DAMPER, "model": MODEL, "contact": CONTACT,
+            "rotation": ROTATION, "tune": TUNE, "free": FREE, "respond": RESPOND}
+# measured or published values that the report sets beside ours
+REFERENCE = ("out_of_phase_hz", "in_phase_hz", "full_line_hz", "tuned_hz", "full_area_hz", "front", "back")
