@@ -6,7 +6,7 @@ import numpy as np
 
 from hbm import shooting
 from hbm.march import MASSLESS, TOLERANCE, March
-from hbm.march_sampled import SampledMarch
+from hbm.march_sampled import STEPS, SampledMarch
 from hbm.residual import HarmonicBalance
 
 LEFT = 3e-2              # relative difference from which on the integration has gone to another orbit
@@ -34,13 +34,14 @@ class Comparison:
 
 
 def compare(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE, most_periods: int = 1000,
-            massless_above: float = MASSLESS) -> Comparison:
+            massless_above: float = MASSLESS, steps: int | None = None) -> Comparison:
     """Start at displacement, velocity and sliders of the point and integrate until the period map repeats to 1e-8.
 
-    rows : (m, r) outputs. Where the transient dies slowly, Newton on the period map finds where it leads; where Newton
+    rows : (m, r) outputs; tolerance : of the corridor laws; steps : a period, of the laws that are known by their step
+    Where the transient dies slowly, Newton on the period map finds where it leads; where Newton
     fails, up to `most_periods` are marched.
     """
-    march = make(balance, point.parameter, tolerance, massless_above)
+    march = make(balance, point.parameter, tolerance, massless_above, steps)
     begin = march.on_orbit(point)
     steady = shooting.march_on(march, begin, rows, most_periods=min(PATIENCE, most_periods))
     if not steady.periodic and steady.finished and most_periods > PATIENCE:
@@ -51,11 +52,11 @@ def compare(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE,
     return _said(steady, _difference(balance, point, rows, steady))
 
 
-def make(balance, w, tolerance=TOLERANCE, massless_above=MASSLESS) -> March:
+def make(balance, w, tolerance=TOLERANCE, massless_above=MASSLESS, steps=None) -> March:
     """The integration that the law of a balance takes."""
     if balance.problem.law.corridor:
         return March(balance, w, tolerance, massless_above=massless_above)
-    return SampledMarch(balance, w, massless_above=massless_above)
+    return SampledMarch(balance, w, steps or STEPS, massless_above)
 
 
 def _difference(balance, point, rows, steady):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm import fourier, integrator
+from hbm.errors import InputError
 from hbm.march import MASSLESS, March
 
 STEPS = 1024             # per period
@@ -30,6 +31,8 @@ class SampledMarch(March):
     """Time integration of the problem of a HarmonicBalance at angular frequency w, in equal steps."""
 
     def __init__(self, balance, w, steps: int = STEPS, massless_above: float = MASSLESS):
+        if not hasattr(balance.problem.law, "step"):
+            raise InputError(f"time integration: law {balance.problem.law.name} has no step; use one law for all pairs")
         super().__init__(balance, w, 0.0, steps, massless_above)
         problem = balance.problem
         self.steps, self.h = steps, self.tables[0][0]
@@ -72,6 +75,19 @@ class SampledMarch(March):
         known = self.known[0, 0] + self.system.out @ z
         _, _, force, _ = self.solve(known, self.system.static, slider, known)
         return SampledState(z, slider, force)
+
+    def vector(self, state: SampledState) -> np.ndarray:
+        """z and the sliders, or the whole state of a law without sliders, in m."""
+        kept = self.contact.tangents or self.contact.states
+        return np.r_[state.z * self.weight, state.slider[:, :kept].ravel()]
+
+    def from_vector(self, v: np.ndarray) -> SampledState:
+        n = len(self.weight)
+        z, slider = v[:n] / self.weight, v[n:].reshape(len(self.pairs), -1)
+        if self.contact.tangents:
+            u = (self.known[0, 0] + self.system.out @ z).reshape(self.stiffness.shape)
+            slider = self.contact.begin(u, slider, False, self.pairs)
+        return self.state(z, slider)
 
     def solve(self, known, D, state, guess):
         """(u, state, g, dg/du) of u + D g = known after a step of the law: Newton, halved where it does not help."""

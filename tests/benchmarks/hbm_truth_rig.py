@@ -1,4 +1,4 @@
-"""The two-blade rig's tuned set against time integration: at the peak of a level and within 50 Hz of it, H = 1, 5 and 9.
+"""The two-blade rig's tuned set against time integration: at the peak and within 50 Hz of it, H = 1, 5 and 9.
 
     tipdamp run docs/studies/two_blade_rig/asymmetric.toml --out RIG
     OMP_NUM_THREADS=1 PYTHONPATH=. .venv/bin/python tests/benchmarks/hbm_truth_rig.py RIG [--levels 12 20 40]
