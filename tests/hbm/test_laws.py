@@ -259,6 +259,16 @@ def test_a_curve_with_all_laws():
         assert np.allclose(curve.solutions_at(1.7)[0, 1 + i], own.solutions_at(1.7)[0, 0], atol=1e-9)
 
 
+def test_a_mixture_leaves_out_the_pairs_that_do_not_carry():
+    from tests.hbm.small_rig import small_rig
+    model, pairs, tip = small_rig(stations=3)
+    law = MixedLaw((laws.DryFriction2T(), isotropic.IsotropicFriction()), [1, 0, 1, 0, 1, 0])
+    some = replace(pairs, weight=np.array([1.0, 0, 1, 1, 1, 1]))
+    problem, kept = contact_problem(model, some, law, damping_ratio=0.02)
+    assert problem.law.of_pair == (1, 1, 0, 1, 0) and kept.tolist() == [True, False, True, True, True, True]
+    assert problem.stuck_stiffness.shape == model.K.shape
+
+
 def test_a_mixture_names_what_does_not_fit():
     with pytest.raises(InputError, match="from 0 to 1"):
         MixedLaw((laws.Jenkins1D(), laws.DryFriction2T()), [0, 2])
