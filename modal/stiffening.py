@@ -12,9 +12,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError
+from modal import dolfinx_compat
 from modal.body import Body
 from modal.eigen import Factor
-from modal.elasticity import _QUADRATURE, _SHAPE, Material, _blocks, _dof_to_input, _quiet_compiler, _scatter
+from modal.elasticity import Material, blocks, stress
+from modal.isoparametric import stress_stiffness
 from modal.loads import Rotation, centrifugal
 from modal.mesh import Mesh
 
@@ -41,42 +43,19 @@ def spin_softening(body: Body, rotation: Rotation) -> sp.csr_matrix:
     return (rotation.speed**2 * (body.M @ across)).tocsr()
 
 
-@_quiet_compiler()
 def geometric_stiffness(mesh: Mesh, material: Material, displacement, other_materials=None) -> sp.csr_matrix:
     """K_g (3n, 3n): integral of stress : grad(u)' grad(v), with the linear stress of a displacement (n, 3) m."""
     K = sp.csr_matrix((3 * len(mesh.node),) * 2)
-    for kind, cells, of in _blocks(mesh, material, other_materials or {}):
-        if kind not in _SHAPE:
-            raise InputError(f"{mesh.source}: stress stiffening of {kind} cells is not available; "
-                             f"allowed: {', '.join(_SHAPE)}")
-        K = K + _assemble(mesh.position, kind, cells, of, displacement)
+    for kind, cells, of in blocks(mesh, material, other_materials or {}):
+        assemble = _dolfinx if dolfinx_compat.takes(kind) else stress_stiffness
+        K = K + assemble(mesh.position, kind, cells, of.lame, of.shear, displacement)
     return K.tocsr()
 
 
-def _assemble(position, kind, cells, material, displacement):
-    from modal import petsc
-
-    petsc.start()
-    import dolfinx.io.gmshio
+def _dolfinx(position, kind, cells, lame, shear, displacement):
+    block = dolfinx_compat.Block.of(position, kind, cells)
     import ufl
-    from dolfinx import fem
-    from mpi4py import MPI
 
-    shape, degree = _SHAPE[kind]
-    used = np.unique(cells)
-    order = dolfinx.io.gmshio.cell_perm_array(getattr(dolfinx.mesh.CellType, shape), cells.shape[1])
-    domain = ufl.Mesh(ufl.VectorElement("Lagrange", shape, degree))
-    local = np.searchsorted(used, cells)[:, order].astype(np.int64)
-    grid = dolfinx.mesh.create_mesh(MPI.COMM_SELF, local, position[used], domain)
-    V = fem.VectorFunctionSpace(grid, ("Lagrange", degree))
-    place = used[_dof_to_input(grid, V)]
-    static = fem.Function(V)
-    static.x.array[:] = displacement[place].ravel()
-    lame = fem.Constant(grid, np.float64(material.lame))
-    shear = fem.Constant(grid, np.float64(material.shear))
-    eps = ufl.sym(ufl.grad(static))
-    stress = lame * ufl.tr(eps) * ufl.Identity(3) + 2 * shear * eps
-    u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
-    dx = ufl.Measure("dx", domain=grid, metadata={"quadrature_degree": _QUADRATURE[kind]})
-    form = fem.form(ufl.inner(ufl.grad(u) * stress, ufl.grad(v)) * dx)
-    return _scatter(form, (3 * place[:, None] + np.arange(3)).ravel(), 3 * len(position))
+    u, v = ufl.TrialFunction(block.V), ufl.TestFunction(block.V)
+    static = stress(block.function(displacement), *block.constants(lame, shear))
+    return block.matrix(ufl.inner(ufl.grad(u) * static, ufl.grad(v)) * block.dx)

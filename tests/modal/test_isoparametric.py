@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg as sl
 
 from hbm.errors import InputError
-from modal import elasticity
+from modal import dolfinx_compat, elasticity
 from modal.body import rigid_modes
 from modal.elasticity import Material, elastic_body
 from modal.isoparametric import stiffness_and_mass
@@ -22,7 +22,7 @@ each_mesh = pytest.mark.parametrize("make, size", MESHES.values(), ids=MESHES)
 @pytest.fixture
 def own(monkeypatch):
     """Our assembler for all cells, as where dolfinx is not installed."""
-    monkeypatch.setattr(elasticity, "has_dolfinx", lambda: False)
+    monkeypatch.setattr(dolfinx_compat, "available", lambda: False)
 
 
 @each_mesh
