@@ -45,7 +45,7 @@ def _march_on(balance, w, settings):
     from hbm import march
     if not balance.problem.law.corridor:
         return None, 0
-    motion = march.March(balance, w, 512)
+    motion = march.March(balance, w, tolerance=1e-4)
     motion.periods(motion.at_rest(), 60)
     x = motion.harmonics_of_motion()
     return x if np.isfinite(x).all() else None, 0

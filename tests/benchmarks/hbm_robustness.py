@@ -16,7 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm import continuation, fourier, march
+from hbm import continuation, fourier
+from hbm.comparison import compare
 from hbm.residual import HarmonicBalance
 from hbm.response import follow_band
 from tests.hbm.oscillator import FORCE, Y2, oscillator
@@ -67,7 +68,8 @@ def check(problem, force, curve, full, share, rng):
             found.append((curve.frequency[i], None, None, False))
             continue
         balance, point = settled
-        steady, difference = march.compare(balance, point, [Y2["y2"]], steps=1024, most_periods=300)
+        compared = compare(balance, point, [Y2["y2"]], tolerance=1e-5, most_periods=200)
+        steady, difference = compared.steady, compared.difference
         found.append((curve.frequency[i], balance.H, difference, steady.periodic))
     return found
 
