@@ -39,7 +39,7 @@ class ContactTable:
     position : (P, 3) m
     frame : (P, 3, 3) - rows t1, t2, n, orthonormal and right-handed
     gap : (P,) m - initial gap g0 (crown, wear); 0 where the surfaces touch
-    kn, kt : (P,) N/m - nodal normal and tangential stiffness [Zucca 2016, sec. 7.1]; kn = inf: hard contact (statics)
+    kn, kt : (P,) N/m - nodal normal and tangential stiffness [Zucca 2016, sec. 7.1]; inf: hard contact (statics alone)
     mu : (P,) - friction coefficient
     preload : (P,) N - signed static normal force; negative = open by -preload/kn
     weight : (P,) in [0, 1] - 1 carries, 0 is detached; multiplies kn and kt
@@ -75,7 +75,7 @@ class ContactTable:
         for name, low, high in (("kn", 0, np.inf), ("kt", 0, np.inf), ("mu", 0, np.inf), ("weight", 0, 1),
                                 ("gap", -np.inf, np.inf), ("preload", -np.inf, np.inf)):
             values = getattr(self, name)
-            hard = (name == "kn") & np.isposinf(values)      # unilateral contact without a spring, in statics alone
+            hard = (name in ("kn", "kt")) & np.isposinf(values)      # contact without a spring, in statics alone
             bad = ~(np.isfinite(values) | hard) | (values < low) | (values > high)
             if bad.any():
                 i = int(np.flatnonzero(bad)[0])

@@ -1,6 +1,6 @@
 """Matrices from other codes: npz, npy, Matrix Market, MATLAB, Harwell-Boeing (Ansys HBMAT), Abaqus' matrix text.
 
-    model = model_from_files(M="mass.mtx", K="stiffness.mtx", dofs="dofs.csv")
+    model = ReducedModel.from_files(M="mass.mtx", K="stiffness.mtx", dofs="dofs.csv")
 
 The dof table is a CSV with a line per row of the matrices: body, node, direction (x, y, z or mode) and, where known,
 x, y, z in m; or the .mapping file that Ansys writes beside its Harwell-Boeing matrices. Abaqus' text names node and
@@ -22,8 +22,11 @@ FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
 ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z"}
 
 
-def model_from_files(M, K, C=None, dofs=None, body="body") -> ReducedModel:
-    """ReducedModel from one file per matrix and a dof table; `body` names the body where the table does not."""
+def model_from_files(M, K, C=None, dofs=None, body="body", groups=None, loads=None) -> ReducedModel:
+    """ReducedModel from one file per matrix and a dof table; `body` names the body where the table does not.
+
+    groups, loads : as in ReducedModel. Raises InputError where a file cannot be read or they do not fit each other.
+    """
     labels = None
     matrices = {}
     for name, path in (("M", M), ("K", K), ("C", C)):
@@ -36,7 +39,8 @@ def model_from_files(M, K, C=None, dofs=None, body="body") -> ReducedModel:
         labels = labels or found
     table = _table_of_labels(labels, body) if labels and dofs is None else read_dofs(dofs, body) if dofs else {}
     return ReducedModel.from_matrices(matrices["M"], matrices["K"], matrices["C"],
-                                      provenance={"M": str(M), "K": str(K), "C": str(C)}, **({"body": body} | table))
+                                      groups=groups, loads=loads, **({"body": body} | table),
+                                      provenance={"M": str(M), "K": str(K), "C": str(C)})
 
 
 def read_matrix(path, name="matrix"):

@@ -5,6 +5,7 @@ import numpy as np
 from hbm.errors import InputError
 
 MOST_HARMONICS = 200
+MOST_SAMPLES = 2**16
 
 
 def check_harmonics(H):
@@ -21,6 +22,27 @@ def check_band(band):
     if not (np.isfinite(first) and np.isfinite(last) and first > 0 and last > 0) or first == last:
         raise InputError(f"band = ({first:g}, {last:g}) Hz: both must be positive, and different")
     return first, last
+
+
+def check_samples(samples, H):
+    """None stays None: the law's own number."""
+    least = max(8, 4 * H)
+    whole = isinstance(samples, int | np.integer) and not isinstance(samples, bool)
+    if samples is not None and not (whole and least <= samples <= MOST_SAMPLES):
+        raise InputError(f"samples = {samples!r}: must be a whole number, at least {least} for harmonics = {H}, and at "
+                         f"most {MOST_SAMPLES}")
+    return samples
+
+
+def check_at(at):
+    """(k,) Hz."""
+    try:
+        values = np.atleast_1d(np.asarray(at, dtype=float)).ravel()
+    except (TypeError, ValueError):
+        raise InputError(f"at = {at!r}: must be frequencies in Hz") from None
+    if not (np.isfinite(values).all() and (values > 0).all()):
+        raise InputError(f"at = {at!r}: frequencies in Hz must be finite and positive")
+    return values
 
 
 def check_forcing(forcing, r, H):

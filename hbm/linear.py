@@ -68,11 +68,12 @@ def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
     if (C is None) == (damping_ratio is None):
         both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
         raise InputError(f"damping: {both} given, exactly one is needed")
+    given = None if C is not None else _ratios(damping_ratio, r)
     _check_held(K, describe)
     period2, shapes = la.eigh(M, K)
     period2, shapes = np.maximum(period2[::-1], 0.0), shapes[:, ::-1]
     if C is None:
-        return Receptance(shapes, np.ones(r), period2, _ratios(damping_ratio, r))
+        return Receptance(shapes, np.ones(r), period2, given)
     modal = shapes.T @ C @ shapes
     ratio = 0.5 * np.diag(modal) / np.sqrt(np.maximum(period2, 1e-300))
     off = modal - np.diag(np.diag(modal))

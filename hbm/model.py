@@ -82,6 +82,12 @@ class ReducedModel:
         _check_table(model)
         return model
 
+    @classmethod
+    def from_files(cls, M, K, C=None, dofs=None, **more) -> "ReducedModel":
+        """One file per matrix and a dof table, in the formats of `hbm.files`; everything else as model_from_files."""
+        from hbm.files import model_from_files
+        return model_from_files(M, K, C, dofs, **more)
+
     def dofs(self, body: str, node: int) -> np.ndarray:
         """Rows of the x, y, z displacement of a node, (3,) int; -1 where that direction is not in the model."""
         rows = self._rows.get((str(body), int(node)))

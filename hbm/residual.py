@@ -13,6 +13,7 @@ import scipy.sparse as sp
 
 from hbm import aft, fourier
 from hbm.errors import InputError
+from hbm.inputs import check_samples
 from hbm.laws import CorridorLaw, PairSettings
 from hbm.linear import Receptance, stuck_receptance
 from hbm.linearisation import Linearisation, real_times
@@ -82,10 +83,10 @@ class HarmonicBalance:
         law, pairs = problem.law, problem.pairs
         self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
         self.n_components = len(pairs) * self.nd
-        self.receptance = problem.receptance()
-        self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
         self.start = aft.slider_start(start, len(pairs), law.tangents)
-        self.grid = aft.sample_grid(H, samples or aft.default_samples(H))
+        self.grid = aft.sample_grid(H, check_samples(samples, H) or aft.default_samples(H, law.corridor))
+        self.receptance = problem.receptance()                      # the first thing that takes time
+        self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
         self.static, self.preload_force = self._static_parts()
         self.force = np.zeros((self.receptance.shapes.shape[1], H + 1), dtype=complex)
         for k, F in forces.items():
@@ -140,7 +141,8 @@ class HarmonicBalance:
             rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
         both = real_times(self.shapes, np.concatenate([modal, rate], axis=1))
         residual = x - fourier.to_real(both[:, :self.H + 1]).ravel()
-        return Linearisation(x, residual, -fourier.to_real(both[:, self.H + 1:]).ravel(), bracket, modal, self, d, w)
+        by_parameter = -fourier.to_real(both[:, self.H + 1:]).ravel()
+        return Linearisation(x, residual, by_parameter, bracket, modal, self, d, w, rate)
 
     def _bracket(self, u, by, factor):
         p = self.problem

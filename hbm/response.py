@@ -9,7 +9,7 @@ from hbm import continuation
 from hbm.contact import relative_motion
 from hbm.curve import ForcedResponse, contact_harmonics, explain, record
 from hbm.errors import InputError, nearest
-from hbm.inputs import check_band, check_forcing, check_harmonics, check_outputs
+from hbm.inputs import check_at, check_band, check_forcing, check_harmonics, check_outputs
 from hbm.laws import PairSettings
 from hbm.linear import describe_motion
 from hbm.residual import ContactProblem, HarmonicBalance
@@ -77,6 +77,8 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
     used = pairs.select(kept)
     preload = used.preload if origin == "preloaded" else -used.kn * used.weight * used.gap
     settings = PairSettings(used.kn * used.weight, used.kt * used.weight, used.mu, preload)
+    if hasattr(law, "of_pairs"):
+        law = law.of_pairs(kept)
     B = relative_motion(model, used)
     if law.components != ("t1", "t2", "n"):
         rows = ["t1", "t2", "n"]
@@ -92,7 +94,7 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
     H = check_harmonics(harmonics)
     first, last = check_band(band)
     start = start if start is not None else ("zero_slider" if problem.preloaded else "zero_force")
-    forces = check_forcing(forcing, problem.K.shape[0], H)
+    forces, at = check_forcing(forcing, problem.K.shape[0], H), check_at(at)
     names, rows = check_outputs(outputs, problem.K.shape[0])
     settings = settings or continuation.Settings()
     balance = HarmonicBalance(problem, forces, H, start, samples)
@@ -102,7 +104,7 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
 
     def report(point, step):
         for before in passed:
-            before.detail.parts.clear()          # what Newton needed there: too large to keep over a whole curve
+            before.detail.forget()          # what Newton needed there: too large to keep over a whole curve
         passed[:] = [point] if point.detail is not None else []
         if progress:
             progress(point.parameter / (2 * np.pi), step, point.iterations)
@@ -119,7 +121,7 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
         report(begin, 0.0)
         branch = continuation.follow(balance.evaluate, begin, two_pi * last, balance.weights, settings, report,
                                      lambda w: first_point(balance, w, settings))
-        solve_passages(balance, branch, two_pi * np.asarray(at, dtype=float), settings)
+        solve_passages(balance, branch, two_pi * at, settings)
         refine_peaks(balance, branch, recover, settings)
     ended = explain(branch, balance, problem)
     curve = record(branch, balance, recover, names, ended, problem, start, time.perf_counter() - began)

@@ -11,7 +11,8 @@ A law of your own is one class in your own file: derive from `SampledLaw`, name 
             return pairs.kn[:, None] * u**5, state
 
 `advance` must be analytic where it is smooth (write sqrt(a*a + b*b), not abs; compare real parts), because its
-derivatives are taken by complex steps, exact to rounding.
+derivatives are taken by complex steps, exact to rounding. It is called with many rows at once, all samples of all
+pairs: write it over rows, not over pairs.
 """
 
 from dataclasses import dataclass
@@ -24,6 +25,8 @@ from hbm.laws import PairSettings, Tangents
 
 STEP = 1e-30
 MOST_PERIODS = 30
+REPEATS = 1e-12          # of the largest motion: the period repeats
+REGULAR = 1e-6           # of det(I - A): below, the map of a period is not inverted
 
 
 @dataclass(frozen=True)
@@ -60,12 +63,15 @@ class SampledLaw:
         moved = np.tile(np.concatenate([u, state], axis=1).astype(complex), (m, 1)).reshape(m, P, m)
         moved[np.arange(m), :, np.arange(m)] += 1j * STEP
         moved = moved.reshape(m * P, m)
-        many = SimpleNamespace(**{k: np.tile(getattr(pairs, k), m) for k in ("kn", "kt", "mu", "preload")})
-        force, new = self.advance(moved[:, :nd], moved[:, nd:], many)
+        force, new = self.advance(moved[:, :nd], moved[:, nd:], _repeated(pairs, m))
         by_force = (np.imag(force) / STEP).reshape(m, P, nd).transpose(1, 2, 0)
         by_state = (np.imag(new) / STEP).reshape(m, P, ns).transpose(1, 2, 0)
         t = Tangents(by_force[:, :, :nd], by_force[:, :, nd:], by_state[:, :, :nd], by_state[:, :, nd:])
         return force[:P].real, new[:P].real, t
+
+    def harmonics(self, pairs: PairSettings, x, start, grid):
+        """g, D, moves, shares (as in `aft.Bracket`, for all pairs) at the relative motion x (P, nd, nh)."""
+        return march(self, pairs, x, start, grid)
 
 
 @dataclass(frozen=True)
@@ -79,169 +85,139 @@ class CubicSpring(SampledLaw):
         return pairs.kn[:, None] * u**3, state
 
 
-@dataclass(frozen=True)
-class IsotropicFriction(SampledLaw):
-    """Coulomb friction coupled in the tangential plane, |T| <= mu N, under N = max(0, preload + kn u_n).
-
-    Over a sample the motion and the normal load are taken as straight; on that path everything is in closed form. A
-    resting slider slips where the quadratic |T0 + kt du s| = mu (N0 + dN s) has its root. In slip the angle psi from
-    the velocity to the force obeys L psi' = -kt |du| sin psi with L = mu N, so that
-
-        tan(psi1/2) = tan(psi0/2) exp(-kt |du| / L_m),      L_m the logarithmic mean of L,
-
-    and slip goes on to the end of the sample. Hence second order in the samples [radial return is first order].
-    The state is the slider (2), and the motion before (3).
-    """
-
-    name: str = "IsotropicFriction"
-    components: tuple = ("t1", "t2", "n")
-    tangents: int = 2
-    states: int = 5
-    has_normal: bool = True
-
-    def stuck_stiffness(self, pairs):
-        return np.stack([pairs.kt, pairs.kt, pairs.kn], axis=1)
-
-    def begin(self, u, sliders, from_position, pairs):
-        state = np.concatenate([u[:, :2] if from_position else sliders + 0 * u[:, :2], u], axis=1)
-        N = np.where((pairs.preload + pairs.kn * u[:, 2]).real > 0, pairs.preload + pairs.kn * u[:, 2], 0)
-        T = pairs.kt[:, None] * (u[:, :2] - state[:, :2])
-        size, limit = _length(T), pairs.mu * N
-        over = size.real > limit.real
-        back = np.where(over, limit / np.where(over, size, 1), 1)
-        state[:, :2] = u[:, :2] - back[:, None] * (u[:, :2] - state[:, :2])
-        return state
-
-    def advance(self, u, state, pairs):
-        force, new = np.empty(u.shape, dtype=u.dtype), np.empty(state.shape, dtype=u.dtype)
-        _isotropic(np.ascontiguousarray(u), np.ascontiguousarray(state), pairs.kt, pairs.kn, pairs.mu, pairs.preload,
-                   force, new)
-        return force, new
-
-
-@njit(cache=True)
-def _isotropic(u, state, kt, kn, mu, preload, force, new):
-    """One step of every pair, real or complex (complex for the derivatives)."""
-    for p in range(len(u)):
-        N0, N1 = preload[p] + kn[p] * state[p, 4], preload[p] + kn[p] * u[p, 2]
-        was, now = N0.real > 0, N1.real > 0
-        T1, T2 = 0 * N1, 0 * N1
-        if now and kt[p] > 0:
-            begin = 0 * N0 if was else N0 / (N0 - N1)              # contact inside the sample
-            d1 = kt[p] * (u[p, 0] - state[p, 2]) * (1 - begin)
-            d2 = kt[p] * (u[p, 1] - state[p, 3]) * (1 - begin)
-            if was:
-                T1, T2 = kt[p] * (state[p, 2] - state[p, 0]), kt[p] * (state[p, 3] - state[p, 1])
-            L0 = mu[p] * N0 if was else 0 * N0
-            T1, T2 = _slide(T1, T2, d1, d2, L0, mu[p] * N1)
-        force[p, 0], force[p, 1], force[p, 2] = T1, T2, N1 if now else 0 * N1
-        stiff = kt[p] if kt[p] > 0 else 1.0
-        new[p, 0], new[p, 1] = u[p, 0] - T1 / stiff, u[p, 1] - T2 / stiff
-        new[p, 2], new[p, 3], new[p, 4] = u[p, 0], u[p, 1], u[p, 2]
-
-
-@njit(cache=True)
-def _slide(T1, T2, d1, d2, L0, L1):
-    """Force at the end of a straight elastic path d under a limit from L0 to L1: rest up to the limit, then slip."""
-    e1, e2 = T1 + d1, T2 + d2
-    if (e1 * e1 + e2 * e2 - L1 * L1).real <= 0:
-        return e1, e2
-    dL = L1 - L0
-    a, b = d1 * d1 + d2 * d2 - dL * dL, T1 * d1 + T2 * d2 - L0 * dL
-    c = T1 * T1 + T2 * T2 - L0 * L0
-    s = 0 * a
-    at_limit = c.real >= -1e-12 * (L0 * L0).real
-    if not (at_limit and b.real >= 0):
-        if at_limit:
-            s = -2 * b / a                      # leaves the limit and comes back to it
-        else:
-            root = np.sqrt(b * b - a * c)
-            s = -c / (b + root) if b.real >= 0 else (root - b) / a
-        if not 0 <= s.real <= 1:
-            s = 0 * a
-    m1, m2 = (1 - s) * d1, (1 - s) * d2
-    square = m1 * m1 + m2 * m2
-    L = L0 + s * dL
-    if square.real <= 0:
-        scale = L1 / np.sqrt(e1 * e1 + e2 * e2)
-        return scale * e1, scale * e2
-    size = np.sqrt(square)
-    m1, m2 = m1 / size, m2 / size
-    if L.real <= 0 or L1.real <= 0:              # from no load the force lies along the motion
-        return L1 * m1, L1 * m2
-    n1, n2 = (T1 + s * d1) / L, (T2 + s * d2) / L
-    decay = np.exp(-size / _log_mean(L, L1))
-    x, y = n1 * m1 + n2 * m2, n2 * m1 - n1 * m2
-    below = (1 + x) + decay * decay * (1 - x)
-    if below.real <= 0:
-        return -L1 * m1, -L1 * m2                # straight against the motion
-    cosine, sine = ((1 + x) - decay * decay * (1 - x)) / below, 2 * decay * y / below
-    return L1 * (cosine * m1 - sine * m2), L1 * (cosine * m2 + sine * m1)
-
-
-@njit(cache=True)
-def _log_mean(a, b):
-    """(b - a)/log(b/a), by its series where they are close."""
-    z = (b - a) / (b + a)
-    if abs(z) < 1e-3:
-        return 0.5 * (a + b) / (1 + z * z / 3 + z * z * z * z / 5)
-    return (b - a) / np.log(b / a)
-
-
-def _length(a):
-    square = a[:, 0] ** 2 + a[:, 1] ** 2
-    return np.where(square.real > 0, np.sqrt(np.where(square.real > 0, square, 1)), 0)
-
-
 def harmonics(law, pairs: PairSettings, x, start, grid):
-    """g, D, gp, moves, shares as `located.brackets` fills them, by marching over the samples.
+    """g, D, dg/dpreload, moves, shares as `located.brackets` fills them; sampled laws leave dg/dpreload at zero."""
+    g, D, moves, shares = law.harmonics(pairs, x, start, grid)
+    return g, D, np.zeros_like(g), moves, shares
 
-    At least two periods, and until the state repeats: a slider in the plane creeps towards its orbit.
+
+def projector(E) -> np.ndarray:
+    """(n, nh) weights that take samples to harmonics; E (n, nh) is the basis at the samples."""
+    weights = E * (2 / len(E))
+    weights[:, 0] /= 2
+    return weights
+
+
+def _repeated(pairs, m):
+    return SimpleNamespace(**{k: np.tile(getattr(pairs, k), m) for k in ("kn", "kt", "mu", "preload")})
+
+
+def march(law, pairs, x, start, grid, leap=True):
+    """Harmonics of any sampled law: the states sample by sample, then the tangents of all samples in one call.
+
+    At least two periods, and until the state repeats. A state that creeps there is taken there by Newton on the map
+    of the period (`leap`), unless that leads to a pair at rest, where it is not the only one that repeats.
     """
     P, nd, nh = x.shape
-    tau, E, _ = grid
-    n = len(E)
-    u = x @ E.T
-    sliders, from_position = start
-    state = law.begin(u[:, :, 0], sliders, from_position, pairs)
-    dstate = np.zeros((P, law.states, nd, nh))
-    for k in range(nd if law.states else 0):
-        moved = u[:, :, 0].astype(complex)
-        moved[:, k] += 1j * STEP
-        by = np.imag(law.begin(moved, sliders, from_position, pairs)) / STEP
-        dstate[:, :, k, :] = by[:, :, None] * E[0]
-    force, dforce = np.empty((P, nd, n)), np.empty((n, P, nd, nd, nh))
-    size = np.abs(u).max() + 1e-300
-    for period in range(MOST_PERIODS):
-        slips, opens, begin = np.zeros(P), np.zeros(P), state
-        for i in list(range(1, n)) + [0]:
-            f, new, t = law.step(u[:, :, i], state, pairs)
-            dforce[i] = t.force_u[:, :, :, None] * E[i]
-            if law.states:
-                dforce[i] += np.matmul(t.force_slider, dstate.reshape(P, law.states, -1)).reshape(P, nd, nd, nh)
-                dstate = np.matmul(t.slider_slider, dstate.reshape(P, law.states, -1)).reshape(dstate.shape)
-                dstate += t.slider_u[:, :, :, None] * E[i]
-            force[:, :, i] = f
-            is_open = f[:, -1] <= 0 if law.has_normal else np.zeros(P, bool)
-            moved = np.abs(new[:, :law.tangents] - state[:, :law.tangents]).max(axis=1, initial=0.0)
-            opens += is_open
-            slips += ~is_open & (moved > 1e-12 * size)
-            state = new
-        if period and np.abs(state - begin).max(initial=0.0) <= 1e-12 * size:
+    E, ns = grid[1], law.states
+    n, project = len(E), projector(E)
+    u = np.ascontiguousarray((x @ E.T).transpose(2, 0, 1))                     # (n, P, nd)
+    size = np.abs(u).max(initial=0.0) + 1e-300
+    state, dstate = _begin(law, u[0], *start, pairs, E[0])
+    order, every = np.r_[1:n, 0], _repeated(pairs, n)
+    dforce, leapt, repeats = np.zeros((n, P, nd, nd, nh)), np.zeros(P, dtype=bool), np.ones(P, dtype=bool)
+    for period in range(MOST_PERIODS if ns else 1):
+        before, first = np.empty((n, P, ns)), state
+        for i in order if ns else ():
+            before[i] = state
+            state = law.advance(u[i], state, pairs)[1]
+        force, after, t = law.step(u.reshape(n * P, nd), before.reshape(n * P, ns), every)
+        t = [a.reshape(n, P, *a.shape[1:]) for a in (t.force_u, t.force_slider, t.slider_u, t.slider_slider)]
+        chain(order, E, *t, dstate, dforce)
+        repeats = np.abs(state - first).max(axis=1, initial=0.0) <= REPEATS * size
+        if period and repeats.all():
             break
-    project = E * (2 / n)
-    project[:, 0] /= 2
-    g = force @ project
-    D = np.einsum("npikm,nj->pijkm", dforce, project, optimize=True)
+        if period and leap:
+            state, now = _leap(first, state, _map(order, t[3]), ~repeats)
+            leapt |= now
+    if leapt.any():
+        A = _map(order, t[3])[leapt]
+        if not repeats.all() or not _regular(A).all():
+            return march(law, pairs, x, start, grid, leap=False)
+        t, part = [np.ascontiguousarray(a[:, leapt]) for a in t], np.zeros((n, leapt.sum(), nd, nd, nh))
+        fixed = np.zeros_like(dstate[leapt])
+        chain(order, E, *t, fixed, part)
+        fixed = np.linalg.solve(np.eye(ns) - A, fixed.reshape(len(A), ns, nd * nh)).reshape(fixed.shape)
+        chain(order, E, *t, fixed, part)
+        dforce[:, leapt] = part
+    force, moved = force.reshape(n, P, nd), np.abs(after.reshape(n, P, ns) - before)[:, :, :law.tangents]
+    opens = force[:, :, -1] <= 0 if law.has_normal else np.zeros((n, P), dtype=bool)
+    slips = ~opens & (moved.max(axis=2, initial=0.0) > 1e-12 * size)
+    g = np.tensordot(force, project, (0, 0))
+    D = (project.T @ dforce.reshape(n, -1)).reshape(nh, P, nd, nd, nh).transpose(1, 2, 0, 3, 4)
+    shares = np.stack([~slips & ~opens, slips, opens], axis=2).sum(axis=0) / n
+    return *_bracket(law, pairs, x, g, np.ascontiguousarray(D), np.abs(dforce).max(axis=(0, 3, 4)),
+                     np.abs(force).max(axis=0)), shares
+
+
+def _map(order, state_state):
+    """(P, ns, ns) derivative of the state after a period by the state before it."""
+    A = np.eye(state_state.shape[2])
+    for i in order:
+        A = state_state[i] @ A
+    return A
+
+
+def _regular(A):
+    return np.abs(np.linalg.det(np.eye(A.shape[1]) - A)) > REGULAR
+
+
+def _leap(first, state, A, wanted):
+    """(states, mask of those moved): Newton's step to the state that repeats, where the map allows it."""
+    now = wanted & _regular(A)
+    new = state.copy()
+    e = (state - first)[now, :, None]
+    new[now] = first[now] + np.linalg.solve(np.eye(A.shape[1]) - A[now], e)[:, :, 0]
+    return new, now
+
+
+def _begin(law, u, sliders, from_position, pairs, e):
+    """State at t = 0 and its derivative (P, ns, nd, nh) by the harmonics of the motion."""
+    state = law.begin(u, sliders, from_position, pairs)
+    dstate = np.zeros((*state.shape, u.shape[1], len(e)))
+    for k in range(u.shape[1] if law.states else 0):
+        moved = u.astype(complex)
+        moved[:, k] += 1j * STEP
+        dstate[:, :, k] = (np.imag(law.begin(moved, sliders, from_position, pairs)) / STEP)[:, :, None] * e
+    return state, dstate
+
+
+@njit(cache=True)
+def chain(order, E, force_u, force_state, state_u, state_state, dstate, dforce):
+    """Carry dstate (P, ns, nd, nh) through a period, and fill dforce (n, P, nd, nd, nh), by the chain rule."""
+    n, P, nd, ns = force_state.shape
+    nh = E.shape[1]
+    new = np.empty((ns, nd, nh))
+    for i in order:
+        for p in range(P):
+            old = dstate[p]
+            for r in range(nd):
+                for k in range(nd):
+                    for m in range(nh):
+                        value = force_u[i, p, r, k] * E[i, m]
+                        for s in range(ns):
+                            value += force_state[i, p, r, s] * old[s, k, m]
+                        dforce[i, p, r, k, m] = value
+            for r in range(ns):
+                for k in range(nd):
+                    for m in range(nh):
+                        value = state_u[i, p, r, k] * E[i, m]
+                        for s in range(ns):
+                            value += state_state[i, p, r, s] * old[s, k, m]
+                        new[r, k, m] = value
+            dstate[p] = new
+
+
+def _bracket(law, pairs, x, g, D, slope, top):
+    """g, D and moves once the stuck springs and the preload are taken off; what is only rounding is zero."""
+    nd, nh = x.shape[1:]
     stiffness = law.stuck_stiffness(pairs)
-    g -= stiffness[:, :, None] * x
+    g = g - stiffness[:, :, None] * x
     if law.has_normal:
         g[:, -1, 0] -= pairs.preload
     for d in range(nd):
         D[:, d, np.arange(nh), d, np.arange(nh)] -= stiffness[:, d, None]
-    size = np.maximum(np.abs(dforce).max(axis=(0, 2, 3, 4)), 1e-300)
-    moves = np.abs(D).max(axis=(2, 3, 4)) > 1e-12 * size[:, None]
-    noise = 1e-13 * (np.abs(force).max(axis=2) + (stiffness * np.abs(u).max(axis=2)) + np.abs(pairs.preload)[:, None])
+    moves = np.abs(D).max(axis=(2, 3, 4)) > 1e-12 * np.maximum(slope, 1e-300)
+    noise = 1e-13 * (top + stiffness * np.abs(x).sum(axis=2) + np.abs(pairs.preload)[:, None])
     g[(np.abs(g).max(axis=2) <= noise) & ~moves] = 0.0
-    shares = np.stack([n - slips - opens, slips, opens], axis=1) / n
-    return g, D, np.zeros_like(g), moves, shares
+    return g, D, moves

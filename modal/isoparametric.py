@@ -1,4 +1,4 @@
-"""K and M of a block of isoparametric cells, in numpy: any type of `cells.py`, for those that dolfinx cannot take."""
+"""K, M and K_g of a block of isoparametric cells, in numpy: any type of `cells.py`, for those dolfinx cannot take."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -33,6 +33,25 @@ def stiffness_and_mass(position, kind: str, cells, lame: float, shear: float, de
     return ((K + K.T) / 2).tocsr(), ((M + M.T) / 2).tocsr()
 
 
+def stress_stiffness(position, kind: str, cells, lame: float, shear: float, displacement):
+    """K_g (N/m) over all dofs of the mesh, CSR: integral of grad N_a . stress grad N_b, the same in each direction,
+    with the linear stress of a displacement (n, 3) m."""
+    n = len(position)
+    indptr, indices, slot = _pattern(cells, n)
+    G = np.zeros(len(indices))
+    for first in range(0, len(cells), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        gradient, volume = _gradients(position[cells[part]], kind)
+        slope = gradient @ displacement[cells[part]][:, None]                # (c, q, 3, 3) du_j/dx_i
+        strain = (slope + slope.swapaxes(2, 3)) / 2
+        stress = 2 * shear * strain + lame * np.trace(strain, axis1=2, axis2=3)[..., None, None] * np.eye(3)
+        cell = np.einsum("cqia,cq,cqij,cqjb->cab", gradient, volume, stress, gradient, optimize=True)
+        G += np.bincount(slot[part].ravel(), cell.ravel(), len(G))
+    K = sp.bsr_matrix((G[:, None, None] * np.eye(3), indices, indptr), shape=(3 * n, 3 * n)).tocsr()
+    K.eliminate_zeros()
+    return ((K + K.T) / 2).tocsr()
+
+
 def _pattern(cells, n):
     """Row pointer and columns of the node-to-node pattern, and the slot of each cell's (a, b) in it, (c, k, k)."""
     c, k = cells.shape
@@ -44,14 +63,19 @@ def _pattern(cells, n):
 
 def _cell_matrices(corner, kind, lame, shear, density):
     """(c, k, k, 9) stiffness by node pair and directions (3 i + j), (c, k, k) mass."""
-    N, dN, weight = tables(kind)
     c, k = corner.shape[:2]
-    J = np.einsum("qin,cnj->cqij", dN, corner, optimize=True)
-    volume = np.linalg.det(J) * weight
-    gradient = np.linalg.solve(J, np.broadcast_to(dN, (c, *dN.shape)))  # (c, q, 3, n)
-    g = gradient.transpose(0, 1, 3, 2).reshape(c, len(weight), 3 * k)
+    gradient, volume = _gradients(corner, kind)
+    g = gradient.transpose(0, 1, 3, 2).reshape(c, -1, 3 * k)
     G = ((g * volume[:, :, None]).transpose(0, 2, 1) @ g).reshape(c, k, 3, k, 3).transpose(0, 1, 3, 2, 4)
     stiffness = lame * G + shear * G.swapaxes(3, 4)
     stiffness += shear * np.einsum("cabii->cab", G)[..., None, None] * np.eye(3)
+    N = tables(kind)[0]
     mass = density * ((N.T * volume[:, None, :]) @ N)
     return stiffness.reshape(c, k, k, 9), mass
+
+
+def _gradients(corner, kind):
+    """Gradients of the shape functions (c, q, 3, n) and volumes (c, q) at the integration points of each cell."""
+    _, dN, weight = tables(kind)
+    J = np.einsum("qin,cnj->cqij", dN, corner, optimize=True)
+    return np.linalg.solve(J, np.broadcast_to(dN, (len(corner), *dN.shape))), np.linalg.det(J) * weight

@@ -16,6 +16,7 @@ from modal import dolfinx_compat
 from modal.body import Body
 from modal.eigen import Factor
 from modal.elasticity import Material, blocks, stress
+from modal.isoparametric import stress_stiffness
 from modal.loads import Rotation, centrifugal
 from modal.mesh import Mesh
 
@@ -46,17 +47,15 @@ def geometric_stiffness(mesh: Mesh, material: Material, displacement, other_mate
     """K_g (3n, 3n): integral of stress : grad(u)' grad(v), with the linear stress of a displacement (n, 3) m."""
     K = sp.csr_matrix((3 * len(mesh.node),) * 2)
     for kind, cells, of in blocks(mesh, material, other_materials or {}):
-        if kind not in dolfinx_compat.CELLS:
-            raise InputError(f"{mesh.source}: stress stiffening of {kind} cells is not available; "
-                             f"allowed: {', '.join(dolfinx_compat.CELLS)}")
-        K = K + _assemble(mesh.position, kind, cells, of, displacement)
+        assemble = _dolfinx if dolfinx_compat.takes(kind) else stress_stiffness
+        K = K + assemble(mesh.position, kind, cells, of.lame, of.shear, displacement)
     return K.tocsr()
 
 
-def _assemble(position, kind, cells, material, displacement):
+def _dolfinx(position, kind, cells, lame, shear, displacement):
     block = dolfinx_compat.Block.of(position, kind, cells)
     import ufl
 
     u, v = ufl.TrialFunction(block.V), ufl.TestFunction(block.V)
-    static = stress(block.function(displacement), *block.constants(material.lame, material.shear))
+    static = stress(block.function(displacement), *block.constants(lame, shear))
     return block.matrix(ufl.inner(ufl.grad(u) * static, ufl.grad(v)) * block.dx)

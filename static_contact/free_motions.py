@@ -5,12 +5,15 @@ import numpy as np
 from hbm.model import ReducedModel
 
 FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
+_ROUNDING = 1e-12       # of the distance from the origin
+_ARM = 1e-6             # of the body's size: nodes that near to an axis lie on it, and turning about it moves nothing
 
 
 def rigid_motions(model: ReducedModel) -> np.ndarray:
     """(r, 6 b): unit translations along and rotations about x, y, z of every body whose node positions are known.
 
-    Rotations are about the mean position of the body's nodes.
+    Rotations are about the mean position of the body's nodes; where that puts all of them on an axis of x, y, z its
+    column is zero. On an oblique line three rotations are kept that span two motions: see `moving`.
     """
     blocks = []
     for body in dict.fromkeys(model.body.tolist()):
@@ -19,12 +22,35 @@ def rigid_motions(model: ReducedModel) -> np.ndarray:
             continue
         axis = np.array([("x", "y", "z").index(d) for d in model.direction[rows]])
         arm = model.position[rows] - model.position[rows].mean(axis=0)
+        size = np.abs(arm).max()
+        if size <= _ROUNDING * np.abs(model.position[rows]).max():
+            size = np.inf                                       # one point, and nothing turns
         motions = np.zeros((model.size, 6))
         motions[rows, axis] = 1.0
         for k in range(3):
-            motions[rows, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
+            turn = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
+            if np.abs(turn).max() > _ARM * size:
+                motions[rows, 3 + k] = turn
         blocks.append(motions)
     return np.hstack(blocks) if blocks else np.zeros((model.size, 0))
+
+
+def moving(rigid) -> np.ndarray:
+    """(6 b, m): combinations of the columns of `rigid` that really move nodes, of unit size, body by body.
+
+    Lost are those that nodes on one line, or in one point, do not feel, whatever the direction of the line.
+    """
+    found = []
+    for first in range(0, rigid.shape[1], 6):
+        block = rigid[:, first:first + 6]
+        size = np.linalg.norm(block, axis=0)
+        unit = np.divide(block, size, out=np.zeros_like(block), where=size > 0)
+        _, amount, way = np.linalg.svd(unit, full_matrices=False)
+        felt = amount > _ARM * amount[0]
+        columns = np.zeros((rigid.shape[1], int(felt.sum())))
+        columns[first:first + 6] = (way[felt] / amount[felt, None] / np.where(size > 0, size, 1.0)).T
+        found.append(columns)
+    return np.hstack(found) if found else np.zeros((0, 0))
 
 
 def free_motions(rigid, model, K):
@@ -34,16 +60,16 @@ def free_motions(rigid, model, K):
     The stiffness that each rigid motion meets is measured against that of its nodes held one by one.
     """
     diagonal = K.diagonal()
-    scale = np.sqrt(np.einsum("ij,i,ij->j", rigid, diagonal, rigid))
-    used = np.flatnonzero(np.abs(rigid).max(axis=0, initial=0.0) > 0)
+    ways = moving(rigid)
+    motions = rigid @ ways
+    scale = np.sqrt(np.einsum("ij,i,ij->j", motions, diagonal, motions))
     scale[scale == 0] = scale.max(initial=0.0) or 1.0        # nothing at all holds the nodes: free
-    unit = rigid[:, used] / scale[used]
+    unit = motions / scale
     lam, z = np.linalg.eigh(unit.T @ K @ unit)
     count = int((lam < FREE_STIFFNESS).sum())
     if not count:
         return np.zeros((model.size, 0)), [], np.zeros((rigid.shape[1], 0)), 0.0
-    coefficients = np.zeros((rigid.shape[1], count))
-    coefficients[used] = z[:, :count] / scale[used, None]
+    coefficients = ways @ (z[:, :count] / scale[:, None])
     reduced, names = name_motions(rigid, coefficients.T)
     free = rigid @ reduced.T
     basis = np.linalg.qr(free)[0]
@@ -55,8 +81,8 @@ def name_motions(rigid, coefficients):
 
     Row reduction of coefficients (m, 6 f) with complete pivoting, rotations weighed by the size of the body.
     """
-    arm = np.linalg.norm(rigid[:, 3:6]) / np.linalg.norm(rigid[:, :3])
-    weight = np.tile([1.0, 1.0, 1.0, arm, arm, arm], rigid.shape[1] // 6)
+    size = np.linalg.norm(rigid.reshape(len(rigid), -1, 2, 3), axis=(0, 3))
+    weight = np.repeat(size / size[:, :1], 3)                   # 1, 1, 1, arm, arm, arm of each body
     rows, names = coefficients.copy(), [None] * len(coefficients)
     label = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
     for _ in names:

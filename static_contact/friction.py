@@ -2,9 +2,13 @@
 
     K q + B' f = F,    N = max(0, kn (u_n - g0)),    T = kt (u_t - w)  with  |T| <= mu N
 
-Where the limit is reached the slider w follows. The bodies are condensed on the pairs: with the stuck springs k0 at
-all of them u = u0 - G (f(u) - k0 u), G = B A^-1 B', A = K + B' k0 B. Newton's matrix differs from the identity only
-where a pair slips or is open. Each increment of the load is solved by return mapping from the sliders of the last.
+Where the limit is reached the slider w follows. kn = inf (hard contact) and kt = inf (no creep before slip) may be:
+0 <= N complementary to g0 - u_n >= 0, and u_t = w until |T| = mu N. The bodies are condensed on the pairs: with springs
+k0 at all of them (their own, or the bodies' own stiffness for rigid ones) u = u0 - G (f - k0 u), G = B A^-1 B',
+A = K + B' k0 B. The unknown is z = u + f/k0 where a spring is rigid (the force is a plain function of it, that of the
+spring k0: the resolvent of the unilateral law) and z = u elsewhere, so that Newton's matrix differs from the identity
+only where a pair is rigid, slips or is open. Each increment of the load is solved by return mapping from the sliders of
+the last.
 """
 
 from dataclasses import dataclass
@@ -16,6 +20,7 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.free_motions import free_motions, rigid_motions
+from static_contact.preload import reference_stiffness
 
 _ITERATIONS = 40
 _TOLERANCE = 1e-11      # of the relative motion
@@ -29,13 +34,16 @@ _HALVINGS = 4           # of an increment that does not converge
 class FrictionState:
     """One equilibrium of the history.
 
-    pairs - with the preload (negative = open); tangential : (P, 2) N along t1, t2; slider : (P, 2) m, w in
-    T = kt (u_t - w): the `start` of a response with origin 'unloaded' under the same static load
+    pairs - with the preload (negative = open; where kn = inf the contact force, 0 = open); opening : (P,) m - how far
+    a pair stands open, 0 where closed; tangential : (P, 2) N along t1, t2; slider : (P, 2) m, w in
+    T = kt (u_t - w) (where kt = inf the motion itself): the `start` of a response with origin 'unloaded' under the same
+    static load
     slips : (P,) bool - at the limit; displacement : (r,) m; load : (r,) N; time - loads passed so far (1.5: half way
     from the first to the second); residual - |K q + B' f - F| / largest |F| of the history; iterations; converged
     """
 
     pairs: ContactTable
+    opening: np.ndarray
     tangential: np.ndarray
     slider: np.ndarray
     slips: np.ndarray
@@ -56,18 +64,17 @@ class FrictionalContact:
     """One model and its pairs, factored once.
 
     coupled=False: each tangent has its own limit mu N, as the law DryFriction2T has; True: the resultant of both has.
-    Springs must be finite. Raises InputError when even stuck pairs leave a motion free.
+    Raises InputError when even stuck pairs leave a motion free.
     """
 
     def __init__(self, model: ReducedModel, pairs: ContactTable, *, coupled: bool = False):
         if not len(pairs) or not pairs.carrying.any():
             raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
-        if np.isinf(pairs.kn).any():
-            raise InputError("friction needs springs: kn = inf (hard contact) is for the frictionless preload")
         self.model, self.pairs, self.coupled = model, pairs, coupled
         self.B = relative_motion(model, pairs).toarray()
-        self.kn, self.kt = pairs.kn * pairs.weight, pairs.kt * pairs.weight
-        self.k0 = np.column_stack([self.kt, self.kt, self.kn]).ravel()
+        self.k0, self.rigid = stuck_springs(model, pairs, self.B)
+        self.kn, self.kt = self.k0[2::3], self.k0[::3]
+        self.slack = np.divide(1.0, self.k0, out=np.zeros(len(self.k0)), where=self.rigid)
         A = model.K + self.B.T * self.k0 @ self.B
         _, names, *_ = free_motions(rigid_motions(model), model, A)
         if names:
@@ -86,33 +93,33 @@ class FrictionalContact:
         gap = self.pairs.gap if gap is None else np.asarray(gap, dtype=float)
         scale = np.linalg.norm(loads, axis=1).max()
         w = np.zeros((len(self.pairs), 2))
-        u, time, states = np.zeros(3 * len(self.pairs)), 0.0, []
+        z, time, states = np.zeros(3 * len(self.pairs)), 0.0, []
         for target in np.arange(1, (len(loads) - 1) * steps + 1) / steps:
             size = target - time
             while time < target:
                 now = target if time + size >= target - 1e-12 else time + size
                 load = _at(loads, now)
-                found, iterations = self._increment(load, _at(loads, time), u, w, gap)
+                found, iterations = self._increment(load, _at(loads, time), z, w, gap)
                 if found is None and size > (1 / steps) * 0.5**_HALVINGS:
                     size /= 2
                     continue
-                u = u if found is None else found
-                states.append(self._state(u, w, gap, load, now, scale, iterations, found is not None))
+                z = z if found is None else found
+                states.append(self._state(z, w, gap, load, now, scale, iterations, found is not None))
                 if not states[-1].converged:
                     return tuple(states)
                 w, time = states[-1].slider, now
         return tuple(states)
 
-    def _increment(self, load, before, u, w, gap):
-        """Relative motion (3P,) under `load`, from u under the load `before`; None without one; and the Newton steps.
+    def _increment(self, load, before, z, w, gap):
+        """Motion (3P,) under `load`, from z under the load `before`; None without one; and the Newton steps.
 
-        Where Newton does not converge, dashpots with a share of the stuck springs take the pairs from u to the
+        Where Newton does not converge, dashpots with a share of the stuck springs take the pairs from z to the
         equilibrium in some steps: the share falls as long as that goes well, and at last Newton must do without.
         """
         u0 = self.B @ sl.cho_solve(self.factor, load)
-        at = u + u0 - self.B @ sl.cho_solve(self.factor, before)
+        at = z + u0 - self.B @ sl.cho_solve(self.factor, before)
         found, total = self._equilibrium(u0, at, w, gap)
-        share, at = 1.0, u
+        share, at = 1.0, z
         for _ in range(_DASHPOT_STEPS):
             if found is not None:
                 break
@@ -125,51 +132,53 @@ class FrictionalContact:
                 total += steps
         return found, total
 
-    def _equilibrium(self, u0, u, w, gap, share=0.0):
+    def _equilibrium(self, u0, z, w, gap, share=0.0):
         """Newton for u - u0 + G (f - k0 u + share k0 (u - start)) = 0, and its steps; None where it fails."""
-        start, k = u, (1 - share) * self.k0
-        size = np.linalg.norm(u0) + np.linalg.norm(u)
+        start = z - self.slack * self.law(z, w, gap)[0]
+        k = (1 - share) * self.k0
+        size = np.linalg.norm(u0) + np.linalg.norm(z)
 
-        def residual(u):
-            f, tangent, _ = self.law(u, w, gap)
+        def residual(z):
+            f, tangent, _ = self.law(z, w, gap)
+            u = z - self.slack * f
             return u - u0 + self.G @ (f - k * u - share * self.k0 * start), tangent
 
-        F, tangent = residual(u)
+        F, tangent = residual(z)
         for step in range(1, _ITERATIONS + 1):
             norm = np.linalg.norm(F)
             if norm <= _TOLERANCE * size:
-                return u, step
-            du = self._newton(F, tangent, k)
-            if not np.linalg.norm(du) <= _FAR * size:
+                return z, step
+            dz = self._newton(F, tangent, k)
+            if not np.linalg.norm(dz) <= _FAR * size:
                 break
             for part in (1.0, 0.5, 0.25, 0.125, 1.0):       # where none of these helps the full step is taken
-                G, tangent = residual(u + part * du)
+                G, tangent = residual(z + part * dz)
                 if np.linalg.norm(G) < norm:
                     break
-            u, F = u + part * du, G
+            z, F = z + part * dz, G
         return None, step
 
     def _newton(self, F, tangent, k):
-        """-[I + G D]^-1 F, D = f' - k, through the rows of D that are not zero."""
-        D = tangent.copy()
-        for i in range(3):
-            D[:, i, i] -= k[i::3]
-        moved = np.abs(D).max(axis=(1, 2)) > 0
+        """-[E + G D]^-1 F, E = du/dz = I - f'/k0 where rigid, D = f' - k E, of the pairs where these are not I, 0."""
+        E = np.eye(3) - self.slack.reshape(-1, 3, 1) * tangent
+        D = tangent - k.reshape(-1, 3, 1) * E
+        moved = (np.abs(D).max(axis=(1, 2)) > 0) | self.rigid.reshape(-1, 3).any(axis=1)
         if not moved.any():
             return -F
         rows = (3 * np.flatnonzero(moved)[:, None] + np.arange(3)).ravel()
         block = sl.block_diag(*D[moved])
-        system = np.eye(len(rows)) + block @ self.G[np.ix_(rows, rows)]
-        right = -block @ F[rows]
+        system = sl.block_diag(*E[moved]) + self.G[np.ix_(rows, rows)] @ block
         try:
-            y = np.linalg.solve(system, right)
+            y = np.linalg.solve(system, -F[rows])
         except np.linalg.LinAlgError:
-            y = np.linalg.lstsq(system, right, rcond=None)[0]
-        return -F - self.G[:, rows] @ y
+            y = np.linalg.lstsq(system, -F[rows], rcond=None)[0]
+        dz = -F - self.G[:, rows] @ (block @ y)
+        dz[rows] = y
+        return dz
 
-    def law(self, u, w, gap):
-        """Forces (3P,), tangents (P, 3, 3) and slipping pairs (P,) at the motion u (3P,) from the sliders w (P, 2)."""
-        u = u.reshape(-1, 3)
+    def law(self, z, w, gap):
+        """Forces (3P,), tangents (P, 3, 3) and slipping pairs (P,) at the motion z (3P,) from the sliders w (P, 2)."""
+        u = z.reshape(-1, 3)
         N = np.maximum(self.kn * (u[:, 2] - gap), 0.0)
         closed = (N > 0).astype(float)
         limit, dlimit = self.pairs.mu * N, self.pairs.mu * self.kn * closed
@@ -188,20 +197,34 @@ class FrictionalContact:
             J[:, :2, :2] += turn[:, None, None] * (np.eye(2) - along[:, :, None] * along[:, None, :])
         return f.ravel(), J, slips.any(axis=1)
 
-    def _state(self, u, w, gap, load, time, scale, iterations, converged):
-        f, _, slips = self.law(u, w, gap)
+    def _state(self, z, w, gap, load, time, scale, iterations, converged):
+        f, _, slips = self.law(z, w, gap)
+        u = z - self.slack * f
         q = sl.cho_solve(self.factor, load - self.B.T @ (f - self.k0 * u))
         left = np.linalg.norm(self.model.K @ q + self.B.T @ f - load)
         residual = float(left / scale) if scale > 0 else float(left)
-        f, motion = f.reshape(-1, 3), u.reshape(-1, 3)
+        f, motion, z = f.reshape(-1, 3), u.reshape(-1, 3), z.reshape(-1, 3)
         reach = np.divide(f[:, :2], self.kt[:, None], out=np.zeros((len(f), 2)), where=self.kt[:, None] > 0)
-        slider = np.where(slips[:, None], motion[:, :2] - reach, w)
+        slider = np.where(slips[:, None], z[:, :2] - reach, w)
         if not self.coupled:      # a tangent that does not slip keeps its slider to the last digit
-            still = np.abs(self.kt[:, None] * (motion[:, :2] - w)) <= (self.pairs.mu * f[:, 2])[:, None]
+            still = np.abs(self.kt[:, None] * (z[:, :2] - w)) <= (self.pairs.mu * f[:, 2])[:, None]
             slider = np.where(still, w, slider)
-        pairs = self.pairs.replace(preload=self.kn * (motion[:, 2] - gap), gap=gap)
-        return FrictionState(pairs, f[:, :2].copy(), slider, slips & (f[:, 2] > 0), q, load, float(time),
-                             residual, iterations, converged and residual <= _LARGEST_RESIDUAL)
+        open_by = gap - motion[:, 2]
+        preload = np.where(self.rigid[2::3] | (f[:, 2] > 0), f[:, 2], -self.kn * open_by)
+        return FrictionState(self.pairs.replace(preload=preload, gap=gap), np.where(f[:, 2] > 0, 0.0, open_by),
+                             f[:, :2].copy(), slider, slips & (f[:, 2] > 0), q, load, float(time), residual,
+                             iterations, converged and residual <= _LARGEST_RESIDUAL)
+
+
+def stuck_springs(model, pairs, B):
+    """(3P,) N/m the springs of stuck pairs, t1, t2, n pair by pair, and (3P,) bool - rigid ones, for which the bodies'
+    own stiffness at the pair stands in, the same for both tangents."""
+    given = np.column_stack([pairs.kt, pairs.kt, pairs.kn])
+    carried = pairs.weight[:, None] > 0
+    k = np.multiply(given, pairs.weight[:, None], out=np.zeros_like(given), where=carried).ravel()
+    k0 = np.where(np.isinf(k), reference_stiffness(model.K, B, k), k).reshape(-1, 3)
+    k0[:, :2] = k0[:, :2].min(axis=1, keepdims=True)
+    return k0.ravel(), np.isinf(k)
 
 
 def _at(loads, time):

@@ -1,9 +1,11 @@
 """The preload by the other route: Newton on the unreduced finite-element equations, with PETSc, alone or under mpirun.
 
-    K q + B_n' max(0, kn (B_n q - g0)) = f
+    K q + B_n' N = f,    N = max(0, kn (B_n q - g0));    hard pairs (kn = inf):  N = max(0, k (p + B_n q - g0)) = k p
 
-Nothing is condensed: the dofs of all bodies are the unknowns, shared out over the ranks. Every rank holds the bodies;
-matrices, factors and vectors of the solution are distributed (MUMPS under MPI, CHOLMOD alone).
+Nothing is condensed: the dofs of all bodies are the unknowns, shared out over the ranks, and with them p of the hard
+pairs. Their second line is the augmented Lagrangian of the unilateral condition: its solution does not depend on
+k > 0, and Newton's matrix stays symmetric, though indefinite. Every rank needs only its own rows of K (`shares.py`);
+factors and vectors are distributed (CHOLMOD alone; MUMPS under MPI and for hard pairs).
 """
 
 from dataclasses import dataclass
@@ -17,7 +19,8 @@ from hbm.errors import InputError
 from modal import petsc
 from modal.body import Body
 from static_contact.free_motions import name_motions
-from static_contact.full import distributed, sparse_relative_motion
+from static_contact.full import sparse_relative_motion
+from static_contact.shares import own_rows
 
 _RESIDUAL = 1e-10      # of the load
 _ITERATIONS = 60
@@ -25,10 +28,11 @@ _ITERATIONS = 60
 
 @dataclass(frozen=True)
 class FullPreload:
-    """pairs - with the preload, the same on every rank; iterations - Newton steps; residual - of the
-    equations, of |f|."""
+    """pairs - with the preload, the same on every rank (hard pairs: the contact force, 0 = open); force : (P,) N
+    iterations - Newton steps; residual - of the equations, of |f|."""
 
     pairs: ContactTable
+    force: np.ndarray
     iterations: int
     residual: float
 
@@ -36,21 +40,39 @@ class FullPreload:
 def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPreload:
     """Signed preload of every pair under nodal forces {body: (d,) N}; to be called on all ranks.
 
-    Springs must be finite. Raises InputError when a load acts along a motion that no contact resists, and
-    RuntimeError when Newton does not converge.
+    bodies - whole, or with the rows of this rank only (`shares.shared_bodies`). Raises InputError when a load acts
+    along a motion that no contact resists, and RuntimeError when Newton does not converge.
     """
-    if np.isinf(pairs.kn).any():
-        raise InputError("the full Newton route needs springs: kn = inf (hard contact) is for the condensed one")
+    PETSc = petsc.start()
+    if PETSc is None:
+        raise InputError("the full Newton route needs petsc4py")
     f = np.concatenate([loads.get(b.name, np.zeros(b.dofs)) for b in bodies])
-    B = sparse_relative_motion(bodies, pairs, len(f))[2::3]
-    kn = pairs.kn * pairs.weight
-    K = sp.block_diag([b.K for b in bodies], format="csr")
-    pins = _pins(bodies, B, kn, f, K.diagonal())
-    system = _Newton((K + sp.diags(pins)).tocsr(), B.tocsr(), kn, pairs.gap, f)
+    B = sparse_relative_motion(bodies, pairs, len(f))[2::3].tocsr()
+    hard = np.flatnonzero(np.isinf(pairs.kn) & pairs.carrying)
+    size = len(f) + len(hard)
+    low, high = own_rows(PETSc.COMM_WORLD, size)
+    K = sp.block_diag([*(b.K for b in bodies), sp.csr_matrix((len(hard), len(hard)))], format="csr")[low:high]
+    diagonal = _whole_diagonal(PETSc.COMM_WORLD, K, low)[:len(f)]
+    k = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
+    k[hard] = (B.power(2) @ diagonal)[hard]               # the bodies' own stiffness, for the scale alone
+    C = sp.hstack([B, sp.csr_matrix((np.ones(len(hard)), (hard, range(len(hard)))), (len(pairs), len(hard)))]).tocsr()
+    added = np.concatenate([_pins(bodies, B, k, f, diagonal), -k[hard]])
+    K = K + sp.diags(added, format="csr")[low:high]
+    system = _Newton(PETSc, (low, high), K.tocsr(), C, k, pairs.gap, np.concatenate([f, np.zeros(len(hard))]),
+                     definite=not len(hard))
     u, iterations, residual = system.solve()
     if not residual <= 1e-8:
         raise RuntimeError(f"Newton on the full model ended at a residual of {residual:.1e} of the load")
-    return FullPreload(pairs.replace(preload=kn * (u - pairs.gap)), iterations, residual)
+    signed = k * (u - pairs.gap)
+    force = np.maximum(signed, 0.0)
+    return FullPreload(pairs.replace(preload=np.where(np.isinf(pairs.kn), force, signed)), force, iterations, residual)
+
+
+def _whole_diagonal(comm, rows, low):
+    """(n,) diagonal of a matrix of which each rank has the rows from `low`, on every rank."""
+    own = np.zeros(rows.shape[1])
+    own[low:low + rows.shape[0]] = rows.diagonal(low)
+    return comm.tompi4py().allreduce(own)
 
 
 def _pins(bodies, B, kn, f, diagonal):
@@ -78,40 +100,47 @@ def _pins(bodies, B, kn, f, diagonal):
 
 
 class _Newton:
-    """Rows first..last of the equations live on this rank; the few normal motions of the pairs on all."""
+    """K x + C' max(0, k (C x - g)) = f with the rows low..high on this rank; the motions C x of the pairs on all."""
 
-    def __init__(self, K, B, kn, gap, f):
-        self.PETSc = PETSc = petsc.start()
-        if PETSc is None:
-            raise InputError("the full Newton route needs petsc4py")
-        self.comm = PETSc.COMM_WORLD
-        self.K, self.B, self.kn, self.gap = K, B, kn, gap
-        self.x = PETSc.Vec().createMPI(len(f), comm=self.comm)
-        self.own = slice(*self.x.getOwnershipRange())
-        self.f = f[self.own]
+    def __init__(self, PETSc, own, K, C, k, gap, f, *, definite):
+        self.PETSc, self.comm = PETSc, PETSc.COMM_WORLD
+        self.K, self.C, self.k, self.gap, self.definite = K, C, k, gap, definite
+        own = slice(*own)
+        self.x = PETSc.Vec().createMPI((own.stop - own.start, len(f)), comm=self.comm)
+        self.f = f[own]
         self.load = np.linalg.norm(f)
-        self.B_own = B[:, self.own].tocsr()
-        self.base = distributed(PETSc, K)
-        self.tangent = distributed(PETSc, (K + B.T @ sp.diags(kn) @ B).tocsr())
+        self.C_own = C[:, own].tocsr()
+        self.base, self.tangent = self._matrix(K), self._matrix(self._rows(0.5))      # a half: no entry cancels
+
+    def _matrix(self, rows):
+        own, size = rows.shape
+        rows.sort_indices()
+        index = self.PETSc.IntType
+        A = self.PETSc.Mat().createAIJ(((own, size), (own, size)), comm=self.comm, csr=(
+            rows.indptr.astype(index), rows.indices.astype(index), rows.data))
+        A.setOption(self.PETSc.Mat.Option.SYMMETRIC, True)
+        if self.definite:
+            A.setOption(self.PETSc.Mat.Option.SPD, True)
+        return A
 
     def _rows(self, closed):
-        """This rank's rows of K + B' kn B of the closed pairs; open ones leave zeros, so that the pattern stays."""
-        k = np.where(closed, self.kn, 0.0)
-        return (self.K[self.own] + self.B_own.T @ sp.diags(k) @ self.B).tocsr()
+        """This rank's rows of K + C' k C with the pairs' `closed`, 0 or 1."""
+        return (self.K + self.C_own.T @ sp.diags(closed * self.k) @ self.C).tocsr()
 
     def motion(self, x):
-        """Normal motion of all pairs, on every rank."""
-        return self.comm.tompi4py().allreduce(self.B_own @ x.getArray(readonly=True))
+        """C x of all pairs, on every rank."""
+        return self.comm.tompi4py().allreduce(self.C_own @ x.getArray(readonly=True))
 
     def residual(self, _, x, F):
         self.base.mult(x, F)
-        force = np.maximum(self.kn * (self.motion(x) - self.gap), 0.0)
-        F.getArray()[:] += self.B_own.T @ force - self.f
+        force = np.maximum(self.k * (self.motion(x) - self.gap), 0.0)
+        F.getArray()[:] += self.C_own.T @ force - self.f
 
     def jacobian(self, _, x, J, __):
         self._set(J, self.motion(x) > self.gap)
 
     def _set(self, J, closed):
+        """New values in the old pattern: what is open, or cancels, stays there as zero."""
         rows = self._rows(closed)
         index = self.PETSc.IntType
         J.zeroEntries()
@@ -132,13 +161,15 @@ class _Newton:
         ksp = snes.getKSP()
         ksp.setType("preonly")
         ksp.getPC().setType("cholesky")
-        ksp.getPC().setFactorSolverType("cholmod" if self.comm.size == 1 else "mumps")
+        ksp.getPC().setFactorSolverType("cholmod" if self.comm.size == 1 and self.definite else "mumps")
         start = F.duplicate()
-        start.getArray()[:] = self.f + self.B_own.T @ (self.kn * self.gap)
+        start.getArray()[:] = self.f + self.C_own.T @ (self.k * self.gap)
+        self._set(self.tangent, np.ones(len(self.k)))
         ksp.setOperators(self.tangent)
         ksp.solve(start, self.x)
         snes.solve(None, self.x)
         self.residual(None, self.x, F)
         out = self.motion(self.x), snes.getIterationNumber(), F.norm() / self.load
-        snes.destroy()
+        for one in (snes, F, start, self.x, self.base, self.tangent):     # on all ranks alike: the collector is not
+            one.destroy()
         return out

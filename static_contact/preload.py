@@ -90,8 +90,7 @@ class StaticContact:
         gap = self.pairs.gap if gap is None else np.asarray(gap, dtype=float)
         motions = tuple(Motion(name, unit, float(amount)) for (name, unit), amount
                         in zip(self.names, self.free.T @ load, strict=True))
-        scale = np.abs(self.free).max(axis=0, initial=0.0) * np.abs(load).sum()
-        loaded = [m for m, s in zip(motions, scale, strict=True) if abs(m.load) > LOAD_TOLERANCE * s]
+        loaded = [m for m, s in zip(motions, self._reach(load), strict=True) if abs(m.load) > LOAD_TOLERANCE * s]
         if loaded and not hold:
             raise InputError("; ".join(f"{m.name} is loaded: {abs(m.load):.3g} {m.unit}, and no contact resists it"
                                        for m in loaded))
@@ -105,6 +104,11 @@ class StaticContact:
                        force=force, opening=np.where(closed, 0.0, gap - u), displacement=q, motions=motions,
                        held={m.name: m.load for m in loaded}, residual=_ratio(left, applied),
                        balance=self._balance(load, force), iterations=iterations, method=method)
+
+    def _reach(self, load):
+        """What the load on the bodies that take part in each free motion could do at most along it, N or N m."""
+        return sum(np.abs(self.free[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
+                   for mine in (self.model.body == body for body in set(self.model.body.tolist())))
 
     def _taken_up(self, loaded):
         """Nodal forces that do the loads' work along the loaded free motions: pure couples against rolls, pure forces

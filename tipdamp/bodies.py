@@ -202,11 +202,12 @@ def reduced_model(study, store, tick) -> tuple:
     """(model, pairs, facts, truncation): Craig-Bampton models of blades and damper side by side, the whole patch, what
     the reduction was and what it left out.
 
-    Also writes free_modes.vtu: the lowest modes of the blades without damper, on their mesh.
+    Also keeps what pictures need of the meshes and of the bodies' own modes.
     """
     from modal.craig_bampton import assemble
     from modal.truncation import join
     from static_contact.pull import pull_forces
+    from tipdamp.pictures import keep_bodies
 
     meshes = read_meshes(study)
     check(study, meshes)
@@ -217,7 +218,6 @@ def reduced_model(study, store, tick) -> tuple:
     masters = {BLADES: np.concatenate([pairs.blade_node, *groups]), DAMPER: pairs.damper_node}
     materials = side_materials(study, meshes, pairs)
     r_blades, r_damper = reduce_bodies(study, (blades, damper), masters, with_values(study, pairs, materials), tick)
-    picture = _free_modes_picture(store, meshes[BLADES], r_blades)
     d = study[DAMPER]
     nodes, forces = pull_forces(meshes[DAMPER], d["load_points"], d["axis"], d["pull_direction"],
                                 shares=d["shares"], positions=d["positions"])
@@ -233,7 +233,7 @@ def reduced_model(study, store, tick) -> tuple:
              "highest_fixed_interface_hz": {b: r.omega.max(initial=0) / (2 * np.pi)
                                             for b, r in ((BLADES, r_blades), (DAMPER, r_damper))},
              "rows": {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides},
-             "side_materials": materials, "picture": picture,
+             "side_materials": materials, "pictures": keep_bodies(store, meshes, (r_blades, r_damper), model),
              "pull_positions_m": sorted((meshes[DAMPER].position[meshes[DAMPER].index(nodes)]
                                          @ np.array(d["axis"])).tolist())}
     return model, pairs, facts, join(r_blades.truncation, r_damper.truncation)
@@ -262,22 +262,6 @@ def reduce_bodies(study, whole, masters, pairs, tick) -> list:
             tick(0.85, f"{whole[i].name}: modes up to {cut:g} Hz")
             parts[i] = reduced(whole[i], cut)
     return [part.fewer(n) for part, n in zip(parts, enough_modes(parts, targets, pairs, CHECK_BELOW_HZ), strict=True)]
-
-
-def _free_modes_picture(store, mesh, reduction, count: int = 6) -> str | None:
-    """Name of the file, or None where meshio is missing."""
-    from scipy.linalg import eigh
-
-    from tipdamp.pictures import write_shapes
-
-    model = reduction.model
-    lam, q = eigh(model.K, model.M, subset_by_index=(0, min(count, model.size) - 1))
-    shapes = {f"mode {i + 1}, {np.sqrt(max(lam[i], 0)) / (2 * np.pi):.1f} Hz": reduction.recover(q[:, i])
-              for i in range(len(lam))}
-    with store.writing("free_modes.vtu") as path:
-        if write_shapes(path, mesh, shapes):
-            return "free_modes.vtu"
-    return None
 
 
 def full_check(study, sets: dict, tick) -> dict:
@@ -315,37 +299,3 @@ def given_model(study) -> tuple[ReducedModel, ContactTable, dict]:
     masters = model.size - sum(modes.values())
     rows = {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides}
     return model, pairs, {"reduction": {"dofs": model.size, "masters": masters, "modes": modes}, "rows": rows}
-
-
-def describe_model(study) -> dict:
-    from tipdamp.plausible import damping_warnings
-
-    model, pairs, facts = given_model(study)
-    return {"bodies": {b: {"dofs": int((model.body == b).sum())} for b in (BLADES, DAMPER)},
-            "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts,
-            "warnings": [*damping_warnings(study)]}
-
-
-def describe_meshes(study, tick) -> dict:
-    """Counts, masses, boxes, groups and rigid modes of the bodies."""
-    from modal.body import check_support
-    from modal.mesh import DIMENSION
-    from tipdamp.plausible import damping_warnings, distance_warnings, mesh_warnings
-
-    meshes = read_meshes(study)
-    found, warnings = {}, []
-    for body in assemble_bodies(study, meshes, tick):
-        mesh = meshes[body.name]
-        found[body.name] = {
-            "file": study[body.name]["mesh"], "format": mesh.format, "nodes": len(mesh.node),
-            "cells": {k: len(c) for k, c in mesh.cells.items()}, "free_dofs": body.dofs,
-            "moving_mass_kg": body.mass(), "box_m": [mesh.position.min(axis=0), mesh.position.max(axis=0)],
-            "rigid_modes": check_support(body), "groups": {k: len(v) for k, v in sorted(mesh.groups.items())},
-            "groups_are": {k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
-            "cell_groups": {k: len(v) for k, v in sorted(mesh.cell_groups.items())}, "not_read": list(mesh.unused)}
-        warnings += mesh_warnings(study, body.name, mesh, body.mass().max())
-    pairs = matched_pairs(study, meshes)
-    if not study["contact"]["pairs"]:
-        warnings += [*distance_warnings(study, pairs, meshes)]
-    return {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
-            "warnings": warnings + [*damping_warnings(study)]}

@@ -20,7 +20,7 @@ from static_contact.detachment import Detachment, StuckAssembly, detach_until, k
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
 from static_contact.reduction_error import stuck_error_bound
-from tipdamp import bodies, loads
+from tipdamp import bodies, inspection, loads, pictures
 
 BLADES, DAMPER = bodies.BLADES, bodies.DAMPER
 CHECK_BELOW_HZ = bodies.CHECK_BELOW_HZ
@@ -86,8 +86,10 @@ def ratio(values):
 
 def inspect(study, store, tick):
     """What is in the meshes (or matrices), before anything is computed with it."""
-    content = bodies.describe_model(study) if "model" in study else bodies.describe_meshes(study, tick)
+    meshes = "model" not in study
+    content = inspection.describe_meshes(study, store, tick) if meshes else inspection.describe_model(study, store)
     store.write_json("inspect.json", content)
+    return content.get("pictures", [])
 
 
 def reduce(study, store, tick):
@@ -107,7 +109,7 @@ def reduce(study, store, tick):
     store.write_json("reduce.json", {
         **facts, "free_hz": {k: free[k][0] for k in ("out_of_phase", "in_phase") if k in free},
         "free_modes_hz": free["hz"], "free_response": free_response(study, blades) if known else None})
-    more = [facts["picture"]] if facts.get("picture") else []
+    more = [*facts.get("pictures", ())]
     if truncation is not None:
         with store.writing("truncation.npz") as path:
             truncation.save(path)
@@ -158,8 +160,9 @@ def preload(study, store, tick):
     tick(0.2, f"{len(pairs)} pairs")
     statics = static_contact(study, model, pairs)
     result = statics.solve(study.driver["pull"] * model.loads["pull"])
+    pulled = preload_map(result, pairs)
     with store.writing("preload.csv") as path:
-        preload_map(result, pairs).save(path)
+        pulled.save(path)
     cases = {name: load_case(study, store, statics, pairs, name) for name in study.loads}
     store.write_json("preload.json", {
         "sides": side_figures(result.pairs, forces, result.balance), "residual": result.residual,
@@ -167,7 +170,9 @@ def preload(study, store, tick):
         "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides},
         "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in result.motions],
         "cases": cases})
-    return [case["file"] for case in cases.values()]
+    files = [case["file"] for case in cases.values()]
+    tables = {name: ContactTable.load(store.path(case["file"])) for name, case in cases.items()}
+    return [*files, *pictures.keep_preload(store, {"pull": pulled, **tables})]
 
 
 def static_contact(study, model, pairs: ContactTable) -> StaticContact:
@@ -241,6 +246,8 @@ def tune(study, store, tick):
     store.write_json("tune.json", {
         **tuning_figures(found, stuck), "full_model_check": check, **carried,
         "roll_stiffness_Nm_per_rad": sum(s.k for s in declared_springs(study, found.pairs))})
+    return pictures.keep_stuck(store, model, {"kept stations stuck": stuck["tuned"],
+                                              "whole area stuck": stuck["full_area"]})
 
 
 def tuning_figures(found: Detachment, stuck: dict) -> dict:

@@ -1,10 +1,121 @@
-"""Shapes on the meshes as .vtu files, for ParaView and the like. Written by meshio; left out where it is missing."""
+"""What the stages keep for pictures: surfaces, mode shapes and loads on the contact; and the same as .vtu for ParaView.
+
+The .vtu files are written by meshio and left out where it is missing.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import eigh
+
+from tipdamp import surface
+from tipdamp.pressure import patches
 
 # straight cells through the corners: every viewer draws them, and the shapes are at the user's own nodes
 _CORNERS = {"tetra": 4, "wedge": 6, "hexahedron": 8}
+SHOWN = 6                # lowest modes of each kind
+ELASTIC = 1e-3           # of the first elastic frequency: below, a mode is a rigid motion
 
+
+@dataclass(frozen=True)
+class Shapes:
+    """Modes on the reduced dofs. kind, label : (m,) str; hz : (m,); q : (r, m), 0 on bodies that do not take part."""
+
+    kind: np.ndarray
+    label: np.ndarray
+    hz: np.ndarray
+    q: np.ndarray
+
+    def save(self, path) -> None:
+        with open(path, "wb") as file:
+            np.savez(file, kind=self.kind, label=self.label, hz=self.hz, q=self.q)
+
+    @classmethod
+    def load(cls, path) -> "Shapes":
+        with np.load(path, allow_pickle=False) as z:
+            return cls(z["kind"], z["label"], z["hz"], z["q"])
+
+
+# ---- kept by the stages ----------------------------------------------------------------------------------------
+
+def keep_bodies(store, meshes: dict, reductions, model) -> list[str]:
+    """surface.npz, free_modes.npz and free_modes.vtu of the bodies by themselves; the names of what was written."""
+    with store.writing("surface.npz") as path:
+        surface.save([surface.skin(meshes[r.body.name], r.body.name, r) for r in reductions], path)
+    kinds, hz, q = [], [], []
+    for reduction in reductions:
+        name = reduction.body.name
+        found, shapes = free_shapes(reduction.model)
+        kinds += [f"{name} by themselves" if name.endswith("s") else f"{name} by itself"] * len(found)
+        hz += found.tolist()
+        whole = np.zeros((model.size, len(found)))
+        whole[model.body == name] = shapes
+        q.append(whole)
+    labels = [f"{value:.1f} Hz" for value in hz]
+    with store.writing("free_modes.npz") as path:
+        Shapes(np.array(kinds), np.array(labels), np.array(hz), np.hstack(q)).save(path)
+    return ["surface.npz", "free_modes.npz", *_free_modes(store, meshes, reductions[0])]
+
+
+def free_shapes(model, count: int = SHOWN) -> tuple[np.ndarray, np.ndarray]:
+    """Hz (m,) and shapes (r, m) of the lowest modes of a model, without its rigid motions."""
+    lam, q = eigh(model.K, model.M, subset_by_index=(0, min(count + 6, model.size) - 1))
+    hz = np.sqrt(np.maximum(lam, 0)) / (2 * np.pi)
+    elastic = np.flatnonzero(hz > ELASTIC * hz[-1])[:count]
+    return hz[elastic], q[:, elastic]
+
+
+def keep_stuck(store, model, stuck: dict) -> list[str]:
+    """stuck_modes.npz of {words for the set: StuckModes}, and .vtu where the surfaces are known: the lowest modes of
+    each set and the tracked one."""
+    kind, label, hz, q = [], [], [], []
+    for words, modes in stuck.items():
+        for i in sorted({*range(min(SHOWN, len(modes.hz))), modes.tracked}):
+            kind.append(words)
+            label.append(f"{modes.hz[i]:.1f} Hz" + (", the tracked mode" if i == modes.tracked else ""))
+            hz.append(modes.hz[i])
+            q.append(modes.shapes[:, i])
+    shapes = Shapes(np.array(kind), np.array(label), np.array(hz), np.column_stack(q))
+    with store.writing("stuck_modes.npz") as path:
+        shapes.save(path)
+    return ["stuck_modes.npz", *_stuck_vtu(store, model, shapes)]
+
+
+def _stuck_vtu(store, model, shapes: Shapes):
+    """stuck_modes.vtu: the surfaces of all bodies with a vector for each mode."""
+    if not store.path("surface.npz").is_file():
+        return []
+    parts = list(surface.load(store.path("surface.npz")).values())
+    start = np.cumsum([0, *(len(s.node) for s in parts)])
+    cells = [("triangle", np.concatenate([s.triangles + k for s, k in zip(parts, start, strict=False)]))]
+    data = {"node": np.concatenate([s.node for s in parts]),
+            "body": np.repeat(np.arange(len(parts)), [len(s.node) for s in parts])}
+    for kind, label, q in zip(shapes.kind, shapes.label, shapes.q.T, strict=True):
+        data[f"{kind}, {label}"] = np.concatenate([s.displacement(q[model.body == s.body]) for s in parts])
+    return _vtu(store, "stuck_modes.vtu", np.concatenate([s.position for s in parts]), cells, data)
+
+
+def keep_preload(store, tables: dict) -> list[str]:
+    """preload.vtu: the contact between the pairs with preload and pressure of each {load case: ContactTable}."""
+    first = next(iter(tables.values()))
+    sides = patches(first)
+    cells = [("triangle" if p.is_area else "line", p.rows[p.cells]) for p in sides]
+    number = np.array([first.sides.index(s) for s in first.side])
+    data = {"side": number, "station": first.station, "row": first.row, "blade node": first.blade_node,
+            "damper node": first.damper_node, "n": first.normal}
+    for case, table in tables.items():
+        data[f"preload (N), {case}"] = table.preload
+        for unit in dict.fromkeys(p.unit for p in sides):
+            what = "pressure" if unit == "N/mm²" else "force per length"
+            values = np.zeros(len(table))
+            for p in sides:
+                if p.unit == unit:
+                    values[p.rows] = p.load(table.preload)
+            data[f"{what} ({unit.replace('²', '2')}), {case}"] = values
+    return _vtu(store, "preload.vtu", first.position, cells, data) if cells else []
+
+
+# ---- .vtu ------------------------------------------------------------------------------------------------------
 
 def write_shapes(path, mesh, shapes: dict) -> bool:
     """One file with the cells of a mesh and, at its nodes, the numbers of the user and vectors {name: (n, 3)}.
@@ -24,3 +135,21 @@ def write_shapes(path, mesh, shapes: dict) -> bool:
     data = {"node": mesh.node[used], **{name: shape[used] for name, shape in shapes.items()}}
     meshio.write(path, meshio.Mesh(mesh.position[used], blocks, point_data=data), file_format="vtu")
     return True
+
+
+def _free_modes(store, meshes, reduction):
+    """free_modes.vtu: the lowest modes of the blades without damper, on their mesh."""
+    hz, q = free_shapes(reduction.model)
+    shapes = {f"mode {i + 1}, {hz[i]:.1f} Hz": reduction.recover(q[:, i]) for i in range(len(hz))}
+    with store.writing("free_modes.vtu") as path:
+        return ["free_modes.vtu"] if write_shapes(path, meshes[reduction.body.name], shapes) else []
+
+
+def _vtu(store, name, position, cells, data):
+    try:
+        import meshio
+    except ImportError:
+        return []
+    with store.writing(name) as path:
+        meshio.write(path, meshio.Mesh(position, cells, point_data=data), file_format="vtu")
+    return [name]

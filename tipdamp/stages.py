@@ -109,14 +109,14 @@ def stage_key(stage: Stage, study: Study, store: Store) -> str:
     values = {s: study.part(s) for s in stage.sections}
     files = [f for f in study.input_files() if stage.reads_meshes and f.is_file()]
     before = {need: (store.record(need) or {}).get("outputs") for need in stage.needs if applies(need, study)}
-    return fingerprint(stage.name, program_mark(stage.name == "report"), values, *files, before)
+    return fingerprint(stage.name, program_mark(stage.name in ("inspect", "report")), values, *files, before)
 
 
 @cache
 def program_mark(with_report: bool) -> str:
     """Fingerprint of the program's own sources: another version computes anew."""
     folders = [Path(package.__file__).parent for package in (tipdamp, hbm, modal, static_contact)]
-    kinds = (".py", ".csv", ".css")
+    kinds = (".py", ".csv", ".css", ".js")
     return fingerprint(*sorted(f for folder in folders for f in folder.rglob("*") if f.suffix in kinds
                                and (with_report or f.parent.name != "report")))
 

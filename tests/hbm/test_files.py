@@ -12,6 +12,7 @@ import scipy.sparse as sp
 
 from hbm.errors import InputError
 from hbm.files import model_from_files, read_matrix
+from hbm.model import ReducedModel
 from tests.hbm.small_rig import small_rig
 
 
@@ -57,7 +58,9 @@ def test_every_format_comes_back(rig, tmp_path, kind):
     paths = {name: tmp_path / f"{name}{kind}" for name in "MK"}
     for name, path in paths.items():
         write(path, getattr(model, name))
-    again = model_from_files(**paths, dofs=dof_table(tmp_path / "dofs.csv", model))
+    again = ReducedModel.from_files(**paths, dofs=dof_table(tmp_path / "dofs.csv", model), loads={"pull": model.K[0]},
+                                    groups={"damper/line": [1, 2]})
+    assert np.array_equal(again.loads["pull"], model.K[0]) and again.groups["damper/line"].tolist() == [1, 2]
     for name in "MK":
         assert np.allclose(getattr(again, name), getattr(model, name), rtol=1e-14, atol=0)
     assert np.array_equal(again.dofs("damper", 2), model.dofs("damper", 2))

@@ -175,7 +175,102 @@ def test_load_beyond_friction_ends_the_history():
 
 
 def test_bad_input():
-    with pytest.raises(InputError, match="hard contact"):
-        FrictionalContact(block(), table(V, kn=np.inf))
     with pytest.raises(InputError, match="not even stuck"):
         FrictionalContact(block(), table([[0, 0, 1.0]], kt=0.0))
+    with pytest.raises(InputError, match="not even stuck"):
+        FrictionalContact(block(), table([[0, 0, 1.0]], kt=0.0, kn=np.inf))
+
+
+# ---- rigid springs ---------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_hard_block_pulled_into_a_v(coupled):
+    """Hard faces stop the block dead, so that kt is not stretched: the frictionless 113 / (2 sin 45) on each side. Are
+    the tangents rigid too, the split of the pull between N and T is not determined: some split within the cone."""
+    pairs = table(V, kn=np.inf)
+    last = FrictionalContact(block(), pairs, coupled=coupled).solve([[0, 0, 113.0]])[-1]
+    assert last.converged and last.displacement == pytest.approx(0, abs=1e-15)
+    assert last.force == pytest.approx(113 / (2 * S), rel=1e-9) and last.tangential == pytest.approx(0, abs=1e-9)
+    rigid = FrictionalContact(block(), table(V, kn=np.inf, kt=np.inf), coupled=coupled).solve([[0, 0, 113.0]])[-1]
+    total = rigid.force @ pairs.normal + np.einsum("pd,pdx->x", rigid.tangential, pairs.frame[:, :2])
+    assert rigid.converged and total == pytest.approx([0, 0, 113.0], abs=1e-9)
+    assert (np.abs(rigid.tangential) <= MU * rigid.force[:, None] * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("kn, kt", [(np.inf, KT), (np.inf, np.inf), (KN, np.inf), (KN, KT)])
+def test_random_pairs_against_all_sets(kn, kt):
+    """Three pairs on random elastic bodies: what Newton finds is one of the 4^3 sets (open, stuck, slipping either way)
+    whose linear system with multipliers satisfies every inequality. Forces to 1e-8."""
+    random, slipped, opened = np.random.default_rng(7), 0, 0
+    for _ in range(40):
+        A = random.normal(size=(9, 12))
+        model = ReducedModel.from_matrices(np.eye(9), 1e5 * (A @ A.T + 0.3 * np.eye(9)), body="damper",
+                                           node=np.repeat([1, 2, 3], 3), direction=list("xyz") * 3,
+                                           position=np.repeat(random.normal(size=(3, 3)), 3, axis=0))
+        pairs = table(np.tile([0, 0, 1.0], (3, 1)), kn=kn, kt=kt)
+        pairs = pairs.replace(damper_node=[1, 2, 3], gap=random.uniform(0, 2e-4, 3))
+        load = random.normal(0, 60, 9) + np.tile([0, 0, 90.0], 3)
+        load[np.arange(9) % 3 == 0] = 0.0
+        held = FrictionalContact(_without_x(model), pairs).solve([load], steps=1)[-1]
+        assert held.converged and held.residual < 1e-9
+        found = np.column_stack([held.tangential[:, 0], held.force])
+        sets = list(_consistent_sets(_without_x(model), pairs, load))
+        assert min(np.abs(found - f).max() for f in sets) < 1e-8 * max(np.abs(found).max(), 1.0)
+        slipped, opened = slipped + held.slips.sum(), opened + (held.force == 0).sum()
+    assert slipped > 10 and opened > 5
+
+
+def _without_x(model):
+    """The same with x, the second tangent, held fast and uncoupled."""
+    K, x = model.K.copy(), model.direction == "x"
+    K[x], K[:, x] = 0.0, 0.0
+    K[x, x] = 1e12
+    return ReducedModel.from_matrices(model.M, K, body=model.body, node=model.node, direction=model.direction,
+                                      position=model.position)
+
+
+def _consistent_sets(model, pairs, load):
+    """(P, 2) forces along t1 = y and n = z of every set that satisfies K q + B' f = F and all conditions."""
+    from itertools import product
+
+    P, r = len(pairs), model.size
+    t, n = np.flatnonzero(model.direction == "y"), np.flatnonzero(model.direction == "z")
+    B = np.zeros((2 * P, r))
+    B[np.arange(P), t] = B[P + np.arange(P), n] = 1.0
+    c = np.concatenate([1 / pairs.kt, 1 / pairs.kn])
+    for kind in product("ok+-", repeat=P):
+        kind = np.array(kind)
+        A = np.block([[model.K, B.T], [B, -np.diag(c)]])
+        right = np.concatenate([load, np.zeros(P), pairs.gap])
+        for i in range(P):
+            if kind[i] == "o":
+                A[r + i], A[r + P + i], right[r + P + i] = 0.0, 0.0, 0.0
+                A[r + i, r + i] = A[r + P + i, r + P + i] = 1.0
+            elif kind[i] != "k":
+                A[r + i] = 0.0
+                A[r + i, [r + i, r + P + i]] = 1.0, -pairs.mu[i] * (1 if kind[i] == "+" else -1)
+        scale = np.concatenate([np.full(r, 1e3), np.full(2 * P, 1e-3)])           # balances m and N
+        x = scale * np.linalg.solve(A * scale, right)
+        T, N, u = x[r:r + P], x[r + P:], B @ x[:r]
+        slip = u[:P] - c[:P] * T
+        good = np.select([kind == "o", kind == "k", kind == "+", kind == "-"],
+                         [u[P:] <= pairs.gap + 1e-15, (N >= 0) & (np.abs(T) <= pairs.mu * N), (N >= 0) & (slip >= 0),
+                          (N >= 0) & (slip <= 0)])
+        if good.all():
+            yield np.column_stack([T, N])
+
+
+def test_stiff_springs_tend_to_rigid_ones(rig_results):
+    """The rig's damper with friction: forces on springs 100 and 1000 times stiffer come nearer to those of rigid ones,
+    as 1/k; without friction the rigid ones are the frictionless hard contact."""
+    model = ReducedModel.load(rig_results.path("model.npz"))
+    pairs = ContactTable.load(rig_results.path("preload.csv"))
+    load = [113 * model.loads["pull"]]
+    hard = pairs.replace(kn=np.full(len(pairs), np.inf))
+    rigid = FrictionalContact(model, hard).solve(load, steps=4)[-1]
+    error = [np.abs(FrictionalContact(model, pairs.replace(kn=f * pairs.kn)).solve(load, steps=4)[-1].force
+                    - rigid.force).max() for f in (1e3, 1e4)]
+    assert rigid.converged and rigid.residual < 1e-8
+    assert error[1] < 0.02 * rigid.force.max() and error[0] / error[1] == pytest.approx(10, rel=0.3)
+    none = FrictionalContact(model, hard.replace(mu=np.zeros(len(pairs)))).solve(load, steps=1)[-1]
+    assert none.force == pytest.approx(preload(model, hard, load[0]).force, abs=1e-7 * rigid.force.max())

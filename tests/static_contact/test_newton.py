@@ -5,9 +5,11 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 pytest.importorskip("petsc4py")
 
@@ -16,7 +18,9 @@ from hbm.errors import InputError  # noqa: E402
 from hbm.model import ReducedModel  # noqa: E402
 from static_contact.newton import full_preload  # noqa: E402
 from static_contact.preload import StaticContact  # noqa: E402
-from tests.static_contact.full_route import crown, solve, stuck_hz  # noqa: E402
+from static_contact.shares import own_rows, shared_bodies  # noqa: E402
+from tests.static_contact.full_route import crown, parts, solve, stuck_hz, with_hard_pairs  # noqa: E402
+from tests.static_contact.full_route import rig as rig_parts  # noqa: E402
 from tipdamp import bodies  # noqa: E402
 from tipdamp.study import load_study  # noqa: E402
 
@@ -41,8 +45,36 @@ def test_same_preload_as_the_condensed_route(rig_results, alone):
     assert alone.iterations >= 1 and alone.residual < 1e-9
 
 
+@pytest.fixture(scope="module")
+def hard_alone(rig):
+    return solve(rig / "rig.toml", crown, hard=True)
+
+
+def test_same_preload_with_hard_pairs(rig_results, hard_alone):
+    """Every other pair without a spring, by multipliers on the full model: same open pairs, forces to 1e-8."""
+    model = ReducedModel.load(rig_results.path("model.npz"))
+    pairs = with_hard_pairs(ContactTable.load(rig_results.path("preload.csv")))
+    found = StaticContact(model, pairs).solve(113 * model.loads["pull"], gap=crown(pairs))
+    assert ((found.force > 0) == (hard_alone.force > 0)).all() and (hard_alone.force == 0).sum() > 5
+    assert hard_alone.pairs.preload == pytest.approx(found.pairs.preload, abs=1e-8 * found.force.max())
+
+
+def test_rows_of_a_share_are_those_of_the_whole(rig):
+    """Three ranks' rows of K and M, put together, are the matrices of the whole bodies."""
+    both, meshes, _, study = rig_parts(rig / "rig.toml")
+    for rank in range(3):
+        comm = SimpleNamespace(rank=rank, size=3)
+        held = shared_bodies(parts(meshes, study), comm, 5)
+        low, high = own_rows(comm, sum(b.dofs for b in both) + 5)
+        for label in ("K", "M"):
+            whole = sp.block_diag([getattr(b, label) for b in both], format="csr")
+            mine = sp.block_diag([getattr(b, label) for b in held], format="csr")
+            assert abs(whole[low:high] - mine[low:high]).max() < 1e-12 * abs(whole).max()
+            assert mine.nnz < 0.5 * whole.nnz
+
+
 @pytest.mark.parametrize("ranks", [2, 4])
-def test_ranks_agree(rig, alone, hz_alone, ranks, tmp_path):
+def test_ranks_agree(rig, alone, hard_alone, hz_alone, ranks, tmp_path):
     """Preloads and stuck frequencies of the full model to 1e-9."""
     if not shutil.which("mpirun"):
         pytest.skip("mpirun is not installed")
@@ -50,13 +82,15 @@ def test_ranks_agree(rig, alone, hz_alone, ranks, tmp_path):
     out = tmp_path / "found.npz"
     # Open MPI asks root for both
     root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    run = subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, str(script),
+    run = subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, "-m", "mpi4py",
+                          str(script),
                           str(rig / "rig.toml"), str(out)], env={**os.environ, **root, "OMP_NUM_THREADS": "1"},
-                         capture_output=True, text=True, timeout=300)
+                         capture_output=True, text=True, timeout=200)
     assert run.returncode == 0, run.stderr
     with np.load(out) as z:
         assert int(z["ranks"]) == ranks and int(z["iterations"]) == alone.iterations
         assert z["hz"] == pytest.approx(hz_alone, rel=1e-9)
+        assert z["hard"] == pytest.approx(hard_alone.pairs.preload, abs=1e-9 * hard_alone.force.max())
         assert z["preload"] == pytest.approx(alone.pairs.preload, abs=1e-9 * alone.pairs.preload.max())
 
 
@@ -68,5 +102,3 @@ def test_refusals(rig):
     along = both[1].rigid_motions()[:, 1]
     with pytest.raises(InputError, match=r"slide along y is loaded: 2.08e\+03 N"):      # 6231 dofs / 3
         full_preload(both, pairs, {"damper": along})
-    with pytest.raises(InputError, match="kn = inf"):
-        full_preload(both, pairs.replace(kn=np.full(len(pairs), np.inf)), {})

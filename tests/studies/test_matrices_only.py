@@ -1,34 +1,94 @@
-"""The example docs/studies/matrices_only, in a fresh process in which no finite-element package can be imported."""
+"""The example docs/studies/matrices_only in a virtual environment that holds what pip installs and nothing else.
 
+The environment has neither dolfinx nor petsc4py nor slepc4py. It is made once from the package index (a minute) and
+kept under build/, until pyproject.toml or the Python changes; the project itself is installed anew when it changed.
+"""
+
+import hashlib
 import os
+import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "docs" / "studies" / "matrices_only"
-BLOCK = """
-import runpy, sys
-for name in ("dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio"):
-    sys.modules[name] = None
-runpy.run_path(sys.argv[1], run_name="__main__")
-"""
+HEAVY = ("dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio")
+LIGHT = {"tipdamp", "numpy", "scipy", "numba", "llvmlite", "pip", "setuptools", "wheel", "packaging"}
 
 
-def run(script, folder):
-    done = subprocess.run([sys.executable, "-c", BLOCK, EXAMPLE / script], cwd=folder, capture_output=True, text=True,
-                          env=os.environ | {"PYTHONPATH": str(ROOT)})
-    assert done.returncode == 0, done.stderr
+def run(*command, cwd):
+    """Standard output; nothing of this process's packages or settings of Python leaks in."""
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON") and k != "VIRTUAL_ENV"}
+    done = subprocess.run([str(c) for c in command], cwd=cwd, capture_output=True, text=True,
+                          env=clean | {"PYTHONNOUSERSITE": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"})
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
     return done.stdout
 
 
-def test_the_example_runs_from_its_files_alone(tmp_path):
-    run("make_matrices.py", tmp_path)
+def source_of_the_project(folder):
+    """A copy of what a build reads, so that it leaves nothing behind in the tree."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    folder.mkdir()
+    for name in {p.split(".")[0] for p in settings["tool"]["setuptools"]["packages"]}:
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def python(tmp_path_factory):
+    """Interpreter of the environment, with the project as it stands installed in it."""
+    made_of = (ROOT / "pyproject.toml").read_bytes() + sys.version.encode()
+    venv = ROOT / "build" / f"light-venv-{hashlib.sha256(made_of).hexdigest()[:12]}"
+    interpreter, stamp, work = venv / "bin" / "python", venv / "ready", tmp_path_factory.mktemp("light")
+    source = source_of_the_project(work / "source")
+    if not stamp.exists():
+        shutil.rmtree(venv, ignore_errors=True)
+        for old in venv.parent.glob("light-venv-*"):
+            shutil.rmtree(old)
+        run(sys.executable, "-m", "venv", venv, cwd=work)
+        reached = subprocess.run([interpreter, "-m", "pip", "download", "-q", "--no-deps", "-d", work, "wheel"],
+                                 capture_output=True, timeout=120)
+        if reached.returncode:
+            pytest.skip("no package index can be reached")
+        run(interpreter, "-m", "pip", "install", "setuptools>=64", "wheel", cwd=work)
+        run(interpreter, "-m", "pip", "install", source, cwd=work)                 # with its dependencies
+        stamp.touch()
+    files = sorted(path for path in source.rglob("*") if path.is_file())
+    content = hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+    if stamp.read_text() != content:
+        run(interpreter, "-m", "pip", "install", "--no-deps", "--no-build-isolation", "--force-reinstall", source,
+            cwd=work)
+        stamp.write_text(content)
+    return interpreter
+
+
+def test_what_pip_installs_is_light(python, tmp_path):
+    installed = {line.split("==")[0].lower() for line in
+                 run(python, "-m", "pip", "list", "--format=freeze", cwd=tmp_path).split()}
+    assert {"tipdamp", "numpy", "scipy", "numba"} <= installed <= LIGHT
+    found = run(python, "-c", f"import importlib.util as u; print([n for n in {HEAVY} if u.find_spec(n)])",
+                cwd=tmp_path)
+    assert found.strip() == "[]"
+    assert "site-packages" in run(python, "-c", "import hbm; print(hbm.__file__)", cwd=tmp_path)
+
+
+def test_the_example_runs_from_its_files_alone(python, tmp_path):
+    run(python, EXAMPLE / "make_matrices.py", cwd=tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["K.mtx", "M.mtx", "dofs.csv", "pairs.csv"]
-    lines = run("run.py", tmp_path).splitlines()[1:]
+    lines = run(python, EXAMPLE / "run.py", cwd=tmp_path).splitlines()[1:]
     assert len(lines) == 3 and all(line.endswith("reached the end of the band") for line in lines)
     hz, per_newton, slipping = np.array([line.split()[1:4] for line in lines], dtype=float).T
     assert slipping[0] == 0 and slipping[-1] == 6
     assert (np.diff(per_newton) <= 0).all() and hz[-1] < hz[0]
+    assert {p.name for p in tmp_path.glob("curve_*.npz")} == {f"curve_{level}N.npz" for level in (5, 40, 60)}
+
+
+def test_the_command_line_starts(python, tmp_path):
+    assert "tipdamp" in run(python.parent / "tipdamp", "--help", cwd=tmp_path)

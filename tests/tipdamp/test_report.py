@@ -282,7 +282,7 @@ def test_page_loads_nothing_from_elsewhere(plain_report):
 def test_every_section_and_picture_is_there(plain_report):
     read = html_of(plain_report)
     ids = {a["id"] for tag, a in read.tags if tag == "section"}
-    assert ids == {"figures", "linear", "preload", "tuning", "response", "assumptions", "reduction", "made"}
+    assert ids == {"figures", "linear", "preload", "tuning", "response", "pairs", "assumptions", "reduction", "made"}
     assert "left 0\N{EN DASH}1; right 4" in read.text          # the slipping pairs by name
     assert "+0.06 %" in read.text                               # 1591 of 1590 Hz
     names = {p.stem for p in plain_report.path("figures").glob("*.png")}
@@ -352,7 +352,7 @@ def test_sections_without_data_are_left_out(tmp_path, sections, gone):
     study, store = artefacts(tmp_path, sections=sections)
     results = load_results(study, store)
     shown = page.sections_of(results)
-    assert not gone & {name for name, _, _ in shown} and len(shown) == 8 - len(gone)
+    assert not gone & {name for name, _, _ in shown} and len(shown) == 9 - len(gone)
     assert all(not name.startswith("respon") for name in summarise(results))
 
 

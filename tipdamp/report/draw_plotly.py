@@ -15,12 +15,12 @@ CONFIG = {"displaylogo": False, "responsive": True, "displayModeBar": "hover",
 
 def plotly_script() -> str:
     """plotly.js itself, to be written into the page once."""
-    return _plotly().offline.get_plotlyjs()
+    return library().offline.get_plotlyjs()
 
 
 def draw(figure: Figure) -> str:
     """The figure as a <div> with its script; the page must hold plotly.js."""
-    plotly = _plotly()
+    plotly = library()
     rows, columns = figure.rows, min(figure.columns, len(figure.panels))
     legend = -(-sum(len(n) + 9 for n in figure.legend) // LEGEND_LETTERS)
     bottom = BOTTOM + LEGEND_ROW * legend
@@ -28,7 +28,7 @@ def draw(figure: Figure) -> str:
     inner = height - TOP - bottom
     specs = [[{} if r * columns + c < len(figure.panels) else None for c in range(columns)] for r in range(rows)]
     out = plotly.subplots.make_subplots(
-        rows, columns, specs=specs, subplot_titles=[_text(p.title) for p in figure.panels],
+        rows, columns, specs=specs, subplot_titles=[plain_text(p.title) for p in figure.panels],
         horizontal_spacing=0.24 / max(columns, 2), vertical_spacing=min(84 / inner, 0.4) if rows > 1 else 0)
     seen = set()
     for i, panel in enumerate(figure.panels):
@@ -49,11 +49,11 @@ def _panel(out, panel, where, seen):
             continue
         shown = bool(item.name) and item.name not in seen
         seen.add(item.name)
-        legend = {"name": _text(item.name), "legendgroup": _text(item.name), "showlegend": shown}
+        legend = {"name": plain_text(item.name), "legendgroup": plain_text(item.name), "showlegend": shown}
         for k, trace in enumerate(_traces(item)):
             out.add_scatter(**trace, **(legend if k == 0 else {**legend, "showlegend": False}), **where)
-    x = {"title_text": _text(panel.x_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.x_range}
-    y = {"title_text": _text(panel.y_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.y_range}
+    x = {"title_text": plain_text(panel.x_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.x_range}
+    y = {"title_text": plain_text(panel.y_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.y_range}
     if panel.log_y:
         y.update(type="log", exponentformat="power", dtick=1, minor={"ticks": "outside"},
                  range=None if panel.y_range is None else np.log10(panel.y_range))
@@ -62,22 +62,22 @@ def _panel(out, panel, where, seen):
 
 
 def _traces(item) -> list[dict]:
-    hover = "%{x:.5~g}, %{y:.4~g}<extra>" + _text(item.name) + "</extra>"
+    hover = "%{x:.5~g}, %{y:.4~g}<extra>" + plain_text(item.name) + "</extra>"
     if isinstance(item, Band):
         polygons = outlines(item)
         if not polygons:
             return []
         gap = np.array([np.nan])
         x, y = (np.concatenate([part for p in polygons for part in (p[k], gap)])[:-1] for k in (0, 1))
-        return [{"x": _small(x), "y": _small(y), "mode": "lines", "fill": "toself", "hoverinfo": "skip",
+        return [{"x": small(x), "y": small(y), "mode": "lines", "fill": "toself", "hoverinfo": "skip",
                  "line": {"width": 0, "color": item.color}, "fillcolor": _rgba(item.color, item.opacity)}]
-    points = {"x": _small(item.x), "y": _small(item.y), "hovertemplate": hover}
+    points = {"x": small(item.x), "y": small(item.y), "hovertemplate": hover}
     if isinstance(item, Curve):
         return [{**points, "mode": "lines", "line": {"color": item.color, "dash": item.dash, "width": item.width,
                                                     "simplify": False},
                  "connectgaps": False}]
     symbol = item.symbol if item.filled or item.symbol == "x" else f"{item.symbol}-open"
-    text = {"text": [_text(label) for label in item.labels], "textposition": "bottom right"} if item.labels else {}
+    text = {"text": [plain_text(label) for label in item.labels], "textposition": "bottom right"} if item.labels else {}
     return [{**points, **text, "mode": "markers+text" if item.labels else "markers",
              "marker": {"color": item.color, "symbol": "x-thin" if item.symbol == "x" else symbol, "size": item.size,
                         "line": {"color": item.color, "width": 1.6}}}]
@@ -87,28 +87,31 @@ def _line(out, item, where):
     text = {}
     if item.label:
         position = f"{'top' if item.end == 'high' else 'bottom'} {'left' if item.left else 'right'}"
-        text = {"annotation_text": _text(item.label), "annotation_position": position,
+        text = {"annotation_text": plain_text(item.label), "annotation_position": position,
                 "annotation_font_color": item.color, "annotation_font_size": 11}
     add = out.add_vline if item.axis == "x" else out.add_hline
     add(item.value, line={"color": item.color, "dash": item.dash, "width": 1.2}, opacity=1.0, **text, **where)
 
 
-def _small(values):
-    return np.asarray(values, dtype=np.float32)   # seven digits are enough for the eye
+def small(values):
+    """Seven digits: enough for the eye."""
+    return np.asarray(values, dtype=np.float32)
 
 
 def _rgba(color, opacity):
     return "rgba({},{},{},{:g})".format(*(int(color[k:k + 2], 16) for k in (1, 3, 5)), opacity)
 
 
-def _text(text) -> str:
+def plain_text(text) -> str:
     """Plain text for plotly, which reads a few HTML tags, and templates between %{ and }."""
     return html.escape(str(text), quote=False).replace("%{", "% {")
 
 
-def _plotly():
+def library():
+    """plotly with the parts that are used here; InputError where it is missing."""
     try:
         import plotly
+        import plotly.graph_objects
         import plotly.offline
         import plotly.subplots
     except ModuleNotFoundError:

@@ -5,9 +5,19 @@ import time
 from pathlib import Path
 
 import tipdamp
-from tipdamp.report import draw_matplotlib, draw_plotly, response_figures, static_figures, tables
+from tipdamp.report import (
+    draw_matplotlib,
+    draw_plotly,
+    draw_scene,
+    modes,
+    response_figures,
+    space_figures,
+    static_figures,
+    tables,
+)
 from tipdamp.report.figure import Figure
 from tipdamp.report.results import Results, load_results
+from tipdamp.report.scene import Scene
 from tipdamp.report.summary import summarise
 from tipdamp.report.text import hertz, listing, micro, number
 
@@ -47,21 +57,26 @@ def write_report(study, store, tick) -> list[str]:
 
 
 def sections_of(results: Results) -> list[tuple]:
-    """(id, title, blocks) of what there is to show; a block is a Figure or a Table."""
+    """(id, title, blocks) of what there is to show; a block is a Figure, a Scene, ModeShapes or a Table."""
     found = [("figures", "Key figures", [tables.key_figures(results)])]
     if results["reduce"]["free_response"]:
         found.append(("linear", "Without damper", [static_figures.linear(results)]))
     if "preload" in results:
-        found.append(("preload", "Preload", [static_figures.preload(results)]))
+        found.append(("preload", "Preload", [static_figures.preload(results),
+                                             space_figures.preload_on_damper(results), *_load_cases(results)]))
     if "tune" in results:
         tuning = [static_figures.tuning(results)] if results["tune"]["target_hz"] else []
         found.append(("tuning", "Kept stations", [*tuning, static_figures.kept(results)]))
+    if shapes := space_figures.modes_of(results):
+        found.append(("modes", "Mode shapes", [shapes]))
     if results.cases:
         r = response_figures
         trend = [r.trend(results)] if len({case.Fe for case in results.cases if case.has_peak}) > 1 else []
         found.append(("response", "Forced response",
                       [tables.peaks(results), *(r.family(results, H) for H in reversed(results.orders)),
                        r.levels(results), *trend, r.shares(results)]))
+    if results.whole is not None:
+        found.append(("pairs", "Contact pairs", [space_figures.pairs_of(results)]))
     found.append(("assumptions", "Assumptions", [tables.assumptions(results)]))
     if "tune" in results and results["tune"]["full_model_check"]:
         found.append(("reduction", "Reduced and full model", [tables.reduction(results)]))
@@ -70,14 +85,33 @@ def sections_of(results: Results) -> list[tuple]:
     return found
 
 
+def _load_cases(results):
+    """Table and map of the further load cases."""
+    if results.loads:
+        yield tables.load_cases(results)
+        for case in results.loads:
+            yield static_figures.load_case(results, case)
+
+
 def page(results: Results, sections, warnings) -> str:
-    """The HTML; every text from outside goes through html.escape."""
-    title = html.escape(results.study.title)
+    """The report."""
+    lead = "".join(f'<p class="lead">{html.escape(text)}</p>' for text in introduction(results))
+    return shell(results.study, lead + warnings_box(warnings), sections, """<footer>Beside this page: summary.json (all
+figures in one file), figures/ (PNG), preload.csv and kept.csv (the contact pairs), responses/ (the curves); where there
+are meshes also free_modes.vtu, stuck_modes.vtu and preload.vtu for ParaView.</footer>""")
+
+
+def shell(study, above: str, sections, below: str = "") -> str:
+    """A whole page around the sections, which are numbered through; every text from outside goes through html.escape.
+
+    above, below - HTML before the list of sections and after them.
+    """
+    title = html.escape(study.title)
     body, counts = [], {"Figure": 0, "Table": 0}
     for name, heading, blocks in sections:
         body.append(f'<section id="{name}"><h2>{heading}</h2>')
         for block in blocks:
-            kind = type(block).__name__
+            kind = "Table" if isinstance(block, tables.Table) else "Figure"
             counts[kind] += 1
             body.append((_figure if kind == "Figure" else _table)(block, counts[kind]))
         body.append("</section>")
@@ -87,17 +121,16 @@ def page(results: Results, sections, warnings) -> str:
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{title}</title><style>
 {style}</style>
-<script>{draw_plotly.plotly_script()}</script></head>
+<script>{draw_plotly.plotly_script()}</script><script>{modes.script()}</script></head>
 <body><main>
 <h1>{title}</h1>
-<p class="sub">{html.escape(results.study.path.name)} · tipdamp {html.escape(tipdamp.__version__)}</p>
-{"".join(f'<p class="lead">{html.escape(text)}</p>' for text in introduction(results))}
-{_warnings(warnings)}
+<p class="sub">{html.escape(study.path.name)} · tipdamp {html.escape(tipdamp.__version__)}</p>
+{above}
 <nav>{links}</nav>
-<noscript><p>The figures of this page need JavaScript; the same figures are in the folder figures/.</p></noscript>
+<noscript><p>The figures of this page need JavaScript; those of a report that are not in three dimensions are also in
+the folder figures/.</p></noscript>
 {"".join(body)}
-<footer>Beside this page: summary.json (all figures in one file), figures/ (PNG), preload.csv and kept.csv (the contact
-pairs), responses/ (the curves).</footer>
+{below}
 </main><script>{PRINT}</script></body></html>
 """
 
@@ -135,7 +168,7 @@ def _response_sentence(results):
     yield text + "."
 
 
-def _warnings(sentences) -> str:
+def warnings_box(sentences) -> str:
     if not sentences:
         return '<div class="fine">No warnings: every check of this run is met.</div>'
     items = "".join(f"<li>{html.escape(text)}</li>" for text in sentences)
@@ -143,7 +176,8 @@ def _warnings(sentences) -> str:
 
 
 def _figure(figure, count) -> str:
-    return (f'<figure><div class="plot">{draw_plotly.draw(figure)}</div><figcaption><b>Figure {count}. '
+    drawn = _DRAW[type(figure)](figure)
+    return (f'<figure><div class="plot">{drawn}</div><figcaption><b>Figure {count}. '
             f"{html.escape(figure.title)}.</b> {html.escape(figure.caption)}</figcaption></figure>")
 
 
@@ -157,3 +191,6 @@ def _table(table, count) -> str:
     wide = " wide" if len(table.columns) > 5 else ""
     return (f'<div class="scroll{wide}"><table><caption><b>Table {count}.</b> {html.escape(table.caption)}</caption>'
             f"<thead>{head}</thead><tbody>{body}</tbody></table></div>")
+
+
+_DRAW = {Figure: draw_plotly.draw, Scene: draw_scene.draw, modes.ModeShapes: modes.draw}

@@ -1,11 +1,14 @@
 """What the stages left in the results folder, read back for the report."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from hbm.contact import ContactTable
+from hbm.model import ReducedModel
 from hbm.response import ForcedResponse
+from tipdamp import pair_checks, surface
+from tipdamp.pictures import Shapes
 
 BEFORE = ("inspect", "reduce", "preload", "tune", "respond")
 
@@ -41,6 +44,8 @@ class Results:
 
     whole, kept - contact tables of the whole patch and after tuning, or None; cases - the curves, H by H, levels
     ascending; stuck - {"hz": (n,), "m_per_N": (n, k) of the patch of blade 1} or None; seconds {stage: s}
+    loads {case: ContactTable} - preload of the further load cases; model - the reduced one, None where it is gone
+    surfaces {body: Surface}, empty without meshes; shapes - modes to look at, stuck ones first
     """
 
     study: object
@@ -50,6 +55,10 @@ class Results:
     cases: tuple
     stuck: dict | None
     seconds: dict
+    loads: dict = field(default_factory=dict)
+    model: ReducedModel | None = None
+    surfaces: dict = field(default_factory=dict)
+    shapes: tuple = ()
 
     def __contains__(self, stage: str) -> bool:
         return stage in self.found
@@ -73,9 +82,18 @@ class Results:
         """A sentence on the seed paper's figures, where the study has its values as [reference]; else nothing."""
         return f" {words} of Zucca, Berruti and Cosi (2016)." if self.study.reference else ""
 
+    @property
+    def axis(self) -> np.ndarray:
+        """(3,) of the damper."""
+        return np.array(self.study.driver["axis"])
+
+    def places(self, pairs: ContactTable) -> dict:
+        """{"blades", "damper": (P, 3) m} of the two nodes of each pair; where the table has them without a model."""
+        return pair_checks.places_in(self.model, pairs)
+
     def along(self, pairs: ContactTable) -> np.ndarray:
         """(P,) mm, coordinate along the damper's axis."""
-        return 1e3 * pairs.position @ np.array(self.study.driver["axis"])
+        return 1e3 * pairs.position @ self.axis
 
 
 def load_results(study, store) -> Results:
@@ -88,10 +106,18 @@ def load_results(study, store) -> Results:
     kept = ContactTable.load(store.path("kept.csv")) if "tune" in found else None
     cases = [Case(facts, ForcedResponse.load(store.path(facts["file"])))
              for facts in found.get("respond", {}).get("responses", [])]
+    loads = {case: ContactTable.load(store.path(facts["file"]))
+             for case, facts in found.get("preload", {}).get("cases", {}).items()}
+    kept_modes = (("stuck_modes.npz", "tune"), ("free_modes.npz", "reduce"))
+    shapes = [Shapes.load(store.path(name)) for name, stage in kept_modes
+              if stage in found and store.path(name).is_file()]
     records = {stage: store.record(stage) for stage in BEFORE}
     seconds = {stage: record["seconds"] for stage, record in records.items() if record and stage in found}
     return Results(study, found, whole, kept, tuple(sorted(cases, key=lambda c: (c.H, c.Fe))),
-                   _stuck(study, store) if "respond" in found else None, seconds)
+                   _stuck(study, store) if "respond" in found else None, seconds, loads,
+                   ReducedModel.load(store.path("model.npz")) if store.path("model.npz").is_file() else None,
+                   surface.load(store.path("surface.npz")) if store.path("surface.npz").is_file() else {},
+                   tuple(shapes))
 
 
 def _stuck(study, store):

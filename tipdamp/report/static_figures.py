@@ -38,15 +38,6 @@ def linear(results: Results) -> Figure:
 
 def preload(results: Results) -> Figure:
     """Nodal preload of the whole patch, row by row."""
-    pairs, top = results.whole, float(results.whole.preload.max())
-    low = min(float(pairs.preload.min()), 0.0)
-    span = (low - 0.05 * (top - low) if low < 0 else 0.0, top + 0.08 * (top - low))
-    panels = []
-    for side in pairs.sides:
-        mine = pairs.select(pairs.side == side)
-        items = [item for row in np.unique(mine.row) for item in _row(results, mine.select(mine.row == row), int(row))]
-        panels.append(Panel(_side_title(results, side), AXIAL, "normal preload of each node (N)",
-                            (Line("y", 0.0, dash="solid"), *items), y_range=span))
     sides = results["preload"]["sides"]
     sums = listing(f"{number(s['sum_N'])} N on side '{name}' (equilibrium {number(s['equilibrium_N'])} N, "
                    f"{s['detached']} open)" for name, s in sides.items())
@@ -55,7 +46,31 @@ def preload(results: Results) -> Figure:
                f"filled marks are closed, hollow ones open (negative: the remaining gap times kn). The sum is {sums}; "
                f"contact forces and pull balance to {worst:.0e} of the pull. {_ends(results)}"
                + results.beside_paper("Corresponds to figure 9"))
-    return Figure("preload", "Preload of the whole patch", caption, tuple(panels))
+    return Figure("preload", "Preload of the whole patch", caption, _map(results, results.whole))
+
+
+def load_case(results: Results, case: str) -> Figure:
+    """The same under a further load case."""
+    facts = results["preload"]["cases"][case]
+    sums = listing(f"{number(s['sum_N'])} N on side '{name}' ({s['detached']} open)"
+                   for name, s in facts["sides"].items())
+    caption = (f"Normal preload of every node of the whole patch under the load case '{case}'; filled marks are "
+               f"closed, hollow ones open. The sum is {sums}.")
+    return Figure(f"preload_{case}", f"Preload under '{case}'", caption, _map(results, results.loads[case]),
+                  row_height=310)
+
+
+def _map(results, table: ContactTable) -> tuple:
+    """One panel for each side, on one scale."""
+    top, low = float(table.preload.max()), min(float(table.preload.min()), 0.0)
+    span = (low - 0.05 * (top - low) if low < 0 else 0.0, top + 0.08 * (top - low))
+    panels = []
+    for side in table.sides:
+        mine = table.select(table.side == side)
+        items = [item for row in np.unique(mine.row) for item in _row(results, mine.select(mine.row == row), int(row))]
+        panels.append(Panel(_side_title(results, side), AXIAL, "normal preload of each node (N)",
+                            (Line("y", 0.0, dash="solid"), *items), y_range=span))
+    return tuple(panels)
 
 
 def _row(results, pairs: ContactTable, row: int):

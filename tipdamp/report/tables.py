@@ -82,6 +82,34 @@ def _other_way(facts, back) -> str:
     return number(abs(back["peak_m"] / facts["peak_m"] - 1), 1)
 
 
+def load_cases(results: Results) -> Table:
+    """Side forces of the pull and of every further load case."""
+    def side(facts):
+        return number(facts["sum_N"]), number(facts["max_N"]), f"{facts['detached']}"
+
+    found = results["preload"]
+    names = results.whole.sides
+    rows = [("the pull", f"{results.study.driver['pull']:g}", *(t for n in names for t in side(found["sides"][n])))]
+    for case, facts in found["cases"].items():
+        given = results.study.loads[case]
+        pull = results.study.driver["pull"] if given["pull"] is None else given["pull"]
+        rows.append((f"{case}: {_of_case(given)}", f"{pull:g}", *(t for n in names for t in side(facts["sides"][n]))))
+    columns = ("load case", "pull (N)", *(f"{what}" for n in names for what in (f"'{n}', sum (N)", "largest (N)",
+                                                                                 "open")))
+    return Table("Preload of the whole patch under every load case: sum and largest of the nodes of each side, and "
+                 "the number of open ones.", columns, tuple(rows))
+
+
+def _of_case(given) -> str:
+    """What a load case holds beside the pull."""
+    parts = [f"{given['speed']:g} rad/s"] if given["speed"] else []
+    if any(given["gravity"]):
+        parts.append(f"gravity ({', '.join(f'{v:g}' for v in given['gravity'])}) m/s²")
+    for key in ("forces", "pressure", "traction"):
+        parts += [f"{key} on {body}, '{group}'" for body, group, *_ in given[key]]
+    return listing(parts) or "another pull"
+
+
 def assumptions(results: Results) -> Table:
     """What the study declares: not computed, and worth knowing."""
     rows = [*_load(results), *_contact(results)]

@@ -1,8 +1,8 @@
 """Forced response from nothing but two matrices, a dof table and a contact table, read from the working directory."""
 
 from hbm.contact import ContactTable
-from hbm.files import model_from_files
 from hbm.laws import DryFriction2T
+from hbm.model import ReducedModel
 from hbm.response import forced_response
 
 LEVELS = (5.0, 40.0, 60.0)            # N
@@ -10,7 +10,7 @@ BAND = (900.0, 1400.0)                # Hz
 
 
 def main():
-    model = model_from_files("M.mtx", "K.mtx", dofs="dofs.csv")
+    model = ReducedModel.from_files("M.mtx", "K.mtx", dofs="dofs.csv")
     pairs = ContactTable.load("pairs.csv")
     tip = model.displacement_row("blades", 2, [0, 1, 0])         # forced and measured here, along y
     print("level N   peak Hz   um per N   slipping pairs   end")

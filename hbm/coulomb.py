@@ -1,0 +1,188 @@
+"""Coulomb friction coupled in the tangential plane: the slider over one sample, with its derivatives in closed form.
+
+Over a sample the motion and the normal load are taken as straight; on that path everything is in closed form. A
+resting slider slips where the quadratic |T0 + kt du s| = mu (N0 + dN s) has its root. In slip the angle psi from the
+velocity to the force obeys L psi' = -kt |du| sin psi with L = mu N, so that
+
+    tan(psi1/2) = tan(psi0/2) exp(-kt |du| / L_m),      L_m the logarithmic mean of L,
+
+and slip goes on to the end of the sample. Hence second order in the samples [radial return is first order].
+`plain_slide` is the same path once more, as it is written on paper; the kernels are tested against it.
+"""
+
+import numpy as np
+from numba import njit
+
+STICK, SLIP, OPEN = 0, 1, 2
+
+
+def plain_slide(T, d, L0, L1):
+    """Force (2,) at the end of a straight elastic path d under a limit from L0 to L1; complex for derivatives."""
+    e = T + d
+    if (e @ e - L1 * L1).real <= 0:
+        return e
+    dL = L1 - L0
+    a, b, c = d @ d - dL * dL, T @ d - L0 * dL, T @ T - L0 * L0
+    s = 0 * a
+    at_limit = c.real >= -1e-12 * (L0 * L0).real
+    if at_limit and b.real < 0:
+        s = -2 * b / a                           # leaves the limit and comes back to it
+    elif not at_limit:
+        root = np.sqrt(b * b - a * c)
+        s = -c / (b + root) if b.real >= 0 else (root - b) / a
+    size = np.sqrt(d @ d)
+    if size.real == 0:
+        return L1 / np.sqrt(e @ e) * e
+    m, L = d / size, L0 + s * dL
+    if L.real <= 0 or L1.real <= 0:              # from no load the force lies along the motion
+        return L1 * m
+    n = (T + s * d) / L
+    decay = np.exp(-(1 - s) * size / _plain_log_mean(L, L1))
+    x = n @ m
+    below = 1 + x + decay**2 * (1 - x)
+    if below.real <= 0:
+        return -L1 * m                           # straight against the motion
+    return L1 / below * (2 * decay * n + (1 + x - decay**2 * (1 - x) - 2 * decay * x) * m)
+
+
+def _plain_log_mean(a, b):
+    z = (b - a) / (b + a)
+    return 0.5 * (a + b) / (1 + z**2 / 3 + z**4 / 5 + z**6 / 7) if abs(z) < 1e-2 else (b - a) / np.log(b / a)
+
+
+@njit(cache=True)
+def log_mean(a, b):
+    """(b - a)/log(b/a) with its derivatives by a and b; by the series in z = (b - a)/(b + a) where they are close."""
+    z = (b - a) / (b + a)
+    if abs(z) < 1e-2:
+        s, rate = 1 + z**2 / 3 + z**4 / 5 + z**6 / 7, 2 * z / 3 + 4 * z**3 / 5 + 6 * z**5 / 7
+        common = -0.5 * (a + b) * rate / s**2 * 2 / (a + b) ** 2
+        return 0.5 * (a + b) / s, 0.5 / s - common * b, 0.5 / s + common * a
+    ratio = np.log(b / a)
+    mean = (b - a) / ratio
+    return mean, (mean / a - 1) / ratio, (1 - mean / b) / ratio
+
+
+@njit(cache=True)
+def leaves_rest(T1, T2, d1, d2, L0, L1):
+    """Share s of the path at which slip begins, and the slope there of |T|^2 - L^2 by s; 0 where s does not move."""
+    dL = L1 - L0
+    a, b = d1 * d1 + d2 * d2 - dL * dL, T1 * d1 + T2 * d2 - L0 * dL
+    c = T1 * T1 + T2 * T2 - L0 * L0
+    if c >= -1e-12 * L0 * L0:
+        return (0.0, 0.0) if b >= 0 else (-2 * b / a, -2 * b)
+    root = np.sqrt(b * b - a * c)
+    return (-c / (b + root) if b >= 0 else (root - b) / a), 2 * root
+
+
+@njit(cache=True)
+def slide(T1, T2, d1, d2, L0, L1, J):
+    """Force at the end of a path d that slips, and its derivatives J (2, 6) by T1, T2, d1, d2, L0, L1."""
+    size = np.sqrt(d1 * d1 + d2 * d2)
+    J[:] = 0.0
+    if size == 0:                                # only the limit moved
+        e = np.sqrt(T1 * T1 + T2 * T2)
+        n1, n2 = T1 / e, T2 / e
+        J[0, 0], J[0, 1], J[1, 0], J[1, 1] = L1 / e * n2 * n2, -L1 / e * n1 * n2, -L1 / e * n1 * n2, L1 / e * n1 * n1
+        J[:, 2:4] = J[:, :2]
+        J[0, 5], J[1, 5] = n1, n2
+        return L1 * n1, L1 * n2
+    s, slope = leaves_rest(T1, T2, d1, d2, L0, L1)
+    m1, m2, L = d1 / size, d2 / size, L0 + s * (L1 - L0)
+    sign = 1.0
+    x = decay = below = 0.0
+    straight = L <= 0 or L1 <= 0
+    if not straight:
+        mean, by_L, by_L1 = log_mean(L, L1)
+        n1, n2 = (T1 + s * d1) / L, (T2 + s * d2) / L
+        z = (1 - s) * size
+        decay = np.exp(-z / mean)
+        x = n1 * m1 + n2 * m2
+        below = 1 + x + decay * decay * (1 - x)
+        straight = below <= 0
+        sign = -1.0 if straight else 1.0
+    if straight:
+        r1, r2 = sign * m1, sign * m2
+    else:
+        a = 1 + x - decay * decay * (1 - x) - 2 * decay * x
+        r1, r2 = (2 * decay * n1 + a * m1) / below, (2 * decay * n2 + a * m2) / below
+    for k in range(6):
+        dT1, dT2, dd1, dd2 = 1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2), 1.0 * (k == 3)
+        dL0, dL1 = 1.0 * (k == 4), 1.0 * (k == 5)
+        along = m1 * dd1 + m2 * dd2
+        dm1, dm2 = (dd1 - m1 * along) / size, (dd2 - m2 * along) / size
+        if straight:
+            J[0, k], J[1, k] = dL1 * r1 + sign * L1 * dm1, dL1 * r2 + sign * L1 * dm2
+            continue
+        ds = 0.0
+        if slope > 0:
+            change = n1 * (dT1 + s * dd1) + n2 * (dT2 + s * dd2) - (1 - s) * dL0 - s * dL1
+            ds = -2 * L * change / slope
+        dL = (1 - s) * dL0 + s * dL1 + ds * (L1 - L0)
+        dn1, dn2 = (dT1 + s * dd1 + ds * d1 - n1 * dL) / L, (dT2 + s * dd2 + ds * d2 - n2 * dL) / L
+        dx = n1 * dm1 + n2 * dm2 + m1 * dn1 + m2 * dn2
+        decays = -decay / mean * ((1 - s) * along - ds * size - z / mean * (by_L * dL + by_L1 * dL1))
+        lower = dx * (1 - decay * decay) + 2 * decay * (1 - x) * decays
+        da = dx * (1 + decay * decay - 2 * decay) - 2 * (decay * (1 - x) + x) * decays
+        J[0, k] = dL1 * r1 + L1 / below * (2 * decays * n1 + 2 * decay * dn1 + da * m1 + a * dm1 - r1 * lower)
+        J[1, k] = dL1 * r2 + L1 / below * (2 * decays * n2 + 2 * decay * dn2 + da * m2 + a * dm2 - r2 * lower)
+    return L1 * r1, L1 * r2
+
+
+@njit(cache=True)
+def step(u0, u1, w1, w2, kt, kn, mu, preload, J, M, C0, C1):
+    """Slider after the motion has gone from u0 to u1, and the state; its derivative is M dw + C0 du0 + C1 du1."""
+    M[:], C0[:], C1[:] = 0.0, 0.0, 0.0
+    N0, N1 = preload + kn * u0[2], preload + kn * u1[2]
+    if N1 <= 0:
+        C1[0, 0] = C1[1, 1] = 1.0
+        return u1[0], u1[1], OPEN
+    was = N0 > 0
+    share = 1.0 if was else N1 / (N1 - N0)       # of the sample in contact
+    d1, d2 = kt * (u1[0] - u0[0]) * share, kt * (u1[1] - u0[1]) * share
+    T1, T2, L0 = kt * (u0[0] - w1), kt * (u0[1] - w2), mu * N0
+    if not was:
+        T1, T2, L0 = 0.0, 0.0, 0.0
+    e1, e2, L1 = T1 + d1, T2 + d2, mu * N1
+    state = STICK
+    if e1 * e1 + e2 * e2 <= L1 * L1:
+        if was:
+            M[0, 0] = M[1, 1] = 1.0
+            return w1, w2, STICK
+        J[:] = 0.0
+        J[0, 2] = J[1, 3] = 1.0
+    else:
+        e1, e2 = slide(T1, T2, d1, d2, L0, L1, J)
+        state = SLIP
+    for k in range(2):
+        C1[k, k] = 1.0
+        C1[k, 2] = -J[k, 5] * mu * kn / kt
+        for j in range(2):
+            C0[k, j] += J[k, 2 + j] * share
+            C1[k, j] -= J[k, 2 + j] * share
+            if was:
+                M[k, j] = J[k, j]
+                C0[k, j] -= J[k, j]
+        if was:
+            C0[k, 2] = -J[k, 4] * mu * kn / kt
+        else:
+            moved = (J[k, 2] * (u1[0] - u0[0]) + J[k, 3] * (u1[1] - u0[1])) * kn / (N1 - N0) ** 2
+            C0[k, 2] -= moved * N1
+            C1[k, 2] += moved * N0
+    return u1[0] - e1 / kt, u1[1] - e2 / kt, state
+
+
+@njit(cache=True)
+def begin(u0, w1, w2, kt, kn, mu, preload, C):
+    """Slider at t = 0, pulled along where the limit does not hold it; C (2, 3): derivative by u0 of the pulled one."""
+    C[:] = 0.0
+    N = preload + kn * u0[2]
+    r1, r2 = u0[0] - w1, u0[1] - w2
+    r, reach = np.sqrt(r1 * r1 + r2 * r2), mu * max(N, 0.0) / kt
+    if r <= reach:
+        return w1, w2
+    n1, n2, back = r1 / r, r2 / r, reach / r
+    C[0, 0], C[0, 1], C[1, 0], C[1, 1] = 1 - back * n2 * n2, back * n1 * n2, back * n1 * n2, 1 - back * n1 * n1
+    if N > 0:
+        C[0, 2], C[1, 2] = -n1 * mu * kn / kt, -n2 * mu * kn / kt
+    return u0[0] - back * r1, u0[1] - back * r2

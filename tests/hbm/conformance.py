@@ -1,0 +1,170 @@
+"""The list of contact laws: a law that joins it is tested by every test of test_laws.py."""
+
+import importlib.util
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import brentq
+
+from hbm import aft, fourier, laws
+from hbm.isotropic import IsotropicFriction
+from hbm.mixed import MixedLaw
+from hbm.sampled import CubicSpring
+
+OWN = Path(__file__).parents[2] / "docs" / "studies" / "own_law" / "dahl.py"
+
+
+def own_law():
+    """The class of the documented example, out of its own file."""
+    spec = importlib.util.spec_from_file_location("dahl", OWN)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.Dahl()
+
+
+@dataclass(frozen=True)
+class Case:
+    """law; normal: kind of normal load, 'preload', 'variable' or ''; cycles until the plain loop repeats.
+
+    friction : 'together' or 'each' - |T| of the tangents stays within mu N; 'creep' - it does, but there is no slip;
+        '' - there is no friction
+    order : None where the result does not depend on the samples, else the order in which it converges
+    """
+
+    law: object
+    normal: str
+    friction: str = ""
+    cycles: int = 1
+    order: float | None = None
+
+
+LAWS = (Case(laws.Jenkins1D(), "preload", "each"),
+        Case(laws.DryFriction2T(), "variable", "each"),
+        Case(laws.UnilateralSpring(), "variable"),
+        Case(IsotropicFriction(), "variable", "together", cycles=60, order=2),
+        Case(CubicSpring(), ""),
+        Case(own_law(), "preload", "creep", cycles=40, order=2))
+"""Mixtures are made of these, and tested beside them."""
+
+
+def mixed(P):
+    return MixedLaw(tuple(case.law for case in LAWS), np.arange(P) % len(LAWS))
+
+
+def random_case(law, P=30, H=5, seed=0):
+    """(x (P, nd, nh), pairs, generator): amplitudes at which pairs stick, slip and lift."""
+    rng = np.random.default_rng(seed)
+    decay = (1 + np.r_[0, np.repeat(np.arange(1, H + 1), 2)]) ** 2
+    x = rng.normal(size=(P, len(law.components), 2 * H + 1)) / decay
+    pairs = laws.PairSettings(kn=rng.uniform(0.5, 2, P), kt=rng.uniform(0.5, 2, P), mu=rng.uniform(0.1, 0.8, P),
+                              preload=rng.uniform(-0.3, 1, P))
+    return x, pairs, rng
+
+
+def bracket(law, pairs, x, start="zero_slider", samples=64):
+    return aft.evaluate(law, pairs, x, aft.slider_start(start, len(pairs), law.tangents),
+                        aft.sample_grid((x.shape[2] - 1) // 2, samples))
+
+
+def whole(law, pairs, x, b):
+    """Harmonics of the force out of those of the bracket."""
+    force = b.g + law.stuck_stiffness(pairs)[:, :, None] * x
+    if law.has_normal:
+        force[:, -1, 0] += pairs.preload
+    return force
+
+
+def all_derivatives(b, x):
+    D = np.zeros((*x.shape, *x.shape[1:]))
+    D[b.pair] = b.D
+    return D
+
+
+def plain_history(law, pairs, u, start, cycles):
+    """(force, state) over the last of `cycles` periods and the one before, (2, n, P, .): step by step in a loop.
+
+    u (P, nd, n) is the motion at n samples of a period.
+    """
+    n = u.shape[2]
+    if law.corridor:
+        state = u[:, :law.tangents, 0].copy() if start == "zero_force" else np.zeros((len(pairs), law.tangents))
+    else:
+        state = law.begin(u[:, :, 0], np.zeros((len(pairs), max(law.tangents, 1)))[:, :law.tangents],
+                          start == "zero_force", pairs)
+    forces, states = np.empty((2, n, *u.shape[:2])), np.empty((2, n, *state.shape))
+    for _ in range(cycles + 1):
+        forces[0], states[0] = forces[1], states[1]
+        for i in range(n):
+            if law.corridor:
+                forces[1, i], state, _ = law.step(u[:, :, i], state, pairs)
+            else:
+                forces[1, i], state = law.advance(u[:, :, i], state, pairs)
+            states[1, i] = state
+    return forces, states
+
+
+def plain_corridor(kt, kn, mu, preload, u, un, start, steps=720):
+    """Harmonics (nh,) of -kt w of one slider, and of the opened normal spring: events by brentq, integrals by Gauss."""
+    H = fourier.n_real(0) and (len(u) - 1) // 2
+    point, weight = np.polynomial.legendre.leggauss(10)
+
+    def at(c, t):
+        return float(fourier.basis(np.array([t]), H)[0] @ c)
+
+    def rate(c, t):
+        return float(fourier.basis_rate(np.array([t]), H)[0] @ c)
+
+    N = kn * un
+    N[0] += preload
+    low, high = u - mu / max(kt, 1e-300) * N, u + mu / max(kt, 1e-300) * N
+    tangent, normal = np.zeros(2 * H + 1), np.zeros(2 * H + 1)
+    w = at(u, 0.0) if start == "zero_force" else 0.0
+    state = "stick" if at(N, 0.0) > 0 else "open"
+    w = min(max(w, at(low, 0.0)), at(high, 0.0)) if state == "stick" else w
+    following = {"forward": low, "backward": high, "open": u}
+    for k in range(2 * steps):
+        t, end = 2 * np.pi * k / steps, 2 * np.pi * (k + 1) / steps
+        while t < end:
+            events = [(end, state)]
+
+            def watch(f, new, t=t, end=end, events=events):
+                """The instant at which f turns positive."""
+                if f(end) > 0:
+                    events.append((brentq(f, t, end, xtol=1e-15, rtol=1e-15) if f(t) < 0 else t, new))
+            if state == "open":
+                watch(lambda s: at(N, s), "closes")
+            else:
+                watch(lambda s: -at(N, s), "open")
+            if state == "stick":
+                watch(lambda s, w=w: at(low, s) - w, "forward")
+                watch(lambda s, w=w: w - at(high, s), "backward")
+            if state == "forward":
+                watch(lambda s: -rate(low, s), "stick")
+            if state == "backward":
+                watch(lambda s: rate(high, s), "stick")
+            until, new = min(events, key=lambda e: e[0])
+            if k >= steps and until > t:
+                s = t + 0.5 * (until - t) * (1 + point)
+                e = fourier.basis(s, H)
+                scale = np.r_[0.5, np.ones(2 * H)] * 0.5 * (until - t) / np.pi
+                tangent += scale * ((weight * -kt * (w if state == "stick" else e @ following[state])) @ e)
+                normal += scale * ((weight * (-(e @ N) if state == "open" else 0.0)) @ e)
+            if state in following:
+                w = at(following[state], until)
+            if new == "closes":
+                new = "forward" if rate(low, until) > 0 else "backward" if rate(high, until) < 0 else "stick"
+            t, state = until, new
+    return tangent, normal
+
+
+def one_dof(law):
+    """(model, table of one pair to the ground, force row): a point of three dofs, 1 kg on springs of 100 N/m."""
+    from hbm.contact import ContactTable
+    from hbm.model import ReducedModel
+    model = ReducedModel.from_matrices(np.eye(3), 100 * np.diag([1.0, 1.1, 1.2]), body="mass", node=[1, 1, 1],
+                                       direction=["x", "y", "z"], position=np.zeros((3, 3)))
+    kn = 40.0 if law.name == "CubicSpring" else 50.0
+    pairs = ContactTable(["left"], [0], [0], ["ground"], [1], ["mass"], [1], np.zeros((1, 3)), [np.eye(3)], [0.0], [kn],
+                         [40.0], [0.5], [2.0], [1.0])
+    return model, pairs, np.array([1.0, 0.7j, 1.5])

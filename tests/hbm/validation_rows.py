@@ -1,0 +1,219 @@
+"""Rows of the validation pages for the harmonic balance against tables, closed forms and exact orbits.
+
+Each function yields (case, H, ours, reference, relative error, against); references: tests/reference/hbm.
+"""
+
+import numpy as np
+
+from hbm import fourier
+from hbm.comparison import compare
+from hbm.laws import DryFriction2T
+from hbm.response import follow_band
+from tests.hbm import test_frictional_beam, test_oscillator
+from tests.hbm.cases import beam, coupled, jenkins, load, solve, unilateral
+from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tests.hbm.plain_balance import harmonic_one
+from tests.hbm.test_sampled import prescribed
+from tests.validation import Section, relative
+
+REFINED = 2**18         # samples of the plain computation
+
+
+def row(case, H, ours, reference, against):
+    return case, H, ours, reference, relative(ours, reference), against
+
+
+def jenkins_rows():
+    for case in ("A1", "A2"):
+        data = load(case)
+        problem, force = jenkins(data["parameters"])
+        for known in data["steady_state"]:
+            name = f"{case}, Om = {known['Omega']:g}"
+            for H, expected in known["HB_X1_by_H"].items():
+                ours = abs(solve(problem, force, known["Omega"], int(H))[0][0, 1])
+                yield row(name, H, ours, expected, "table at equal H")
+            for H in (5, 31):
+                ours = abs(solve(problem, force, known["Omega"], H)[0][0, 1])
+                yield row(name, H, ours, known["X1"], f"exact orbit, H = {H}")
+        peak = data["HB1_peaks"][0]
+        band = np.array([0.7, 1.3]) * peak["Omega"] / (2 * np.pi)
+        curve = follow_band(problem, force, band, harmonics=1, outputs={"x": [1.0]})
+        yield row(f"{case}, peak", 1, curve.peak("x", "harmonic")[1], peak["X"], "closed form")
+
+
+def den_hartog_rows():
+    data = load("B1")
+    p, known = data["parameters"], data["results"][3]
+    distance = []
+    for kt, expected in known["Jenkins_by_kt_over_k"].items():
+        settings = dict(m=p["m"], c=p["c"], k=p["k"], kt=float(kt), slip_limit_muN=p["Ff"], F=p["P"])
+        H = 181 if kt == "10000.0" else 61
+        largest = float(fourier.half_peak_to_peak(solve(*jenkins(settings), known["Omega"], H)[0][0]))
+        yield row(f"B1, kt/k = {float(kt):g}", H, largest, expected["xmax"], "exact marching")
+        distance.append(largest / known["X_DenHartog"] - 1)
+    slope = np.polyfit(np.log10([float(k) for k in known["Jenkins_by_kt_over_k"]]), np.log10(distance), 1)[0]
+    yield row("B1, exponent of the distance from rigid friction over kt", "", slope, -0.5, "kt^-1/2")
+
+
+def lift_off_rows():
+    for case in ("C1", "C2"):
+        data = load(case)
+        problem, force = unilateral(data["parameters"])
+        omega = [known["Omega"] for known in data["results"]]
+        band = np.array([min(omega) - 0.05, max(omega) + 0.05]) / (2 * np.pi)
+        for H in (1, 5, 20):
+            curve = follow_band(problem, force, band, harmonics=H, outputs={"x": [1.0]},
+                                at=np.array(omega) / (2 * np.pi))
+            for known in data["results"]:
+                found = np.abs(curve.solutions_at(known["Omega"] / (2 * np.pi))[:, 0, 1])
+                name = f"{case}, Om = {known['Omega']:g}"
+                if H < 20:
+                    expected = known["HB_by_H"][str(H)]["X1"]
+                    yield row(name, H, _nearest(found, expected), expected, "table at equal H")
+                if H > 1:
+                    yield row(name, H, _nearest(found, known["X1"]), known["X1"], f"exact orbit, H = {H}")
+                if H == 1 and known["Omega"] == 1.15 and case == "C1":
+                    every = known["HB01_all_solutions"]
+                    yield row(f"{name}, solutions on one curve", H, len(found), len(every), "number of solutions")
+                    for s in every:
+                        yield row(name, H, _nearest(found, s["X1"]), s["X1"], "closed form")
+
+
+def _nearest(found, expected):
+    return found[np.abs(found - expected).argmin()]
+
+
+def coupled_rows():
+    for case in ("D1", "D2"):
+        data = load(case)
+        problem, force = coupled(data["parameters"])
+        for known in data["results"]:
+            exact = np.abs(np.array(known["X1_cos"]) + 1j * np.array(known["X1_sin"]))
+            opens = case == "D1" and known["Omega"] == 1.5
+            for dof in range(len(exact)):
+                name = f"{case}, Om = {known['Omega']:g}, dof {dof + 1}"
+                kind = "table at equal H"
+                if opens:
+                    kind += ", Om = 1.5, " + ("larger" if dof == exact.argmax() else "smaller") + " dof"
+                for H, expected in known["HB_by_H"].items():
+                    ours = np.abs(solve(problem, force, known["Omega"], int(H))[0][:, 1])
+                    yield row(name, H, ours[dof], expected["X1"][dof], kind)
+                for H in (5, 40):
+                    ours = np.abs(solve(problem, force, known["Omega"], H)[0][:, 1])
+                    yield row(name, H, ours[dof], exact[dof], f"exact orbit, H = {H}")
+            for H in (1, 3, 5, 9, 20) if opens else ():
+                ours = np.abs(solve(problem, force, known["Omega"], H)[0][:, 1])
+                coarse, fine = (harmonic_one(data["parameters"], known["Omega"], H, n) for n in (4096, REFINED))
+                for dof in range(len(exact)):
+                    name = f"{case}, Om = {known['Omega']:g}, dof {dof + 1}"
+                    yield row(name, H, ours[dof], fine[dof], f"refined: plain sampling, {REFINED} samples")
+                    yield row(f"{name}: plain sampling, not ours", H, coarse[dof], known["HB_by_H"][str(H)]["X1"][dof],
+                              "the table is plain sampling at 4096")
+
+
+def plane_rows():
+    for known in load("E1")["ellipses"]:
+        X, Y = complex(known["X"]), known["Y"] * np.exp(1j * known["phi"])
+        name = f"E1, {known['X']:g} x {known['Y']:g}, phase {known['phi']:.2f}"
+        for n in (64, 256, 1024):
+            F = prescribed(X, Y, known["kt"], known["L"], n, H=1)
+            for d, key in enumerate(("Tx1", "Ty1")):
+                expected = complex(*known["coupled"][key])
+                yield (f"{name}, {key}", 1, abs(F[d, 1]), abs(expected), abs(F[d, 1] - expected) / known["L"],
+                       f"ODE, per limit force, {n} samples")
+            work = np.pi * (F[0, 1] * np.conj(X) + F[1, 1] * np.conj(Y)).imag
+            if n == 256:
+                yield row(name, 1, work, known["coupled"]["dissipation"], "work per cycle, 256 samples")
+        F = prescribed(X, Y, known["kt"], known["L"], 64, law=DryFriction2T())
+        work = np.pi * (F[0, 1] * np.conj(X) + F[1, 1] * np.conj(Y)).imag
+        yield row(name, 3, work, known["uncoupled"]["dissipation"], "work of two crossed elements")
+    yield from rotating_rows()
+
+
+def rotating_rows():
+    """A force that rotates in the plane: the radius of the orbit in closed form."""
+    from tests.hbm.test_sampled import rotating
+    for known in load("E1")["rotating_force_oscillator"]:
+        found = rotating(known)
+        exact = min(known["R_exact"], key=lambda R: abs(R - found))
+        yield row(f"E1, rotating force, Om = {known['Omega']:g}", 1, found, exact, "exact radius, 256 samples")
+
+
+def oscillator_rows():
+    problem = oscillator()
+    for H, (hz, amplitude) in test_oscillator.PEAK.items():
+        column = list(test_oscillator.PEAK).index(H)
+        for f, known in test_oscillator.TABLE.items():
+            ours = abs(solve(problem, FORCE, 2 * np.pi * f, H, start="zero_force")[0][3, 1])
+            yield row(f"{f} Hz", H, ours, known[column], "table at equal H")
+            if H == 9:
+                yield row(f"{f} Hz", H, ours, known[4], "time integration, H = 9")
+        found = follow_band(problem, FORCE, (150, 180), harmonics=H, outputs=Y2).peak("y2", "harmonic")
+        yield row("peak, Hz", H, found[0], hz, "frequency of the peak (to 0.1 Hz)")
+        yield row("peak, m", H, found[1], amplitude, "peak, table at equal H")
+    _, point, balance = solve(problem, FORCE, 2 * np.pi * 163, 9, start="zero_force")
+    steady = compare(balance, point, [Y2["y2"]]).steady
+    yield row("163 Hz, our integration", 9, abs(steady.harmonics[0, 1]), test_oscillator.TABLE[163][4],
+              "time integration, H = 9")
+
+
+def beam_rows():
+    for (name, level, hz), table in test_frictional_beam.TABLE.items():
+        problem, force, outputs = beam(name)
+        for H, expected in table.items():
+            used = 15 if H == "time" else H
+            q = solve(problem, level * force, 2 * np.pi * hz, used)[0]
+            yield row(f"{name}, {level} N, {hz} Hz", used, float(fourier.half_peak_to_peak(outputs["tip"] @ q)),
+                      expected, "time integration, H = 15" if H == "time" else "table at equal H")
+    for name, levels in (("B8", (1, 20, 80)), ("C8", (1, 40, 200))):
+        problem, force, outputs = beam(name)
+        for level in levels:
+            for H in (1, 3, 7):
+                curve = follow_band(problem, level * force, (700, 1200), harmonics=H, outputs=outputs)
+                solved = float(curve.converged.mean()) * curve.complete
+                yield row(f"{name}, {level} N, share of the {len(curve.frequency)} points solved, 700 to 1200 Hz", H,
+                          solved, 1.0, "complete curve")
+
+
+def sample_rows():
+    """Change of the answer between 64 and 1024 samples, relative to the largest harmonic."""
+    cases = [(case, *build(load(case)["parameters"]), 1.05) for case, build in (("A1", jenkins), ("D1", coupled))]
+    cases += [(name, problem, level * force, 2 * np.pi * hz) for name, level, hz in test_frictional_beam.TABLE
+              for problem, force, _ in [beam(name)]]
+    for case, problem, force, w in cases:
+        for H in (1, 3, 7):
+            coarse, fine = (solve(problem, force, w, H, samples=n)[0] for n in (64, 1024))
+            size = np.abs(fine).max()
+            at = np.unravel_index(np.abs(coarse - fine).argmax(), fine.shape)
+            yield (f"{case}, Om = {w:.6g}, dof {at[0] + 1}, order {at[1]}", H, abs(coarse[at]), abs(fine[at]),
+                   abs(coarse[at] - fine[at]) / size, "1024 samples, per largest harmonic")
+
+
+TABLES = {"table at equal H": 5e-6, "exact orbit, H = 5": 5e-4, "exact orbit": 5e-6}
+EXACT = TABLES | {"closed form": 1e-9}
+SECTIONS = (
+    Section("a", "A: one dof with a Jenkins element", "Abs X1. Source: tests/reference/hbm/A1, A2.", jenkins_rows,
+            EXACT),
+    Section("b", "B: towards rigid friction", "Largest displacement; rigid friction (Den Hartog) is approached as "
+            "kt^-1/2, and resolved slowly in H. Source: tests/reference/hbm/B1.", den_hartog_rows,
+            {"exact marching": 3e-4, "kt^-1/2": 0.06}),
+    Section("c", "C: lift-off and gap", "Abs X1 of the solution on the curve that is nearest. Source: "
+            "tests/reference/hbm/C1, C2.", lift_off_rows, EXACT | {"number": 0.0}),
+    Section("d", "D: coupled tangential and normal contact", "Abs X1 of each dof. The table was sampled 4096 times; at "
+            "Om = 1.5 the pair opens, and it is good to 4e-5 of the larger dof by its own account. Rows 'refined' are "
+            "a third, plain computation (tests/hbm/plain_balance.py). Source: tests/reference/hbm/D1, D2.",
+            coupled_rows, TABLES | {"table at equal H, Om = 1.5, larger dof": 4e-5,
+                                    "table at equal H, Om = 1.5, smaller dof": 1.2e-4, "refined": 2e-6,
+                                    "the table is": 1e-12}),
+    Section("e", "E: coupled friction in the plane", "Prescribed ellipses: harmonic 1 of the force; and the work of a "
+            "cycle. Source: tests/reference/hbm/E1.", plane_rows,
+            {"ODE, per limit force, 64": 1e-2, "ODE": 1e-3, "work per cycle": 1e-3, "work of two": 1e-8,
+             "exact radius": 1e-3}),
+    Section("oscillator", "Planar blade-damper-blade oscillator", "Abs X1 of y2 in m; free damper, static part solved "
+            "with the rest. Source: tests/reference/hbm/oscillator.md.", oscillator_rows,
+            {"table at equal H": 2e-4, "time integration": 1.5e-3, "frequency": 0.1 / 163, "peak": 5e-4}),
+    Section("beam", "Cantilever on eight contacts", "Half of peak to peak of the tip in m, and whether every curve is "
+            "complete with default settings. Source: tests/reference/hbm/frictional-beam.md.", beam_rows,
+            {"table at equal H": 1e-5, "time integration": 1e-5, "complete": 0.0}),
+    Section("samples", "Independence of the samples", "The order and dof that changes most when 64 samples become "
+            "1024.", sample_rows, {"1024": 1e-6}))

@@ -1,0 +1,100 @@
+"""Pictures in three dimensions as plain data, drawn by `draw_scene`. Coordinates in mm.
+
+Items of one name share one entry of the legend, by which they are switched; an empty name has none. An item with a
+`case` is shown only while that case is chosen from the menu above the picture.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+BODY, BLADE = "#b9c0c8", "#8fb3d1"
+NORMAL, TANGENT_1, TANGENT_2 = "#D55E00", "#009E73", "#7b3f9d"
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A surface of triangles; values (n,) at its nodes are drawn as colour instead of `color`."""
+
+    position: np.ndarray
+    triangles: np.ndarray
+    name: str = ""
+    color: str = BODY
+    opacity: float = 1.0
+    values: np.ndarray | None = None
+    scale: "Scale | None" = None
+    hover: tuple = ()
+    case: str = ""
+
+
+@dataclass(frozen=True)
+class Points:
+    """Marks of `size` px, with one text each that is shown on hover; values as for Solid."""
+
+    position: np.ndarray
+    name: str = ""
+    color: str = "#222222"
+    size: float = 4.0
+    symbol: str = "circle"
+    values: np.ndarray | None = None
+    scale: "Scale | None" = None
+    hover: tuple = ()
+    case: str = ""
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Straight pieces from `start` to `end`, (n, 3) each."""
+
+    start: np.ndarray
+    end: np.ndarray
+    name: str = ""
+    color: str = "#222222"
+    width: float = 2.0
+    case: str = ""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Colours of values: from 0 (or `low`) to `high`, with its title; scales of one title share one bar."""
+
+    title: str
+    high: float
+    low: float = 0.0
+    colors: str = "YlOrRd"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """box : (2, 3) mm - what is shown; eye - from where it is seen; up - what is drawn upwards."""
+
+    name: str
+    title: str
+    caption: str
+    items: tuple
+    box: np.ndarray
+    eye: tuple = (1.0, -1.0, 0.8)
+    up: tuple = (0.0, 0.0, 1.0)
+    height: int = 600
+    hidden: frozenset = field(default_factory=frozenset)     # names that start switched off
+
+    @property
+    def cases(self) -> list[str]:
+        return list(dict.fromkeys(item.case for item in self.items if item.case))
+
+
+def view(outward, axis) -> dict:
+    """eye and up that show both sides of a damper with its axis across the picture; outward - where its sides look."""
+    axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    up = outward - axis * (outward @ axis)
+    if np.linalg.norm(up) < 1e-3 * np.linalg.norm(outward) + 1e-12:
+        up = np.eye(3)[np.abs(axis).argmin()]
+    up = up / np.linalg.norm(up)
+    across = np.cross(axis, up)
+    return {"eye": tuple(1.15 * up + 0.75 * across - 0.3 * axis), "up": tuple(up)}
+
+
+def inside(position, triangles, box) -> np.ndarray:
+    """The triangles that have a corner in the box."""
+    within = ((position >= box[0]) & (position <= box[1])).all(axis=1)
+    return triangles[within[triangles].any(axis=1)]
