@@ -148,7 +148,8 @@ class HarmonicBalance:
             rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
         both = real_times(self.shapes, np.concatenate([modal, rate], axis=1))
         residual = x - fourier.to_real(both[:, :self.H + 1]).ravel()
-        return Linearisation(x, residual, -fourier.to_real(both[:, self.H + 1:]).ravel(), bracket, modal, self, d, w)
+        by_parameter = -fourier.to_real(both[:, self.H + 1:]).ravel()
+        return Linearisation(x, residual, by_parameter, bracket, modal, self, d, w, rate)
 
     def _bracket(self, u, by, factor):
         p = self.problem
