@@ -331,37 +331,3 @@ def check_stiffness(where, model: ReducedModel, name: str, free: bool):
     if floating and not free:
         raise InputError(f"{where}: {floating} motions of the {name} meet no stiffness, one mostly of {at}: only the "
                          "damper may be free")
-
-
-def describe_model(study) -> dict:
-    from tipdamp.plausible import damping_warnings
-
-    model, pairs, facts = given_model(study)
-    return {"bodies": {b: {"dofs": int((model.body == b).sum())} for b in (BLADES, DAMPER)},
-            "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts,
-            "warnings": [*damping_warnings(study)]}
-
-
-def describe_meshes(study, tick) -> dict:
-    """Counts, masses, boxes, groups and rigid modes of the bodies."""
-    from modal.body import check_support
-    from modal.mesh import DIMENSION
-    from tipdamp.plausible import damping_warnings, distance_warnings, mesh_warnings
-
-    meshes = read_meshes(study)
-    found, warnings = {}, []
-    for body in assemble_bodies(study, meshes, tick):
-        mesh = meshes[body.name]
-        found[body.name] = {
-            "file": study[body.name]["mesh"], "format": mesh.format, "nodes": len(mesh.node),
-            "cells": {k: len(c) for k, c in mesh.cells.items()}, "free_dofs": body.dofs,
-            "moving_mass_kg": body.mass(), "box_m": [mesh.position.min(axis=0), mesh.position.max(axis=0)],
-            "rigid_modes": check_support(body), "groups": {k: len(v) for k, v in sorted(mesh.groups.items())},
-            "groups_are": {k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
-            "cell_groups": {k: len(v) for k, v in sorted(mesh.cell_groups.items())}, "not_read": list(mesh.unused)}
-        warnings += mesh_warnings(study, body.name, mesh, body.mass().max())
-    pairs = matched_pairs(study, meshes)
-    if not study["contact"]["pairs"]:
-        warnings += [*distance_warnings(study, pairs, meshes)]
-    return {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
-            "warnings": warnings + [*damping_warnings(study)]}

@@ -18,6 +18,7 @@ def _inspect(store):
         groups = ", ".join(f"{group} ({n})" for group, n in b["groups"].items())
         lines.append(f"{name}: {b['nodes']} nodes, {cells}, {b['free_dofs']} free dofs, {size} mm, moving mass "
                      f"{b['moving_mass_kg'][0]:.4g} kg, {b['rigid_modes']} rigid modes; groups (nodes): {groups}")
+    lines += [f"to look at: {store.path(name)}" for name in found.get("pictures", ())]
     return "\n".join([lines[0], *(" " * 21 + line for line in lines[1:])])
 
 

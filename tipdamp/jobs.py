@@ -20,7 +20,7 @@ from static_contact.detachment import Detachment, StuckAssembly, detach_until, k
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
 from static_contact.reduction_error import stuck_error_bound
-from tipdamp import bodies, friction, loads, pictures
+from tipdamp import bodies, friction, inspection, loads, pictures
 
 BLADES, DAMPER = bodies.BLADES, bodies.DAMPER
 CHECK_BELOW_HZ = bodies.CHECK_BELOW_HZ
@@ -86,8 +86,10 @@ def ratio(values):
 
 def inspect(study, store, tick):
     """What is in the meshes (or matrices), before anything is computed with it."""
-    content = bodies.describe_model(study) if "model" in study else bodies.describe_meshes(study, tick)
+    meshes = "model" not in study
+    content = inspection.describe_meshes(study, store, tick) if meshes else inspection.describe_model(study, store)
     store.write_json("inspect.json", content)
+    return content.get("pictures", [])
 
 
 def reduce(study, store, tick):

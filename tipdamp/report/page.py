@@ -94,8 +94,19 @@ def _load_cases(results):
 
 
 def page(results: Results, sections, warnings) -> str:
-    """The HTML; every text from outside goes through html.escape."""
-    title = html.escape(results.study.title)
+    """The report."""
+    lead = "".join(f'<p class="lead">{html.escape(text)}</p>' for text in introduction(results))
+    return shell(results.study, lead + warnings_box(warnings), sections, """<footer>Beside this page: summary.json (all
+figures in one file), figures/ (PNG), preload.csv and kept.csv (the contact pairs), responses/ (the curves); where there
+are meshes also free_modes.vtu, stuck_modes.vtu and preload.vtu for ParaView.</footer>""")
+
+
+def shell(study, above: str, sections, below: str = "") -> str:
+    """A whole page around the sections, which are numbered through; every text from outside goes through html.escape.
+
+    above, below - HTML before the list of sections and after them.
+    """
+    title = html.escape(study.title)
     body, counts = [], {"Figure": 0, "Table": 0}
     for name, heading, blocks in sections:
         body.append(f'<section id="{name}"><h2>{heading}</h2>')
@@ -113,16 +124,13 @@ def page(results: Results, sections, warnings) -> str:
 <script>{draw_plotly.plotly_script()}</script><script>{modes.script()}</script></head>
 <body><main>
 <h1>{title}</h1>
-<p class="sub">{html.escape(results.study.path.name)} · tipdamp {html.escape(tipdamp.__version__)}</p>
-{"".join(f'<p class="lead">{html.escape(text)}</p>' for text in introduction(results))}
-{_warnings(warnings)}
+<p class="sub">{html.escape(study.path.name)} · tipdamp {html.escape(tipdamp.__version__)}</p>
+{above}
 <nav>{links}</nav>
-<noscript><p>The figures of this page need JavaScript; those that are not in three
-dimensions are also in the folder figures/.</p></noscript>
+<noscript><p>The figures of this page need JavaScript; those of a report that are not in three dimensions are also in
+the folder figures/.</p></noscript>
 {"".join(body)}
-<footer>Beside this page: summary.json (all figures in one file), figures/ (PNG), preload.csv and kept.csv (the contact
-pairs), responses/ (the curves); where there are meshes also free_modes.vtu, stuck_modes.vtu and preload.vtu for
-ParaView.</footer>
+{below}
 </main><script>{PRINT}</script></body></html>
 """
 
@@ -160,7 +168,7 @@ def _response_sentence(results):
     yield text + "."
 
 
-def _warnings(sentences) -> str:
+def warnings_box(sentences) -> str:
     if not sentences:
         return '<div class="fine">No warnings: every check of this run is met.</div>'
     items = "".join(f"<li>{html.escape(text)}</li>" for text in sentences)

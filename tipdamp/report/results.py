@@ -7,7 +7,7 @@ import numpy as np
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
 from hbm.response import ForcedResponse
-from tipdamp import surface
+from tipdamp import pair_checks, surface
 from tipdamp.pictures import Shapes
 
 BEFORE = ("inspect", "reduce", "preload", "tune", "respond")
@@ -89,14 +89,7 @@ class Results:
 
     def places(self, pairs: ContactTable) -> dict:
         """{"blades", "damper": (P, 3) m} of the two nodes of each pair; where the table has them without a model."""
-        if self.model is None:
-            return {"blades": pairs.position, "damper": pairs.position}
-        first = {key: i for i, key in reversed(list(enumerate(zip(self.model.body.tolist(), self.model.node.tolist(),
-                                                                 strict=True)))) if self.model.direction[i] != "mode"}
-        return {name: np.array([self.model.position[first[key]] if key in first else pairs.position[i]
-                                for i, key in enumerate(zip(bodies.tolist(), nodes.tolist(), strict=True))])
-                for name, bodies, nodes in (("blades", pairs.blade_body, pairs.blade_node),
-                                            ("damper", pairs.damper_body, pairs.damper_node))}
+        return pair_checks.places_in(self.model, pairs)
 
     def along(self, pairs: ContactTable) -> np.ndarray:
         """(P,) mm, coordinate along the damper's axis."""

@@ -19,11 +19,12 @@ from tipdamp.report.scene import (
     inside,
     view,
 )
-from tipdamp.report.text import listing, number
+from tipdamp.report.text import distance, listing, number
 
 MM = 1e3
 PULL = "the pull"
-NO_SURFACE = " The study starts from matrices: there is no mesh whose surface could be shown."
+NO_SURFACE = (" The study starts from matrices: there is no mesh whose surface or mode shapes could be shown, only the "
+              "pairs.")
 
 
 def preload_on_damper(results) -> Scene:
@@ -114,9 +115,15 @@ def view_of(pairs: ContactTable, axis) -> dict:
 
 def box_of(pairs: ContactTable, surfaces: dict, margin: float) -> np.ndarray:
     """(2, 3) mm around the damper and its pairs."""
-    place = [MM * pairs.position] + [MM * surfaces["damper"].position for _ in range("damper" in surfaces)]
-    place = np.concatenate(place)
-    return np.array([place.min(axis=0) - margin, place.max(axis=0) + margin])
+    return box_around([MM * pairs.position, *(MM * surfaces[b].position for b in surfaces if b == "damper")], margin)
+
+
+def box_around(places, margin: float | None = None) -> np.ndarray:
+    """(2, 3) around points, [(n, 3)], with a margin: by default a twentieth of the diagonal."""
+    place = np.concatenate(places)
+    low, high = place.min(axis=0), place.max(axis=0)
+    margin = np.linalg.norm(high - low) / 20 if margin is None else margin
+    return np.array([low - margin, high + margin])
 
 
 def _scales(sides, tables):
@@ -147,7 +154,7 @@ def _stems(table, per_newton, case):
     if not closed.all():
         texts = tuple(f"side {table.side[i]}, station {table.station[i]}, row {table.row[i]}: open"
                       for i in np.flatnonzero(~closed))
-        yield Points(start[~closed], "open pairs", "#D55E00", 4.0, "x", hover=texts, case=case)
+        yield Points(start[~closed], "open pairs", "#D55E00", 5.0, "square-open", hover=texts, case=case)
 
 
 def _load_texts(table, patch):
@@ -173,13 +180,13 @@ def _totals(sides, tables) -> str:
 
 def _pair_texts(pairs, places, angles):
     apart = places["blades"] - places["damper"]
-    u = np.einsum("pij,pj->pi", pairs.frame, apart) * 1e6
+    u = np.einsum("pij,pj->pi", pairs.frame, apart)
     for i in range(len(pairs)):
         n = ", ".join(f"{v:+.3f}" for v in pairs.frame[i, 2])
         yield (f"side {pairs.side[i]}, station {pairs.station[i]}, row {pairs.row[i]}\n"
                f"blade node {pairs.blade_node[i]}, damper node {pairs.damper_node[i]}\n"
-               f"nodes apart: {number(u[i, 2], 3)} µm along n, {number(float(np.hypot(*u[i, :2])), 3)} µm across\n"
-               f"initial gap {number(1e6 * pairs.gap[i], 3)} µm\nn = ({n})"
+               f"nodes apart: {distance(u[i, 2])} µm along n, {distance(np.hypot(*u[i, :2]))} µm across\n"
+               f"initial gap {distance(pairs.gap[i])} µm\nn = ({n})"
                + ("" if angles is None else f", {angles[i]:.1f}° off the damper's surface"))
 
 

@@ -28,6 +28,11 @@ def micro(value) -> str:
     return number(None if value is None else MICRO * value)
 
 
+def distance(value) -> str:
+    """m as µm with three digits; what is only rounding of coordinates is 0."""
+    return "0" if value is not None and abs(value) < 1e-10 else number(None if value is None else MICRO * value, 3)
+
+
 def percent(share, digits: int = 2) -> str:
     """A ratio as signed percent."""
     if share is None or not math.isfinite(share):

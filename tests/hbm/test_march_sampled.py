@@ -1,0 +1,91 @@
+"""Time integration of the laws known by their step: coupled friction, cubic spring, laws of a user's own."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from hbm import sampled, shooting
+from hbm.isotropic import IsotropicFriction
+from hbm.laws import PairSettings
+from hbm.march import March
+from hbm.march_sampled import SampledMarch
+from hbm.residual import ContactProblem
+from tests.hbm.cases import jenkins, load, solve
+
+ONE = np.ones((1, 1))
+
+
+@dataclass(frozen=True)
+class OwnSlider(sampled.SampledLaw):
+    """A user's own law: Jenkins' element, written anew."""
+
+    name: str = "OwnSlider"
+    components: tuple = ("t1",)
+    tangents: int = 1
+    states: int = 1
+
+    def stuck_stiffness(self, pairs):
+        return pairs.kt[:, None]
+
+    def begin(self, u, sliders, from_position, pairs):
+        return sliders + 0 * u
+
+    def advance(self, u, state, pairs):
+        limit, kt = (pairs.mu * pairs.preload)[:, None], pairs.kt[:, None]
+        trial = kt * (u - state)
+        slips = np.abs(trial.real) > limit.real
+        force = np.where(slips, np.sign(trial.real) * limit, trial)
+        return force, u - force / kt
+
+
+def duffing(omega, H=25):
+    p = load("I1")["parameters"]
+    pairs = PairSettings([p["k3"]], [0.0], [0.0], [0.0])
+    problem = ContactProblem(p["m"] * ONE, p["c"] * ONE, p["k"] * ONE, ONE, sampled.CubicSpring(), pairs)
+    return solve(problem, np.array([p["F"]]), omega, H)
+
+
+def test_cubic_spring_to_fourth_order():
+    """0.9 rad/s; at H = 25 the balance is converged to 1e-11."""
+    q, point, balance = duffing(0.9)
+    errors = []
+    for steps in (64, 256):
+        march = SampledMarch(balance, 0.9, steps=steps)
+        steady = shooting.shoot(march, march.on_orbit(point), [[1.0]], tolerance=1e-11)
+        assert steady.periodic
+        errors.append(abs(abs(steady.harmonics[0, 1]) / abs(q[0, 1]) - 1))
+    assert errors[1] < 1e-8 and errors[1] < errors[0] / 100          # 1/256
+
+
+def test_own_law_is_the_built_in_one():
+    """A1 at 1.05 with a Jenkins element of a user's own, against the exact orbit and the located integration."""
+    built, force = jenkins(load("A1")["parameters"])
+    problem = ContactProblem(built.M, built.C, built.K, built.B, OwnSlider(), built.pairs)
+    q, point, balance = solve(problem, force, 1.05, 5, samples=256)
+    march = SampledMarch(balance, 1.05, steps=256)
+    own = shooting.shoot(march, march.on_orbit(point), [[1.0]])
+    exact = next(r["X1"] for r in load("A1")["steady_state"] if r["Omega"] == 1.05)
+    assert own.periodic and abs(own.harmonics[0, 1]) == pytest.approx(exact, rel=5e-4)
+    march = March(solve(built, force, 1.05, 9)[2], 1.05)
+    located = shooting.shoot(march, march.at_rest(), [[1.0]])
+    assert own.work == pytest.approx(located.work, rel=3e-3)
+
+
+def test_coupled_friction_under_a_rotating_force():
+    """The exact radius at 1.1 rad/s, to second order in the steps."""
+    row = next(r for r in load("E1")["rotating_force_oscillator"] if r["Omega"] == 1.1)
+    B = np.vstack([np.eye(2), np.zeros((1, 2))])
+    pairs = PairSettings([0.0], [row["kt"]], [1.0], [row["L"]])
+    problem = ContactProblem(*[row[k] * np.eye(2) for k in "mck"], B, IsotropicFriction(), pairs)
+    X = -1j * row["R_exact"][0] * np.array([1, -1j])
+    guess = np.zeros((3, 3))
+    guess[:2, 1], guess[:2, 2] = X.real, X.imag
+    q, point, balance = solve(problem, row["F"] * np.array([1, -1j]), row["Omega"], 1, samples=256, guess=guess.ravel())
+    errors = []
+    for steps in (32, 128):
+        march = SampledMarch(balance, row["Omega"], steps=steps)
+        steady = shooting.shoot(march, march.on_orbit(point), np.eye(2), tolerance=1e-7)
+        assert steady.periodic
+        errors.append(np.abs(np.abs(steady.harmonics[:, 1]) - row["R_exact"][0]).max() / row["R_exact"][0])
+    assert errors[1] < 1e-3 and errors[1] < errors[0] / 8 + 1e-9

@@ -1,0 +1,82 @@
+"""What can be wrong with contact pairs before anything is computed: normals, distances, nodes without a partner."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from hbm.model import ReducedModel
+from modal.mesh import boundary_faces, node_normals
+from static_contact.equilibrium import side_forces, side_normals
+
+ODD_ANGLE = 20.0         # degrees between a pair's normal and the surfaces; as much as matching itself allows
+
+
+def places_in(model: ReducedModel | None, pairs: ContactTable) -> dict:
+    """{"blades", "damper": (P, 3) m} of the two nodes of each pair; the table's place for what the model lacks."""
+    if model is None:
+        return {"blades": pairs.position, "damper": pairs.position}
+    at = {(b, n): place for b, n, d, place in zip(model.body.tolist(), model.node.tolist(), model.direction.tolist(),
+                                                  model.position, strict=True) if d != "mode"}
+    return {name: np.array([at.get(key, pairs.position[i]) for i, key in
+                            enumerate(zip(bodies.tolist(), nodes.tolist(), strict=True))])
+            for name, bodies, nodes in (("blades", pairs.blade_body, pairs.blade_node),
+                                        ("damper", pairs.damper_body, pairs.damper_node))}
+
+
+def surface_angles(pairs: ContactTable, meshes: dict) -> np.ndarray:
+    """(P,) degrees: how far n is off the damper's outward normal or the blade's inward one, whichever is worse; of
+    several faces at a node the nearest counts. 180 where a node is not on the surface."""
+    worst = np.zeros(len(pairs))
+    for body, nodes, sign in (("damper", pairs.damper_node, 1.0), ("blades", pairs.blade_node, -1.0)):
+        mesh = meshes[body]
+        faces = boundary_faces(mesh)
+        for i, index in enumerate(mesh.index(nodes)):
+            normals = node_normals(mesh, index, faces)
+            cosine = (sign * normals @ pairs.normal[i]).max() if len(normals) else -1.0
+            worst[i] = max(worst[i], np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+    return worst
+
+
+def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) -> dict:
+    """{side: figures of its pairs}; places {body: (P, 3) m} of their nodes; force_per_pull - N on the
+    side for 1 N of pull, without friction."""
+    try:
+        forces, trouble = side_forces(side_normals(pairs), pull_direction), None
+    except InputError as error:
+        forces, trouble = {}, str(error)
+    apart = np.einsum("pij,pj->pi", pairs.frame, places["blades"] - places["damper"])
+    found = {}
+    for side in pairs.sides:
+        mine = pairs.side == side
+        mean = pairs.normal[mine].mean(axis=0)
+        turn = np.degrees(np.arccos(np.clip(pairs.normal[mine] @ mean / np.linalg.norm(mean), -1, 1)))
+        found[side] = {
+            "pairs": int(mine.sum()), "stations": len(np.unique(pairs.station[mine])),
+            "rows": len(np.unique(pairs.row[mine])), "mean_normal": mean / np.linalg.norm(mean),
+            "normals_within_deg": turn.max(), "off_surface_deg": None if angles is None else angles[mine].max(),
+            "apart_along_n_m": [apart[mine, 2].min(), apart[mine, 2].max()],
+            "apart_across_m": np.hypot(apart[mine, 0], apart[mine, 1]).max(), "force_per_pull": forces.get(side),
+            "trouble": trouble}
+    return found
+
+
+def warnings(pairs: ContactTable, angles) -> list[str]:
+    """One sentence when normals do not stand on the surfaces."""
+    odd = np.flatnonzero(np.asarray(angles) > ODD_ANGLE)
+    if not len(odd):
+        return []
+    i = odd[np.argmax(angles[odd])]
+    return [f"{len(odd)} of {len(pairs)} contact normals do not stand on the surfaces; the worst, side "
+            f"'{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node {pairs.damper_node[i]}), is "
+            f"{angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
+
+
+def without_partner(blade, damper, tolerance: float) -> tuple:
+    """(blade, damper): [(index, index of the nearest of the others, distance m)] of the nodes (n, 3) m that have no
+    other within the tolerance."""
+    found = []
+    for mine, others in ((blade, damper), (damper, blade)):
+        distance, nearest = cKDTree(others).query(mine)
+        found.append([(int(i), int(nearest[i]), float(distance[i])) for i in np.flatnonzero(distance > tolerance)])
+    return tuple(found)
