@@ -2,10 +2,12 @@
 
 `evaluate(x, parameter)` returns an object with
 
-    residual (n,),   solve(row, corner, value) -> dx, dp   and   direction(row, corner) -> tx, tp, sign
+    residual (n,),   solve(row, corner, value, residual=None) -> dx, dp,   direction(row, corner) -> tx, tp, sign
+    and   moved(dx, dp) -> the same, linearised, at x + dx and parameter + dp
 
-where solve answers the bordered system [J, R_p; row', corner] [dx; dp] = [-residual; value], and direction that with
-[0; 1] on the right, with the sign of the determinant. The bordered matrix is regular at folds, where J alone is not.
+where solve answers the bordered system [J, R_p; row', corner] [dx; dp] = [-residual; value], by default with its own
+residual, and direction that with [0; 1] on the right, with the sign of the determinant. The bordered matrix is regular
+at folds, where J alone is not. A system once factorised should be kept: it may be solved again for another residual.
 
 R need not be smooth: the sign of det [J, R_p; t'] for a tangent t stays the same along a branch through folds and
 kinks alike, so that it tells forward from backward where the direction itself jumps.
@@ -20,7 +22,11 @@ import numpy as np
 
 END = "reached the end of the band"
 GAP = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)     # places tried ahead of a lost branch, in units of `length`
-LEAP = 0.02                                      # distance over which a branch that folds on and on is left
+SAFE = 8.0                                       # factor on the estimated error after the last step
+PACE = 3e-3                                      # share of the way by which a branch must get on to be worth following
+HOLE = 0.02                                      # share of the way without a solution that fails a branch
+BACK = 400                                       # points in which a solution ahead is followed back
+LEAP = 0.1                                       # distance over which a branch that folds on and on is left
 
 
 @dataclass(frozen=True)
@@ -32,12 +38,14 @@ class Settings:
     smallest_step: float = 1e-5
     parameter_share: float = 0.1
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
+    aim: float = 2.5e-3             # error of a predicted point, to which the steps are fitted
+    highest_order: int = 5        # of the predicting polynomials
     most_iterations: int = 12
     most_points: int = 5000
     most_gaps: int = 3
     most_leaps: int = 12
     runaway: float = 1e8          # unknowns this many times those of the start mean that no solution exists further on
-    patience: int = 400           # points without getting on by a thousandth of the way, before the branch is left
+    patience: int = 250           # points without getting on, before the branch is left
 
 
 DEFAULT = Settings()
@@ -72,21 +80,32 @@ class Metric:
 
 
 def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
-    """Newton on the plane through (x, p) with normal (row, corner)."""
-    x0, p0 = x, p
+    """Newton on the plane through (x, p) with normal (row, corner).
+
+    A step that by the contraction so far leads below the tolerance is the last one: it is taken without evaluating
+    again, and with the matrix of the step before where that is good enough [Deuflhard 2004, section 2.1].
+    """
+    x0, p0, before, least, held, stalls = x, p, np.inf, np.inf, None, 0
     for iteration in range(1, settings.most_iterations + 1):
         e = evaluate(x, p)
         size = np.clip(np.linalg.norm(metric.weights * x), 1e-6 * metric.size, 10 * metric.size)
-        error = np.linalg.norm(e.residual)
-        if error <= settings.tolerance * size:
+        error = np.linalg.norm(e.residual) / size
+        if error <= settings.tolerance:
             return Point(x, p, True, iteration, e)
-        if not np.isfinite(error) or error > 1e8 * size:
+        stalls += error > 0.5 * least          # more than once: it goes round between the pieces of a kink
+        if not np.isfinite(error) or error > 1e8 or stalls > 1:
             break
-        dx, dp = e.solve(row, corner, -(row @ (x - x0) + corner * (p - p0)))
+        rate = error / before if held is not None else 1.0
+        chord = held is not None and SAFE * rate * error <= settings.tolerance
+        value = -(row @ (x - x0) + corner * (p - p0))
+        dx, dp = (held if chord else e).solve(row, corner, value, e.residual)
         x, p = x + dx, p + dp
         if not np.isfinite(p) or not np.isfinite(x).all():
             break
-    return Point(np.full_like(x, np.nan), p0, False, iteration)
+        if chord or SAFE * rate**2 * error <= settings.tolerance:
+            return Point(x, p, True, iteration, e.moved(dx, dp))
+        before, least, held = error, min(error, least), e
+    return Point(np.full_like(x0, np.nan), p0, False, iteration)
 
 
 def solve_at(evaluate, x, p, weights, settings=DEFAULT, most=300) -> Point:
@@ -134,8 +153,8 @@ def between(evaluate, a: Point, b: Point, share: float, weights, settings=DEFAUL
 class Branch:
     """Points in order, the sentence that says why it ended, and whether it reached the end.
 
-    leaps : (from, to) parameters: a branch that folds without getting on was left there, and the solutions between
-        were found in small steps of the parameter, each from the one before
+    leaps : (from, to) parameters: a branch that folds without getting on was left there and a solution taken up here;
+        between them there are solutions found in small steps of the parameter, or none: then not far, or marked failed
     """
 
     points: list = field(default_factory=list)
@@ -175,7 +194,7 @@ class _Walk:
         self._begin_at(start)
 
     def _begin_at(self, point):
-        self.run, self.step, self.order = [point], self.settings.first_step, 3
+        self.run, self.step, self.order = [point], self.settings.first_step, 1
         tx, tp, sign = point.detail.direction(np.zeros(len(self.weights)), 1.0)
         self.sign = self.sense * np.sign(sign)
 
@@ -208,10 +227,7 @@ class _Walk:
         if self.sense * (new.parameter - self.end) >= 0:
             return self._finish(new, on_point)
         self._append(new, on_point)
-        self.run.append(new)
-        self.order = 3
-        growth = {1: 1.8, 2: 1.8, 3: 1.3, 4: 0.9, 5: 0.7}.get(new.iterations, 0.5)
-        self.step = min(self.step * growth, self.settings.largest_step)
+        self._choose_step(new)
         if self.sense * (new.parameter - self.begin) < 0:
             self.branch.ended = f"the branch turned back and left the band where it began, at {self.begin:.6g}"
         elif np.linalg.norm(new.x) > self._bound():
@@ -220,6 +236,18 @@ class _Walk:
             self.branch.ended = f"stopped at {new.parameter:.6g} after {len(self.branch.points)} points" + _FOLDS
         elif self._wanders(new):
             self._leap(new)
+
+    def _choose_step(self, new):
+        """Order and length of the next step: those whose prediction of `new` would have erred as aimed."""
+        most = self.settings.highest_order
+        errors = prediction_errors(self.run[-most - 1:], new, self._metric())
+        self.run.append(new)
+        self.order = 1 + int(np.argmin(errors * 1.5 ** np.arange(len(errors)))) if len(errors) else 1
+        error = max(errors[self.order - 1], 1e-12) if len(errors) else self.settings.aim
+        growth = np.clip((self.settings.aim / error) ** (1 / (self.order + 1)), 0.5, 1.8)
+        if new.iterations > 4:
+            growth = min(growth, 0.6)
+        self.step = min(self.step * growth, self.settings.largest_step)
 
     def _append(self, new, on_point):
         self.branch.points.append(new)
@@ -235,30 +263,49 @@ class _Walk:
         if len(before) == 2:
             self.turns += (new.parameter - before[1].parameter) * (before[1].parameter - before[0].parameter) < 0
         self.stale += 1
-        if self.sense * (new.parameter - self.furthest.parameter) > 1e-3 * self.way:
+        if self.sense * (new.parameter - self.furthest.parameter) > PACE * self.way:
             self.furthest, self.stale, self.turns = new, 0, 0
         patience = self.settings.patience
         wanders = self.stale > patience and self.turns >= 6 or self.stale > 3 * patience
         return wanders and self.attempts < self.settings.most_leaps
 
     def _leap(self, new):
-        """Leave a branch that does not get on, in steps of the parameter, twice as far at each further leap.
+        """Leave a branch that does not get on: in steps of the parameter, else for a solution further ahead.
 
-        Where Newton finds nothing ahead the branch is followed on."""
-        begin, at = self.furthest.parameter, self.furthest
-        beside = [p.x for p in sorted(self.run, key=lambda point: -self.sense * point.parameter)[4:64:6]]
-        goal, step = LEAP * 2.0 ** len(self.branch.leaps), GAP[0]
-        while self.sense * (at.parameter - begin) < goal * self.length and at.parameter != self.end:
-            found, _ = self._ahead(at.parameter, (at.x, *beside), (step, 0.3 * step, 3 * step, 0.1, 0.2))
-            if found is None:
+        Each further leap goes twice as far. Where nothing is found ahead the branch is followed on.
+        """
+        begin, goal = self.furthest, LEAP * 2.0 ** min(len(self.branch.leaps), 5)
+        beside = [p.x for p in sorted(self.run, key=lambda point: -self.sense * point.parameter)[4:64:12]]
+        at, passed, step = begin, [], GAP[0]
+        while at.parameter != self.end and self.sense * (at.parameter - begin.parameter) < goal * self.length:
+            at, _ = self._ahead(at.parameter, (at.x, *beside), (step, 0.3 * step, 3 * step), 30)
+            if at is None:
                 break
-            self.branch.points.append(found)
-            step = min(max(1.5 * abs(found.parameter - at.parameter) / self.length, GAP[0]), 0.05)
-            at = found
+            last = passed[-1] if passed else begin
+            step = min(max(1.5 * abs(at.parameter - last.parameter) / self.length, GAP[0]), 0.05)
+            passed.append(at)
         self.stale, self.turns, self.attempts = 0, 0, self.attempts + 1
-        if at.parameter != begin:
-            self.branch.leaps.append((begin, at.parameter))
-            self._resume(self.branch.points.pop())
+        if at is None and self.restart:
+            at, _ = self._ahead(begin.parameter, (), (goal, 2 * goal, 4 * goal, 8 * goal), 0)
+            passed = passed + self._back(at, passed[-1] if passed else begin) if at else passed
+        elif passed:
+            self.branch.leaps.append((begin.parameter, passed[-1].parameter))
+        if passed:
+            self.branch.points += passed[:-1]
+            self._resume(passed[-1])
+
+    def _back(self, found, left):
+        """Points from where a branch was left up to one found ahead, which is followed back as far as it gets on."""
+        back = follow(self.evaluate, found, left.parameter, self.weights,
+                      replace(self.settings, most_points=BACK, most_leaps=0, most_gaps=0))
+        self.branch.calls += back.calls
+        good = [q for q in back.points if q.converged]
+        nearest = min(range(len(good)), key=lambda i: self.sense * good[i].parameter)
+        self.branch.leaps.append((left.parameter, good[nearest].parameter))
+        hole = self.sense * (good[nearest].parameter - left.parameter)
+        middle = 0.5 * (left.parameter + good[nearest].parameter)
+        failed = [Point(np.full_like(found.x, np.nan), middle, False, 0)] if hole > HOLE * self.way else []
+        return failed + good[nearest::-1]
 
     def _cross(self, last, metric):
         """Past a place where the corrector fails: the same branch close by, else a gap with failed points in it."""
@@ -276,18 +323,18 @@ class _Walk:
         else:
             self._resume(found)
 
-    def _ahead(self, parameter, guesses, aheads=GAP):
+    def _ahead(self, parameter, guesses, aheads=GAP, most=60):
         """(point at a fixed parameter ahead or None, parameters at which none was found)."""
         tried = []
         for ahead in aheads:
             p = parameter + self.sense * ahead * self.length
             p = self.end if self.sense * (p - self.end) > 0 else p
             for guess in guesses:
-                new = solve_at(self.evaluate, guess, p, self.weights, self.settings, 60)
+                new = solve_at(self.evaluate, guess, p, self.weights, self.settings, most)
                 self.branch.calls += new.iterations
                 if new.converged:
                     return new, tried
-            if self.restart and ahead in (aheads[-1], 0.1):
+            if self.restart and (not guesses or aheads is GAP and ahead in (0.1, GAP[-1])):
                 new = self.restart(p)
                 self.branch.calls += new.iterations
                 if new.converged:
@@ -340,14 +387,38 @@ _FOLDS = (": the branch folds again and again; more damping, more or fewer harmo
 def extrapolate(points, metric, step, order):
     """Polynomial through the last order + 1 points, over their distances, at a step beyond the last."""
     used = points[-(order + 1):]
-    s = [0.0]
-    for a, b in zip(used[::-1][:-1], used[::-1][1:], strict=True):
-        s.append(s[-1] - metric.norm(a.x - b.x, a.parameter - b.parameter))
-    x, p = 0.0, 0.0
-    for i, point in enumerate(used[::-1]):
-        weight = np.prod([(step - s[j]) / (s[i] - s[j]) for j in range(len(s)) if j != i])
-        x, p = x + weight * point.x, p + weight * point.parameter
-    return x, p
+    weights = _lagrange(_places(used, metric), step)
+    return sum(w * q.x for w, q in zip(weights, used, strict=True)), \
+        sum(w * q.parameter for w, q in zip(weights, used, strict=True))
+
+
+def prediction_errors(points, new, metric):
+    """How far from `new` the polynomials of order 1, 2, ... through the last of the points would have led."""
+    if len(points) < 2:
+        return np.empty(0)
+    places = _places(points, metric)
+    step = metric.norm(new.x - points[-1].x, new.parameter - points[-1].parameter)
+    weights = np.zeros((len(points) - 1, len(points)))
+    for order in range(1, len(points)):
+        weights[order - 1, -order - 1:] = _lagrange(places[-order - 1:], step)
+    x = weights @ np.array([q.x for q in points]) - new.x
+    p = weights @ np.array([q.parameter for q in points]) - new.parameter
+    return np.array([metric.norm(*error) for error in zip(x, p, strict=True)])
+
+
+def _places(points, metric):
+    """Distances along the points, zero at the last."""
+    gone = [metric.norm(b.x - a.x, b.parameter - a.parameter) for a, b in zip(points[:-1], points[1:], strict=True)]
+    return np.r_[-np.cumsum(gone[::-1])[::-1], 0.0]
+
+
+def _lagrange(places, at):
+    """Weights with which values at the places make up the interpolating polynomial elsewhere."""
+    apart = places[:, None] - places
+    np.fill_diagonal(apart, 1.0)
+    ahead = np.tile(at - places, (len(places), 1))
+    np.fill_diagonal(ahead, 1.0)
+    return np.prod(ahead, axis=1) / np.prod(apart, axis=1)
 
 
 def _predict(run, metric, step, order, sign):

@@ -24,8 +24,8 @@ class ForcedResponse:
     dissipated : (n, P) J per cycle by friction
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
-    leaps : (k, 2) parameters between which a branch that folds on and on was left, and the band stepped over in small
-        steps, each solved from the one before; empty where the curve is one branch
+    leaps : (k, 2) parameters at which a branch that folds on and on was left, and at which a solution further ahead was
+        taken up; between them there may be points solved one from the other, or none; empty where it is one branch
     contact_force, contact_motion : (n, P, nd, H+1) complex, N and m - of each pair in the order of the law,
         the force of the damper on the blade and the relative motion that makes it; empty unless asked for
     """
@@ -167,8 +167,8 @@ def explain(branch, balance, problem):
         ended = ended.replace(f"{parameter:.6g}", f"{parameter / (2 * np.pi):.6g} Hz")
     if branch.leaps:
         places = ", ".join(f"{a / (2 * np.pi):.6g} to {b / (2 * np.pi):.6g}" for a, b in branch.leaps)
-        ended += (f"; not one branch: it folds on and on, and was left and stepped over at {places} Hz (more damping, "
-                  "or more or fewer harmonics, may give one)")
+        ended += (f"; not one branch: it folds on and on, was left, and taken up further on: {places} Hz (more "
+                  "damping, or more or fewer harmonics, may give one)")
     if failed and branch.complete:
         ended += (f"; {len(failed)} point{'s' * (len(failed) > 1)} failed near {failed[0].parameter / (2 * np.pi):.6g} "
                   "Hz: run the other direction, or other harmonics, there")

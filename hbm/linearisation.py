@@ -4,7 +4,7 @@ The derivative D of the bracket vanishes on pairs that stick through the cycle, 
 (I + G D) du = -R is (I + D G) dg = -D R: it lives on the rows of the bracket that move.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.linalg as la
@@ -26,47 +26,75 @@ class Linearisation:
     balance: object            # the HarmonicBalance
     factors: np.ndarray        # (m, H+1)
     w: float
+    modal_rate: np.ndarray     # (m, H+1) derivative of modal by the parameter while g stands
     parts: list = field(default_factory=list)
+    border: list = field(default_factory=list)
 
-    def solve(self, row, corner, value):
-        """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], through the rows of the bracket that move."""
-        return self._bordered(self.residual, row, corner, value)[:2]
+    def solve(self, row, corner, value, residual=None):
+        """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], with this residual R or with another."""
+        return self._bordered(self.residual if residual is None else residual, row, corner, value)[:2]
 
     def direction(self, row, corner):
         """tx, tp, sign: the tangent with row' tx + corner tp = 1, and the sign of the bordered determinant."""
         return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
 
+    def moved(self, dx, dp):
+        """This at x + dx, parameter + dp: outputs and forces are linearised, the matrices stay."""
+        hb, b = self.balance, self.bracket
+        modal, g = self.modal + self.modal_rate * dp, b.g
+        if len(b.pair):
+            size = hb.nd * hb.nh
+            dg = np.matmul(b.D.reshape(-1, size, size), dx.reshape(-1, size)[b.pair][:, :, None])
+            g = g.copy()
+            g[b.pair] += dg.reshape(-1, hb.nd, hb.nh)
+            columns = hb.shapes.reshape(-1, hb.nd, hb.shapes.shape[1])[b.pair].reshape(-1, hb.shapes.shape[1])
+            modal = modal - self.factors * real_times(columns.T, fourier.to_complex(dg.reshape(-1, hb.nh)))
+        return replace(self, x=self.x + dx, modal=modal, bracket=replace(b, g=g))
+
+    def forget(self):
+        """Drop the matrices; they come back when they are asked for."""
+        self.parts.clear()
+        self.border.clear()
+
     def _bordered(self, R, row, corner, value):
+        """dx, dp and the sign of the determinant, through the rows of the bracket that move."""
         Rp, hb = self.by_parameter, self.balance
-        nh, nc = hb.nh, hb.n_components
-        DG, rows, local = self._condensed()
-        n = len(rows) * nh
-        pivot = corner - row @ Rp
+        _, rows, local = self._condensed()
+        n = len(rows) * hb.nh
         if not n:
+            pivot = corner - row @ Rp
             dp = (value + row @ R) / pivot
             return -R - Rp * dp, dp, np.sign(pivot)
+        lu, pivots, sign, row_size, column_size = self._factorised(row, corner)
+        if not sign:
+            return np.full_like(R, np.nan), np.nan, 0.0
+        y = getrs(lu, pivots, np.r_[-self._apply(local, R), (value + row @ R) / row_size])[0]
+        dp = y[n] / column_size
+        dg = np.zeros((hb.n_components, hb.nh))
+        dg[rows] = y[:n].reshape(-1, hb.nh)
+        return -R - Rp * dp - self._respond(dg, rows), dp, sign
+
+    def _factorised(self, row, corner):
+        """LU of the bordered system on the moving rows, kept for the border it was made with; sign 0 where singular."""
+        if self.border and self.border[0] is row and self.border[1] == corner:
+            return self.border[2:]
+        DG, rows, local = self._condensed()
+        n = len(rows) * self.balance.nh
         system = np.empty((n + 1, n + 1), order="F")
         system[:n, :n] = DG
         system[np.arange(n), np.arange(n)] += 1.0
-        system[:n, n] = self._apply(local, Rp)
+        system[:n, n] = self._apply(local, self.by_parameter)
         system[n, :n] = -self._respond_transposed(row, rows) if row.any() else 0.0
-        system[n, n] = pivot
-        right = np.r_[-self._apply(local, R), value + row @ R]
-        size = max(np.abs(system[n]).max(), 1e-300)          # the border in the units of the rest
-        system[n] /= size
-        right[n] /= size
-        scale = max(np.abs(system[:, n]).max(), 1e-300)
-        system[:, n] /= scale
+        system[n, n] = corner - row @ self.by_parameter
+        row_size = max(np.abs(system[n]).max(), 1e-300)          # the border in the units of the rest
+        system[n] /= row_size
+        column_size = max(np.abs(system[:, n]).max(), 1e-300)
+        system[:, n] /= column_size
         lu, pivots, info = getrf(system, overwrite_a=True)
-        if info or not np.isfinite(lu[-1, -1]):
-            return np.full(nc * nh, np.nan), np.nan, 0.0
-        y = getrs(lu, pivots, right)[0]
         swaps = np.count_nonzero(pivots != np.arange(n + 1))
-        sign = np.prod(np.sign(np.diag(lu))) * (-1) ** swaps
-        y[n] /= scale
-        dg = np.zeros((nc, nh))
-        dg[rows] = y[:n].reshape(-1, nh)
-        return -R - Rp * y[n] - self._respond(dg, rows), y[n], sign
+        sign = 0.0 if info or not np.isfinite(lu[-1, -1]) else np.prod(np.sign(np.diag(lu))) * (-1) ** swaps
+        self.border[:] = row, corner, lu, pivots, sign, row_size, column_size
+        return self.border[2:]
 
     def _condensed(self):
         if not self.parts:

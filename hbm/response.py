@@ -104,7 +104,7 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
 
     def report(point, step):
         for before in passed:
-            before.detail.parts.clear()          # what Newton needed there: too large to keep over a whole curve
+            before.detail.forget()          # what Newton needed there: too large to keep over a whole curve
         passed[:] = [point] if point.detail is not None else []
         if progress:
             progress(point.parameter / (2 * np.pi), step, point.iterations)

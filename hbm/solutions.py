@@ -80,7 +80,7 @@ def refine_peaks(balance, branch, recover, settings):
                           metric.norm(c.x - b.x, c.parameter - b.parameter)])
             top, value = parabola(s, heights[i - 1:i + 2])
             if max(-s[0], s[2]) < 1e-5 or (abs(value - heights[i]) < PEAK_TOLERANCE * heights[i]
-                                           and max(-s[0], s[2]) < 3e-2):
+                                           and max(-s[0], s[2]) < 5e-3):
                 break
             if -s[0] > 4 * s[2] or s[2] > 4 * -s[0] or not s[0] < top < s[2]:
                 top = 0.5 * s[0] if -s[0] > s[2] else 0.5 * s[2]

@@ -39,9 +39,12 @@ def series(c, tau):
 @njit(cache=True)
 def root(c, level, of_rate, a, b):
     """Where the series (less level), or its rate, changes sign in [a, b]: Newton inside a shrinking bracket."""
+    v, d, dd = series(c, a)
+    at_a = d if of_rate else v - level
     v, d, dd = series(c, b)
-    rising = (d if of_rate else v - level) > 0
-    x = 0.5 * (a + b)
+    at_b = d if of_rate else v - level
+    rising = at_b > 0
+    x = a + (b - a) * at_a / (at_a - at_b) if at_a * at_b < 0 else 0.5 * (a + b)
     for _ in range(80):
         v, d, dd = series(c, x)
         f = d if of_rate else v - level
@@ -50,10 +53,11 @@ def root(c, level, of_rate, a, b):
             b = x
         else:
             a = x
-        new = x - f / slope if slope != 0 else 0.5 * (a + b)
-        if not a < new < b:
+        new = x - f / slope if slope != 0 else a
+        inside = a < new < b
+        if not inside:
             new = 0.5 * (a + b)
-        if abs(new - x) <= 2e-16 * (1 + abs(x)):
+        if abs(new - x) <= (1e-9 if inside else 4e-16 * (1 + abs(x))):      # Newton squares the error once more
             return new
         x = new
     return x
@@ -97,10 +101,10 @@ def contact_instants(N, n_wave, n_rate, tau, at, kind, closed):
 
 
 @njit(cache=True)
-def stick_ends(edges, w, t, b, place, rate_before, rate, fresh):
+def stick_ends(edges, w, t, b, place, rate, i, fresh):
     """First instant in (t, b] at which an edge of the corridor reaches a resting slider, and the state that follows.
 
-    place, rate (2,) are those of the edges at b, rate_before those at the break point before.
+    place, rate (2, m + 1) are those of the edges at the break points; b is number i + 1 of these.
     """
     when, state = b, STICK
     for s in range(2):
@@ -108,8 +112,8 @@ def stick_ends(edges, w, t, b, place, rate_before, rate, fresh):
         end = b
         if not fresh[s]:
             continue
-        if sign * (place[s] - w) <= 0:
-            if sign * rate_before[s] <= 0 or sign * rate[s] >= 0:
+        if sign * (place[s, i + 1] - w) <= 0:
+            if sign * rate[s, i] <= 0 or sign * rate[s, i + 1] >= 0:
                 continue
             end = root(edges[s], 0.0, True, t, b)
             if sign * (series(edges[s], end)[0] - w) <= 0:
@@ -121,11 +125,13 @@ def stick_ends(edges, w, t, b, place, rate_before, rate, fresh):
 
 
 @njit(cache=True)
-def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position, pieces):
+def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position, first, past, pieces):
     """March the slider over two periods; fill `pieces` of the second and return how many there are.
 
     edges (2, nh) : low, which pushes forward, and high, which pushes backward; place, rate (2, m + 1) : of these at
-    the break points
+    the break points. first (most, 7), past (2, m) : work space for the pieces of the first period, and for the state at
+    each break point and the piece it belongs to. Where both periods slip alike, or are open, the second repeats the
+    first from there on: a slider that moves remembers nothing.
     """
     rest, fresh = np.zeros(3), np.ones(2, np.bool_)
     w = w_start
@@ -139,9 +145,13 @@ def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position
             rest[1], rest[2] = 1.0, (2.0 * s - 1.0) * ratio
     count = 0
     begin = 0.0
+    into = first
     for period in range(2):
         if period == 1:
-            begin, count = 0.0, 0
+            if count == 0 and state == STICK:
+                return close_piece(pieces, 0, state, 0.0, TWO_PI, w, rest)
+            n_first = close_piece(first, count, state, begin, TWO_PI, w, rest)
+            begin, count, into = 0.0, 0, pieces
         for i in range(m):
             a, b = at[i], at[i + 1]
             t = a
@@ -154,17 +164,26 @@ def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position
                 if new == STICK:
                     rest[0], rest[1], rest[2] = a, 1.0, -u_rate / series(N, a)[1]
             if new != state:
-                count = close_piece(pieces, count, state, begin, a, w, rest)
+                count = close_piece(into, count, state, begin, a, w, rest)
                 begin, state = a, new
+            if period == 0:
+                past[0, i], past[1, i] = state, count
+            elif state != STICK and state == past[0, i]:
+                for q in range(past[1, i], min(n_first, len(pieces) - count + past[1, i])):
+                    pieces[count] = first[q]
+                    if q == past[1, i]:
+                        pieces[count, BEGIN] = begin
+                    count += 1
+                return count
             if not closed[i]:
                 continue
             fresh[:] = True
             for _ in range(12):
                 if state == STICK:
-                    when, new = stick_ends(edges, w, t, b, place[:, i + 1], rate[:, i], rate[:, i + 1], fresh)
+                    when, new = stick_ends(edges, w, t, b, place, rate, i, fresh)
                     if new == STICK:
                         break
-                    count = close_piece(pieces, count, state, begin, when, w, rest)
+                    count = close_piece(into, count, state, begin, when, w, rest)
                     begin, t, state = when, when, new
                     continue
                 s = state - FORWARD
@@ -173,7 +192,7 @@ def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position
                     break
                 if sign * rate[s, i] > 0 or t > a:
                     t = root(edges[s], 0.0, True, t, b)
-                count = close_piece(pieces, count, state, begin, t, w, rest)
+                count = close_piece(into, count, state, begin, t, w, rest)
                 w = series(edges[s], t)[0]
                 rest[0], rest[1], rest[2] = t, 1.0, -sign * ratio
                 begin, state, fresh[s] = t, STICK, False
@@ -223,6 +242,7 @@ def find_pieces(x, wave, rate, tau, tangents, has_normal, kt, kn, mu, preload, w
     at, kind, closed = np.empty(size), np.empty(size, np.int64), np.empty(size, np.bool_)
     edges, place, pace = np.empty((2, nh)), np.empty((2, size)), np.empty((2, size))
     N, zero = np.zeros(nh), np.zeros(nh)
+    first, past = np.empty((pieces.shape[2], 7)), np.empty((2, size), np.int64)
     counts[:] = 0
     moves[:] = False
     last = nd - 1                # the normal, where there is one
@@ -264,7 +284,7 @@ def find_pieces(x, wave, rate, tau, tangents, has_normal, kt, kn, mu, preload, w
                         place[0, i], pace[0, i], _ = series(edges[0], at[i])
                         place[1, i], pace[1, i], _ = series(edges[1], at[i])
                 counts[p, d] = march(u, edges, N, ratio, at, closed, m, place, pace, w_start[p, d], from_position,
-                                     pieces[p, d])
+                                     first, past, pieces[p, d])
             for q in range(counts[p, d]):
                 piece = pieces[p, d, q]
                 if piece[0] != STICK or piece[BY_U] != 0 or piece[BY_N] != 0:

@@ -21,7 +21,11 @@ DEBIAN = "/usr/lib/python3/dist-packages"
 MODULES = ("numpy", "scipy", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "h5py",
            "plotly", "matplotlib")
 AFRESH = "rm -rf .venv && ./dev setup"
-FROM_MATRICES = "every job that starts from reduced matrices"
+FROM_MATRICES = "statics, tuning and forced responses from matrices ([model]); not meshes"
+OWN_CELLS = "meshes too, more slowly: tipdamp assembles all cells by itself; and everything from matrices"
+OWN_FACTORS = "meshes too, more slowly, with SciPy's factors; not Newton on the full model; everything from matrices"
+NO_RIG = "everything but making the meshes of the two-blade rig; .msh files are read without it"
+NO_PAGE = "everything up to the forced responses; not the report, nor the page of inspect"
 NO_REPORT = "everything up to the forced responses; not the report"
 
 
@@ -68,10 +72,12 @@ def checks(facts: Facts | None = None) -> list[Check]:
         age,
         *(_needed(facts, name) for name in ("numpy", "scipy", "numba")),
         _blas(facts),
-        *(_optional(facts, name, debian, FROM_MATRICES) for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh")),
+        *(_optional(facts, name, debian, _works_without(facts, name))
+          for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh")),
         _scalar(facts),
         _h5py(facts),
-        *(_optional(facts, name, _pip(f"install {name}"), NO_REPORT) for name in ("plotly", "matplotlib")),
+        *(_optional(facts, name, _pip(f"install {name}"), works)
+          for name, works in (("plotly", NO_PAGE), ("matplotlib", NO_REPORT))),
         *(_own_package(facts, name) for name in OURS),
     ]
     if age.status == "ok":
@@ -142,6 +148,18 @@ def _blas(facts: Facts) -> Check:
 def _optional(facts: Facts, name: str, repair: str, works: str) -> Check:
     module = facts.modules[name]
     return Check(name, "warn", module.error, repair, works) if module.error else _present(name, module)
+
+
+def _works_without(facts: Facts, name: str) -> str:
+    """What is left; a module that is there and does not import is in the way of the meshes, an absent one is not."""
+    def absent(module):
+        return facts.modules[module].error.startswith("ModuleNotFoundError")
+
+    if name == "gmsh":
+        return NO_RIG
+    if not absent(name) or (name == "slepc4py" and not absent("petsc4py")):
+        return FROM_MATRICES           # PETSc's factors find their modes with SLEPc
+    return OWN_CELLS if name == "dolfinx" else OWN_FACTORS
 
 
 def _scalar(facts: Facts) -> Check:

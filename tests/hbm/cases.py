@@ -52,6 +52,22 @@ def beam(case):
     return ContactProblem(d["M"], d["C"], d["K"], d["Q"], law, pairs), d["fdir"], {"tip": d["out"]}
 
 
+def rig(roll=True):
+    """(problem, force per newton, outputs) of the two-blade rig with its tuned set of 18 pairs, in stuck modes.
+
+    Made by docs/studies/two_blade_rig, asymmetric damper, and reduced once more, exactly, to the 651 modes of the stuck
+    system: K is what is left of the unit matrix without the stuck springs. `roll` : whether the flat resists to roll.
+    """
+    d = np.load(REFERENCE / "model_rig.npz")
+    pairs = PairSettings(d["kn"], d["kt"], d["mu"], d["preload"])
+    B, law = d["shapes"], DryFriction2T()
+    K = np.eye(B.shape[1]) - (B.T * law.stuck_stiffness(pairs).ravel()) @ B
+    if not roll:
+        K -= d["roll"].T @ d["roll"]
+    return ContactProblem(np.diag(d["mass"]), None, K, B, law, pairs, damping_ratio=0.022), d["force"], \
+        dict(zip(d["names"].tolist(), d["outputs"], strict=True))
+
+
 def solve(problem, force, w, H, start="zero_slider", samples=None, guess=None):
     """(q (r, H+1) complex, point, balance) of the periodic solution at w, from the stuck response or from a guess x."""
     balance = HarmonicBalance(problem, {1: force}, H, start, samples)

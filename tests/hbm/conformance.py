@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from hbm import fourier, laws
+from hbm import aft, fourier, laws
 from hbm.isotropic import IsotropicFriction
 from hbm.mixed import MixedLaw
 from hbm.sampled import CubicSpring
@@ -60,6 +60,25 @@ def random_case(law, P=30, H=5, seed=0):
     pairs = laws.PairSettings(kn=rng.uniform(0.5, 2, P), kt=rng.uniform(0.5, 2, P), mu=rng.uniform(0.1, 0.8, P),
                               preload=rng.uniform(-0.3, 1, P))
     return x, pairs, rng
+
+
+def bracket(law, pairs, x, start="zero_slider", samples=64):
+    return aft.evaluate(law, pairs, x, aft.slider_start(start, len(pairs), law.tangents),
+                        aft.sample_grid((x.shape[2] - 1) // 2, samples))
+
+
+def whole(law, pairs, x, b):
+    """Harmonics of the force out of those of the bracket."""
+    force = b.g + law.stuck_stiffness(pairs)[:, :, None] * x
+    if law.has_normal:
+        force[:, -1, 0] += pairs.preload
+    return force
+
+
+def all_derivatives(b, x):
+    D = np.zeros((*x.shape, *x.shape[1:]))
+    D[b.pair] = b.D
+    return D
 
 
 def plain_history(law, pairs, u, start, cycles):

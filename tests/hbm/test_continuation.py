@@ -7,8 +7,10 @@ import pytest
 
 from hbm import continuation
 from hbm.errors import InputError
-from hbm.response import follow_parameter
-from tests.hbm.cases import beam, solve
+from hbm.residual import HarmonicBalance
+from hbm.response import follow_band, follow_parameter
+from hbm.solutions import first_point
+from tests.hbm.cases import beam, rig, solve
 
 
 class Dense:
@@ -22,8 +24,11 @@ class Dense:
         y = np.linalg.solve(A, right)
         return y[:-1], y[-1], np.sign(np.linalg.det(A))
 
-    def solve(self, row, corner, value):
-        return self._solve(row, corner, np.r_[-self.residual, value])[:2]
+    def solve(self, row, corner, value, residual=None):
+        return self._solve(row, corner, np.r_[-(self.residual if residual is None else residual), value])[:2]
+
+    def moved(self, dx, dp):
+        return self
 
     def direction(self, row, corner):
         return self._solve(row, corner, np.r_[0 * self.residual, 1.0])
@@ -136,3 +141,28 @@ def test_unknown_parameter():
     problem, force, outputs = beam("B8")
     with pytest.raises(InputError, match="level"):
         follow_parameter(problem, force, 900.0, "levels", (1, 2), outputs=outputs)
+
+
+@pytest.mark.parametrize("case,level,H", [("B8", 20, 7), ("C8", 40, 7), ("C8", 200, 3)])
+def test_points_whose_last_step_was_not_evaluated_again_solve_the_equations(case, level, H):
+    """Every accepted point, its outputs and its forces, put back into the residual."""
+    problem, force, outputs = beam(case)
+    balance = HarmonicBalance(problem, {1: level * force}, H)
+    begin = first_point(balance, 2 * np.pi * 700, continuation.Settings())
+    branch = continuation.follow(balance.evaluate, begin, 2 * np.pi * 1200, balance.weights)
+    linearised = 0
+    for point in branch.points:
+        again = balance.evaluate(point.x, point.parameter)
+        size = np.linalg.norm(balance.weights * point.x)
+        assert np.linalg.norm(again.residual) < 1e-9 * size
+        assert np.abs(again.modal - point.detail.modal).max() < 1e-9 * np.abs(again.modal).max()
+        assert np.abs(again.bracket.g - point.detail.bracket.g).max() <= 1e-8 * np.abs(again.bracket.g).max()
+        linearised += point.detail.x is not point.x and np.linalg.norm(point.detail.residual) > 1e-10 * size
+    assert branch.complete and linearised > 0.5 * len(branch.points)
+
+
+def test_residual_calls_and_points_of_the_rig():
+    """The rig's 18 pairs at H = 5 and 20 N: the figures that are promised."""
+    problem, force, outputs = rig()
+    curve = follow_band(problem, 20 * force, (2300, 3300), harmonics=5, outputs=outputs)
+    assert curve.complete and curve.residual_calls <= 3 * len(curve.frequency) and len(curve.frequency) <= 300

@@ -1,43 +1,28 @@
-"""Conformance of every contact law of the list in conformance.py, and what is special to the corridor laws."""
+"""Conformance of every contact law of the list in conformance.py."""
 
-import os
 from dataclasses import replace
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from hbm import aft, fourier, isotropic, laws, located, sampled
+from hbm import aft, fourier, laws, sampled
 from hbm.comparison import compare
-from hbm.errors import InputError
-from hbm.mixed import MixedLaw
 from hbm.response import contact_problem, forced_response
 from tests.hbm.cases import solve
-from tests.hbm.conformance import LAWS, mixed, one_dof, plain_corridor, plain_history, random_case
+from tests.hbm.conformance import (
+    LAWS,
+    all_derivatives,
+    bracket,
+    one_dof,
+    plain_corridor,
+    plain_history,
+    random_case,
+    whole,
+)
 
 H = 5
 each_law = pytest.mark.parametrize("case", LAWS, ids=lambda c: c.law.name)
 each_start = pytest.mark.parametrize("start", aft.STARTS)
-
-
-def bracket(law, pairs, x, start="zero_slider", samples=64):
-    return aft.evaluate(law, pairs, x, aft.slider_start(start, len(pairs), law.tangents),
-                        aft.sample_grid((x.shape[2] - 1) // 2, samples))
-
-
-def whole(law, pairs, x, b):
-    """Harmonics of the force out of those of the bracket."""
-    force = b.g + law.stuck_stiffness(pairs)[:, :, None] * x
-    if law.has_normal:
-        force[:, -1, 0] += pairs.preload
-    return force
-
-
-def all_derivatives(b, x):
-    D = np.zeros((*x.shape, *x.shape[1:]))
-    D[b.pair] = b.D
-    return D
 
 
 @each_start
@@ -214,86 +199,7 @@ def test_through_time_integration(case):
     assert c.agrees and c.difference < 1e-3
 
 
-def test_all_laws_in_one_model_are_each_law_alone():
-    x, pairs, rng = random_case(laws.DryFriction2T(), P=24)
-    law = mixed(24)
-    b = bracket(law, pairs, x)
-    k = law.stuck_stiffness(pairs)
-    D = all_derivatives(b, x)
-    for i, case in enumerate(LAWS):
-        at = np.arange(i, 24, len(LAWS))
-        columns = ["t1 t2 n".split().index(c) for c in case.law.components]
-        own = laws.PairSettings(*(getattr(pairs, name)[at] for name in ("kn", "kt", "mu", "preload")))
-        alone = bracket(case.law, own, x[np.ix_(at, columns)])
-        assert np.array_equal(b.g[np.ix_(at, columns)], alone.g) and np.array_equal(b.shares[at], alone.shares)
-        assert np.array_equal(k[np.ix_(at, columns)], case.law.stuck_stiffness(own))
-        others = [c for c in range(3) if c not in columns]
-        assert not b.g[np.ix_(at, others)].any() and not D[at][:, others].any() and not D[at][:, :, :, others].any()
-    dx, h = rng.normal(size=x.shape), 1e-6
-    numeric = (bracket(law, pairs, x + h * dx).g - bracket(law, pairs, x - h * dx).g) / (2 * h)
-    assert np.abs(np.einsum("pijkl,pkl->pij", D, dx) - numeric).max() < 2e-6
-
-
-def test_a_curve_with_all_laws():
-    """Points side by side, each with its own law: the one curve holds the curves of the points alone."""
-    from hbm.contact import ContactTable
-    from hbm.model import ReducedModel
-    singles = [one_dof(case.law) for case in LAWS]
-    n = len(LAWS)
-    K = np.kron(np.eye(n), singles[0][0].K)
-    model = ReducedModel.from_matrices(np.eye(3 * n), K, body="mass", node=np.repeat(np.arange(1, n + 1), 3),
-                                       direction=["x", "y", "z"] * n)
-    tables = [s[1] for s in singles]
-    columns = {name: np.concatenate([getattr(t, name) for t in tables]) for name in vars(tables[0])}
-    pairs = ContactTable(**columns | {"damper_node": np.arange(1, n + 1)})
-    force = np.concatenate([s[2] for s in singles])
-    law = mixed(n)
-    ratio = 0.03
-    curve = forced_response(model, pairs, law, force, (1.6, 1.8), harmonics=3, damping_ratio=ratio, samples=128,
-                            outputs={"all": np.ones(3 * n)} | {str(i): np.eye(3 * n)[3 * i] for i in range(n)},
-                            at=[1.7])
-    assert curve.complete, curve.ended
-    for i, (alone, table, F) in enumerate(singles):
-        own = forced_response(alone, table, LAWS[i].law, F, (1.6, 1.8), harmonics=3, damping_ratio=ratio, samples=128,
-                              outputs={"x": [1.0, 0, 0]}, at=[1.7])
-        assert np.allclose(curve.solutions_at(1.7)[0, 1 + i], own.solutions_at(1.7)[0, 0], atol=1e-9)
-
-
-def test_a_mixture_leaves_out_the_pairs_that_do_not_carry():
-    from tests.hbm.small_rig import small_rig
-    model, pairs, tip = small_rig(stations=3)
-    law = MixedLaw((laws.DryFriction2T(), isotropic.IsotropicFriction()), [1, 0, 1, 0, 1, 0])
-    some = replace(pairs, weight=np.array([1.0, 0, 1, 1, 1, 1]))
-    problem, kept = contact_problem(model, some, law, damping_ratio=0.02)
-    assert problem.law.of_pair == (1, 1, 0, 1, 0) and kept.tolist() == [True, False, True, True, True, True]
-    assert problem.stuck_stiffness.shape == model.K.shape
-
-
-def test_a_mixture_names_what_does_not_fit():
-    with pytest.raises(InputError, match="from 0 to 1"):
-        MixedLaw((laws.Jenkins1D(), laws.DryFriction2T()), [0, 2])
-    model, pairs, force = one_dof(laws.Jenkins1D())
-    with pytest.raises(InputError, match="of_pair has 2 entries"):
-        forced_response(model, pairs, MixedLaw((laws.Jenkins1D(),), [0, 0]), force, (1, 2), harmonics=1,
-                        damping_ratio=0.03, outputs={"x": [1.0, 0, 0]})
-
-
-# ---- corridor laws ---------------------------------------------------------------------------------------------
-
-CORRIDOR = [c.law for c in LAWS if c.law.corridor]
-
-
-@each_start
-@pytest.mark.parametrize("law", CORRIDOR, ids=lambda law: law.name)
-def test_derivative_by_the_preload(law, start):
-    x, pairs, rng = random_case(law)
-    dp, h = rng.normal(size=len(pairs)), 1e-6
-    numeric = (bracket(law, replace(pairs, preload=pairs.preload + h * dp), x, start).g
-               - bracket(law, replace(pairs, preload=pairs.preload - h * dp), x, start).g) / (2 * h)
-    assert np.abs(bracket(law, pairs, x, start).by_preload * dp[:, None, None] - numeric).max() < 1e-6
-
-
-@pytest.mark.parametrize("case", LAWS, ids=lambda c: c.law.name)
+@each_law
 def test_step_tangents_by_differences(case):
     law = case.law
     x, pairs, rng = random_case(law)
@@ -312,64 +218,3 @@ def test_step_tangents_by_differences(case):
         (fp, sp, _), (fm, sm, _) = law.step(u, state + e, pairs), law.step(u, state - e, pairs)
         assert np.abs((fp - fm) / (2 * h) - t.force_slider[:, :, k]).max() < 2e-6
         assert np.abs((sp - sm) / (2 * h) - t.slider_slider[:, :, k]).max() < 2e-6
-
-
-def test_stuck_is_a_spring():
-    pairs = laws.PairSettings([2.0], [3.0], [0.5], [10.0])
-    f, slider, _ = laws.DryFriction2T().step(np.array([[0.1, -0.2, 0.3]]), np.zeros((1, 2)), pairs)
-    assert np.allclose(f, [[0.3, -0.6, 10.6]]) and (slider == 0).all()
-    x = np.zeros((1, 3, 3))
-    x[0, :, 1] = 0.1, -0.2, 0.3
-    for law in (laws.DryFriction2T(), isotropic.IsotropicFriction()):
-        b = bracket(law, pairs, x)
-        assert not b.g.any() and not len(b.pair) and b.shares.tolist() == [[1.0, 0.0, 0.0]]
-
-
-def test_energy_of_a_jenkins_cycle_in_closed_form():
-    """4 L (X - L/kt) per cycle, the area of the parallelogram."""
-    kt, L, X = 2.0, 0.3, 1.0
-    pairs = laws.PairSettings([0.0], [kt], [1.0], [L])
-    x = np.zeros((1, 1, 3))
-    x[0, 0, 1] = X
-    g = fourier.to_complex(bracket(laws.Jenkins1D(), pairs, x).g)[0, 0, 1]
-    assert np.pi * (g * X).imag == pytest.approx(4 * L * (X - L / kt), rel=1e-12)
-
-
-def test_turned_tangents_give_turned_forces():
-    """t1, t2 -> -t1, -t2 and t1 <-> t2 are symmetries of two uncoupled tangents."""
-    law = laws.DryFriction2T()
-    x, pairs, _ = random_case(law)
-    g = bracket(law, pairs, x).g
-    assert np.allclose(bracket(law, pairs, x[:, [1, 0, 2]]).g, g[:, [1, 0, 2]], atol=1e-13)
-    sign = np.array([-1.0, -1, 1])[:, None]
-    assert np.allclose(bracket(law, pairs, sign * x).g, sign * g, atol=1e-13)
-
-
-def test_excursions_inside_one_sample_are_found():
-    """Open for 2 % of the cycle, between two of eight samples."""
-    law, pairs = laws.UnilateralSpring(), laws.PairSettings([1.0], [0.0], [0.0], [1.0])
-    x = np.zeros((1, 1, 3))
-    turn = 2 * np.pi * 4.5 / 8
-    amplitude = 1 / np.cos(np.pi * 0.02)
-    x[0, 0, 1:] = -amplitude * np.cos(turn), amplitude * np.sin(turn)
-    assert bracket(law, pairs, x, samples=8).shares[0, 2] == pytest.approx(0.02, rel=1e-10)
-
-
-@pytest.mark.parametrize("column", ["kn", "kt", "mu"])
-def test_negative_settings_are_refused(column):
-    values = dict(kn=[1.0], kt=[1.0], mu=[0.5], preload=[1.0]) | {column: [-1.0]}
-    with pytest.raises(InputError, match=column):
-        laws.PairSettings(**values)
-
-
-def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog):
-    source = Path(located.__file__)
-    kernel = SimpleNamespace(py_func=located.brackets.py_func, stats=SimpleNamespace(cache_path=tmp_path))
-    aft._announce_compilation(kernel)
-    assert "compiling the contact kernels" in caplog.text
-    caplog.clear()
-    stored = tmp_path / "located.brackets-1.py311.nbi"
-    stored.touch()
-    os.utime(stored, (source.stat().st_mtime + 5,) * 2)
-    aft._announce_compilation(kernel)
-    assert not caplog.text

@@ -1,0 +1,86 @@
+"""What is special to the corridor laws, whose transitions are located; and settings that are refused."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hbm import aft, fourier, isotropic, laws, located
+from hbm.errors import InputError
+from tests.hbm.conformance import LAWS, bracket, random_case
+
+CORRIDOR = [c.law for c in LAWS if c.law.corridor]
+
+
+@pytest.mark.parametrize("start", aft.STARTS)
+@pytest.mark.parametrize("law", CORRIDOR, ids=lambda law: law.name)
+def test_derivative_by_the_preload(law, start):
+    x, pairs, rng = random_case(law)
+    dp, h = rng.normal(size=len(pairs)), 1e-6
+    numeric = (bracket(law, replace(pairs, preload=pairs.preload + h * dp), x, start).g
+               - bracket(law, replace(pairs, preload=pairs.preload - h * dp), x, start).g) / (2 * h)
+    assert np.abs(bracket(law, pairs, x, start).by_preload * dp[:, None, None] - numeric).max() < 1e-6
+
+
+def test_stuck_is_a_spring():
+    pairs = laws.PairSettings([2.0], [3.0], [0.5], [10.0])
+    f, slider, _ = laws.DryFriction2T().step(np.array([[0.1, -0.2, 0.3]]), np.zeros((1, 2)), pairs)
+    assert np.allclose(f, [[0.3, -0.6, 10.6]]) and (slider == 0).all()
+    x = np.zeros((1, 3, 3))
+    x[0, :, 1] = 0.1, -0.2, 0.3
+    for law in (laws.DryFriction2T(), isotropic.IsotropicFriction()):
+        b = bracket(law, pairs, x)
+        assert not b.g.any() and not len(b.pair) and b.shares.tolist() == [[1.0, 0.0, 0.0]]
+
+
+def test_energy_of_a_jenkins_cycle_in_closed_form():
+    """4 L (X - L/kt) per cycle, the area of the parallelogram."""
+    kt, L, X = 2.0, 0.3, 1.0
+    pairs = laws.PairSettings([0.0], [kt], [1.0], [L])
+    x = np.zeros((1, 1, 3))
+    x[0, 0, 1] = X
+    g = fourier.to_complex(bracket(laws.Jenkins1D(), pairs, x).g)[0, 0, 1]
+    assert np.pi * (g * X).imag == pytest.approx(4 * L * (X - L / kt), rel=1e-12)
+
+
+def test_turned_tangents_give_turned_forces():
+    """t1, t2 -> -t1, -t2 and t1 <-> t2 are symmetries of two uncoupled tangents."""
+    law = laws.DryFriction2T()
+    x, pairs, _ = random_case(law)
+    g = bracket(law, pairs, x).g
+    assert np.allclose(bracket(law, pairs, x[:, [1, 0, 2]]).g, g[:, [1, 0, 2]], atol=1e-13)
+    sign = np.array([-1.0, -1, 1])[:, None]
+    assert np.allclose(bracket(law, pairs, sign * x).g, sign * g, atol=1e-13)
+
+
+def test_excursions_inside_one_sample_are_found():
+    """Open for 2 % of the cycle, between two of eight samples."""
+    law, pairs = laws.UnilateralSpring(), laws.PairSettings([1.0], [0.0], [0.0], [1.0])
+    x = np.zeros((1, 1, 3))
+    turn = 2 * np.pi * 4.5 / 8
+    amplitude = 1 / np.cos(np.pi * 0.02)
+    x[0, 0, 1:] = -amplitude * np.cos(turn), amplitude * np.sin(turn)
+    assert bracket(law, pairs, x, samples=8).shares[0, 2] == pytest.approx(0.02, rel=1e-10)
+
+
+@pytest.mark.parametrize("column", ["kn", "kt", "mu"])
+def test_negative_settings_are_refused(column):
+    values = dict(kn=[1.0], kt=[1.0], mu=[0.5], preload=[1.0]) | {column: [-1.0]}
+    with pytest.raises(InputError, match=column):
+        laws.PairSettings(**values)
+
+
+def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog):
+    source = Path(located.__file__)
+    kernel = SimpleNamespace(py_func=located.brackets.py_func, stats=SimpleNamespace(cache_path=tmp_path))
+    aft._announce_compilation(kernel)
+    assert "compiling the contact kernels" in caplog.text
+    caplog.clear()
+    stored = tmp_path / "located.brackets-1.py311.nbi"
+    stored.touch()
+    os.utime(stored, (source.stat().st_mtime + 5,) * 2)
+    aft._announce_compilation(kernel)
+    assert not caplog.text

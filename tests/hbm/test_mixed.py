@@ -1,0 +1,76 @@
+"""Several laws in one model: each pair behaves as under its law alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hbm import isotropic, laws
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from hbm.mixed import MixedLaw
+from hbm.model import ReducedModel
+from hbm.response import contact_problem, forced_response
+from tests.hbm.conformance import LAWS, all_derivatives, bracket, mixed, one_dof, random_case
+from tests.hbm.small_rig import small_rig
+
+
+def test_all_laws_in_one_model_are_each_law_alone():
+    x, pairs, rng = random_case(laws.DryFriction2T(), P=24)
+    law = mixed(24)
+    b = bracket(law, pairs, x)
+    k = law.stuck_stiffness(pairs)
+    D = all_derivatives(b, x)
+    for i, case in enumerate(LAWS):
+        at = np.arange(i, 24, len(LAWS))
+        columns = ["t1 t2 n".split().index(c) for c in case.law.components]
+        own = laws.PairSettings(*(getattr(pairs, name)[at] for name in ("kn", "kt", "mu", "preload")))
+        alone = bracket(case.law, own, x[np.ix_(at, columns)])
+        assert np.array_equal(b.g[np.ix_(at, columns)], alone.g) and np.array_equal(b.shares[at], alone.shares)
+        assert np.array_equal(k[np.ix_(at, columns)], case.law.stuck_stiffness(own))
+        others = [c for c in range(3) if c not in columns]
+        assert not b.g[np.ix_(at, others)].any() and not D[at][:, others].any() and not D[at][:, :, :, others].any()
+    dx, h = rng.normal(size=x.shape), 1e-6
+    numeric = (bracket(law, pairs, x + h * dx).g - bracket(law, pairs, x - h * dx).g) / (2 * h)
+    assert np.abs(np.einsum("pijkl,pkl->pij", D, dx) - numeric).max() < 2e-6
+
+
+def test_a_curve_with_all_laws():
+    """Points side by side, each with its own law: the one curve holds the curves of the points alone."""
+    singles = [one_dof(case.law) for case in LAWS]
+    n = len(LAWS)
+    K = np.kron(np.eye(n), singles[0][0].K)
+    model = ReducedModel.from_matrices(np.eye(3 * n), K, body="mass", node=np.repeat(np.arange(1, n + 1), 3),
+                                       direction=["x", "y", "z"] * n)
+    tables = [s[1] for s in singles]
+    columns = {name: np.concatenate([getattr(t, name) for t in tables]) for name in vars(tables[0])}
+    pairs = ContactTable(**columns | {"damper_node": np.arange(1, n + 1)})
+    force = np.concatenate([s[2] for s in singles])
+    law = mixed(n)
+    ratio = 0.03
+    curve = forced_response(model, pairs, law, force, (1.6, 1.8), harmonics=3, damping_ratio=ratio, samples=128,
+                            outputs={"all": np.ones(3 * n)} | {str(i): np.eye(3 * n)[3 * i] for i in range(n)},
+                            at=[1.7])
+    assert curve.complete, curve.ended
+    for i, (alone, table, F) in enumerate(singles):
+        own = forced_response(alone, table, LAWS[i].law, F, (1.6, 1.8), harmonics=3, damping_ratio=ratio, samples=128,
+                              outputs={"x": [1.0, 0, 0]}, at=[1.7])
+        assert np.allclose(curve.solutions_at(1.7)[0, 1 + i], own.solutions_at(1.7)[0, 0], atol=1e-9)
+
+
+def test_a_mixture_leaves_out_the_pairs_that_do_not_carry():
+    model, pairs, tip = small_rig(stations=3)
+    law = MixedLaw((laws.DryFriction2T(), isotropic.IsotropicFriction()), [1, 0, 1, 0, 1, 0])
+    some = replace(pairs, weight=np.array([1.0, 0, 1, 1, 1, 1]))
+    problem, kept = contact_problem(model, some, law, damping_ratio=0.02)
+    assert problem.law.of_pair == (1, 1, 0, 1, 0) and kept.tolist() == [True, False, True, True, True, True]
+    assert problem.stuck_stiffness.shape == model.K.shape
+
+
+def test_a_mixture_names_what_does_not_fit():
+    with pytest.raises(InputError, match="from 0 to 1"):
+        MixedLaw((laws.Jenkins1D(), laws.DryFriction2T()), [0, 2])
+    model, pairs, force = one_dof(laws.Jenkins1D())
+    with pytest.raises(InputError, match="of_pair has 2 entries"):
+        forced_response(model, pairs, MixedLaw((laws.Jenkins1D(),), [0, 0]), force, (1, 2), harmonics=1,
+                        damping_ratio=0.03, outputs={"x": [1.0, 0, 0]})
