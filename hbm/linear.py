@@ -71,6 +71,9 @@ def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
     given = None if C is not None else _ratios(damping_ratio, r)
     _check_held(K, describe)
     period2, shapes = la.eigh(M, K)
+    if period2[0] < -1e-10 * period2[-1]:
+        dof = np.abs(shapes[:, 0]).argmax() + 1
+        raise InputError(f"M is not positive: a motion mostly of dof {dof} has negative mass")
     period2, shapes = np.maximum(period2[::-1], 0.0), shapes[:, ::-1]
     if C is None:
         return Receptance(shapes, np.ones(r), period2, given)

@@ -54,8 +54,8 @@ class ReducedModel:
         Raises InputError when shapes disagree, an entry is not finite, a matrix is not symmetric to 1e-10, M is not
         positive definite, C feeds energy in, a dof is there twice, or a group names a node without a dof.
         """
-        M, K = _square("M", M), _square("K", K)
-        C = None if C is None else _square("C", C)
+        M, K = symmetric("M", M), symmetric("K", K)
+        C = None if C is None else symmetric("C", C)
         r = K.shape[0]
         if any(matrix is not None and matrix.shape != K.shape for matrix in (M, C)):
             shapes = ", ".join(f"{n} is {m.shape}" for n, m in (("M", M), ("C", C), ("K", K)) if m is not None)
@@ -132,7 +132,7 @@ class ReducedModel:
 
     def with_stiffness(self, K: np.ndarray) -> "ReducedModel":
         """The same dofs with another stiffness matrix, for example with a declared roll stiffness added."""
-        return replace(self, K=_square("K", K))
+        return replace(self, K=symmetric("K", K))
 
     def save(self, path) -> Path:
         """Write one .npz without pickled objects."""
@@ -171,7 +171,8 @@ class ReducedModel:
                                     **optional)
 
 
-def _square(name: str, matrix) -> np.ndarray:
+def symmetric(name: str, matrix) -> np.ndarray:
+    """The matrix as a dense array; InputError where it is not square, finite and symmetric to 1e-10."""
     matrix = np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=float)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name} must be a square matrix, got shape {matrix.shape}")

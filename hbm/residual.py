@@ -17,6 +17,7 @@ from hbm.inputs import check_samples
 from hbm.laws import CorridorLaw, PairSettings
 from hbm.linear import Receptance, stuck_receptance
 from hbm.linearisation import Linearisation, real_times
+from hbm.model import symmetric
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
 SERIES_TERMS = 18        # 4^-18 is below 1e-10
@@ -48,7 +49,13 @@ class ContactProblem:
     describe: object = None
 
     def __post_init__(self):
+        for name in "MCK":
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, symmetric(name, getattr(self, name)))
         nd, r = len(self.law.components), self.K.shape[0]
+        if any(matrix is not None and matrix.shape != (r, r) for matrix in (self.M, self.C)):
+            shapes = ", ".join(f"{name} is {np.shape(getattr(self, name))}" for name in "MCK")
+            raise InputError(f"{shapes}: all must have the same size")
         if not len(self.pairs):
             raise InputError("no contact pairs: use linear_response for a model without contact")
         if self.B.shape != (len(self.pairs) * nd, r):

@@ -58,6 +58,19 @@ def _share(full, kept, i):
     return closed[own].sum() + closed[~np.isin(station.row, rows)].sum() / len(rows)
 
 
+def carry_tangential(whole: ContactTable, tangential, carried: Carried) -> np.ndarray:
+    """(kept pairs, 2) N: friction forces (P, 2) of the whole map, moved and scaled as `carry_scaled` did with the
+    normal ones, so that |T| <= mu N holds on as it did. Open stations carry none."""
+    kept, out = carried.pairs, np.zeros((len(carried.pairs), 2))
+    for i in np.flatnonzero(kept.preload > 0):
+        station = (whole.side == kept.side[i]) & (whole.station == kept.station[i]) & whole.carrying
+        rows = kept.row[(kept.side == kept.side[i]) & (kept.station == kept.station[i])]
+        moved = tangential[station & ~np.isin(whole.row, rows)].sum(axis=0) / len(rows)
+        own = tangential[station & (whole.row == kept.row[i])].sum(axis=0)
+        out[i] = carried.scale[str(kept.side[i])] * (own + moved)
+    return out
+
+
 def _moment(pairs, axis):
     """Moment of the contact forces on the damper about the axis direction (through the origin), N m."""
     force = -np.maximum(pairs.preload, 0.0)[:, None] * pairs.normal

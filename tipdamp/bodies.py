@@ -11,6 +11,7 @@ from hbm.model import ReducedModel
 from tipdamp.loads import at_speed, case_forces, check
 
 BLADES, DAMPER = "blades", "damper"
+_INDEFINITE = 1e-9      # of the stiffness of a dof held alone
 CHECK_BELOW_HZ = 5000.0  # the stuck frequencies that are checked, and that a wanted error is of
 
 
@@ -142,6 +143,13 @@ def own_pairs(study) -> ContactTable:
         odd = sorted(set(getattr(pairs, column).tolist()) - {body})
         if odd:
             raise InputError(f"{study.path}: [contact] pairs: {column} '{odd[0]}' must be '{body}'")
+    for column, bad in (("kn", ~np.isfinite(pairs.kn) | (pairs.kn <= 0)), ("kt", ~np.isfinite(pairs.kt))):
+        if bad.any():
+            i = int(bad.argmax())
+            raise InputError(f"{study.path}: [contact] pairs, pair {i + 1}: {column} = {getattr(pairs, column)[i]:g} "
+                             "must be finite" + (" and above 0; hard contact in the statics is [contact] normal = "
+                                                 "\"hard\", a pair that does not carry has weight 0" if column == "kn"
+                                                 else ""))
     for side in pairs.sides:
         _check_stations(f"{study.path}: [contact] pairs, side '{side}'", pairs.select(pairs.side == side),
                         np.array(study.driver["axis"]))
@@ -287,15 +295,39 @@ def given_model(study) -> tuple[ReducedModel, ContactTable, dict]:
     """The model and pairs that [model] names, checked against each other."""
     from hbm.contact import relative_motion
 
-    model = ReducedModel.load(study.file(study["model"]["matrices"]))
+    matrices = study.file(study["model"]["matrices"])
+    try:
+        model = ReducedModel.load(matrices)
+    except InputError:
+        raise
+    except ValueError as error:          # numpy reads no pickled objects
+        raise InputError(f"{study.path}: [model] matrices = '{matrices}': {error}") from None
     pairs = own_pairs(study)
     for name in (BLADES, DAMPER):
         if name not in model.body:
             raise InputError(f"{study.path}: the dof table of [model] matrices has no body named '{name}'")
     relative_motion(model, pairs)
+    for name in (BLADES, DAMPER):
+        check_stiffness(f"{study.path}: [model] matrices", model.part(name), name, free=name == DAMPER)
     if "pull" not in model.loads:
         raise InputError(f"{study.path}: [model] matrices hold no load named 'pull' (1 N on the damper)")
     modes = {b: int(((model.body == b) & (model.direction == "mode")).sum()) for b in (BLADES, DAMPER)}
     masters = model.size - sum(modes.values())
     rows = {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides}
     return model, pairs, {"reduction": {"dofs": model.size, "masters": masters, "modes": modes}, "rows": rows}
+
+
+def check_stiffness(where, model: ReducedModel, name: str, free: bool):
+    """No motion of a body meets negative stiffness; the blades stand on something; the damper may float."""
+    diagonal = model.K.diagonal()
+    scale = np.sqrt(np.where(diagonal > 0, diagonal, np.abs(model.K).max() or 1.0))
+    lam, shape = np.linalg.eigh(model.K / np.outer(scale, scale))
+    dof = int(np.abs(shape[:, 0]).argmax())
+    at = f"dof {dof} of the {name} (node {model.node[dof]}, {model.direction[dof]})"
+    if lam[0] < -_INDEFINITE:
+        raise InputError(f"{where}: K is indefinite: a motion mostly of {at} has negative stiffness ({lam[0]:.1e} of "
+                         "its diagonal)")
+    floating = int((lam < _INDEFINITE * np.sqrt(len(lam))).sum())
+    if floating and not free:
+        raise InputError(f"{where}: {floating} motions of the {name} meet no stiffness, one mostly of {at}: only the "
+                         "damper may be free")

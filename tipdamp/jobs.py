@@ -15,12 +15,12 @@ from hbm.linear import linear_response
 from hbm.model import ReducedModel
 from hbm.response import contact_problem, follow_band
 from modal.truncation import Truncation
-from static_contact.carry import carry_scaled, roll_springs, spring_rows, with_springs
+from static_contact.carry import carry_scaled, carry_tangential, roll_springs, spring_rows, with_springs
 from static_contact.detachment import Detachment, StuckAssembly, detach_until, keep_stations
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
 from static_contact.reduction_error import stuck_error_bound
-from tipdamp import bodies, inspection, loads, pictures
+from tipdamp import bodies, friction, inspection, loads, pictures
 
 BLADES, DAMPER = bodies.BLADES, bodies.DAMPER
 CHECK_BELOW_HZ = bodies.CHECK_BELOW_HZ
@@ -159,20 +159,42 @@ def preload(study, store, tick):
     forces = equilibrium(study, pairs)
     tick(0.2, f"{len(pairs)} pairs")
     statics = static_contact(study, model, pairs)
-    result = statics.solve(study.driver["pull"] * model.loads["pull"])
+    more, files = {}, []
+    if study["preload"]["friction"]:
+        result, found, more, forces = preload_with_friction(study, statics, pairs, store)
+        files.append("preload_friction.csv")
+    else:
+        result = statics.solve(study.driver["pull"] * model.loads["pull"])
+        found = {"balance": result.balance, "method": result.method, "motions": result.motions}
     pulled = preload_map(result, pairs)
     with store.writing("preload.csv") as path:
         pulled.save(path)
     cases = {name: load_case(study, store, statics, pairs, name) for name in study.loads}
     store.write_json("preload.json", {
-        "sides": side_figures(result.pairs, forces, result.balance), "residual": result.residual,
-        "iterations": result.iterations, "method": result.method,
+        "sides": side_figures(result.pairs, forces, found["balance"]), "residual": result.residual,
+        "iterations": result.iterations, "method": found["method"], **more,
         "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides},
-        "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in result.motions],
+        "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in found["motions"]],
         "cases": cases})
-    files = [case["file"] for case in cases.values()]
+    files += [case["file"] for case in cases.values()]
     tables = {name: ContactTable.load(store.path(case["file"])) for name, case in cases.items()}
     return [*files, *pictures.keep_preload(store, {"pull": pulled, **tables})]
+
+
+def preload_with_friction(study, statics: StaticContact, pairs, store):
+    """State at the end of the history, what the map's file says of it, and the side sums; writes the friction."""
+    state = friction.solve(study, statics.model, statics.pairs, friction.history(study, statics.model))
+    with store.writing("preload_friction.csv") as path:
+        friction.save(path, pairs, state.tangential, state.slider, state.slips)
+    balance = friction.balance_error(state.pairs, state.tangential, pull(study))
+    facts = {"friction": {**friction.facts(state), "file": "preload_friction.csv",
+                          "without_friction_N": equilibrium(study, pairs)}}
+    return state, {"balance": balance, "method": "friction", "motions": ()}, facts, side_sums(state.pairs)
+
+
+def side_sums(pairs: ContactTable) -> dict:
+    """{side: N} of the closed pairs."""
+    return {s: float(np.maximum(pairs.preload, 0)[pairs.side == s].sum()) for s in pairs.sides}
 
 
 def static_contact(study, model, pairs: ContactTable) -> StaticContact:
@@ -191,14 +213,24 @@ def load_case(study, store, statics: StaticContact, pairs: ContactTable, name: s
     """Preload map of one further load case, in a file of its own."""
     load = loads.total(study, name, statics.model, study.driver["pull"])
     try:
-        result = statics.solve(load)
+        if study["preload"]["friction"]:
+            result = friction.solve(study, statics.model, statics.pairs, [load])
+            balance = friction.balance_error(result.pairs, result.tangential, load_on_damper(statics.model, load))
+        else:
+            result = statics.solve(load)
+            balance = result.balance
     except InputError as error:
         raise InputError(f"{study.path}: [loads.{name}]: {error}") from None
     with store.writing(f"loads/{name}.csv") as path:
         preload_map(result, pairs).save(path)
     sides = {s: {"sum_N": result.force[pairs.side == s].sum(), "max_N": result.force[pairs.side == s].max(),
                  "detached": int((result.force[(pairs.side == s) & pairs.carrying] <= 0).sum())} for s in pairs.sides}
-    return {"file": f"loads/{name}.csv", "sides": sides, "residual": result.residual, "balance_error": result.balance}
+    return {"file": f"loads/{name}.csv", "sides": sides, "residual": result.residual, "balance_error": balance}
+
+
+def load_on_damper(model, load) -> np.ndarray:
+    """(3,) N: resultant on the damper."""
+    return np.array([load[(model.body == DAMPER) & (model.direction == d)].sum() for d in "xyz"])
 
 
 def side_figures(pairs: ContactTable, forces: dict, balance: float) -> dict:
@@ -240,14 +272,19 @@ def tune(study, store, tick):
     truncation = Truncation.load(store.path("truncation.npz")) if check else None
     for name, figures in check.items():
         figures["error_bound"] = stuck_error_bound(model, truncation, sets[name], below[name], extra=rows(sets[name]))
-    kept, carried = kept_pairs(study, model, whole, found)
+    tangential = (friction.load(store.path("preload_friction.csv"), whole) if study["preload"]["friction"] else None)
+    kept, carried, tangential = kept_pairs(study, model, whole, found, tangential)
     with store.writing("kept.csv") as path:
         kept.save(path)
+    if tangential is not None:
+        with store.writing("kept_friction.csv") as path:
+            friction.save(path, kept, tangential, np.zeros_like(tangential), np.zeros(len(kept)))
     store.write_json("tune.json", {
         **tuning_figures(found, stuck), "full_model_check": check, **carried,
-        "roll_stiffness_Nm_per_rad": sum(s.k for s in declared_springs(study, found.pairs))})
-    return pictures.keep_stuck(store, model, {"kept stations stuck": stuck["tuned"],
-                                              "whole area stuck": stuck["full_area"]})
+        "roll_stiffness_Nm_per_rad": sum(s.k for s in declared_springs(study, found.pairs)),
+        "cases": {name: kept_case(study, model, found.pairs, name) for name in study.loads}})
+    shapes = {"kept stations stuck": stuck["tuned"], "whole area stuck": stuck["full_area"]}
+    return [*(["kept_friction.csv"] if tangential is not None else []), *pictures.keep_stuck(store, model, shapes)]
 
 
 def tuning_figures(found: Detachment, stuck: dict) -> dict:
@@ -258,23 +295,50 @@ def tuning_figures(found: Detachment, stuck: dict) -> dict:
             "stuck_modes_hz": {name: modes.hz[modes.hz < 2 * CHECK_BELOW_HZ] for name, modes in stuck.items()}}
 
 
-def kept_pairs(study, model, whole, found) -> tuple[ContactTable, dict]:
-    """The full table with weight 0 on detached pairs and, on the kept ones, the preload that carries the pull."""
-    forces = equilibrium(study, whole)
+def kept_pairs(study, model, whole, found, tangential=None):
+    """The full table with weight 0 on detached pairs and, on the kept ones, the preload that carries the pull; what
+    was done; and with friction the forces T (P, 2) on them, from those of the whole map."""
+    forces = equilibrium(study, whole) if tangential is None else side_sums(whole)
+    held = study.driver["pull"] * model.loads["pull"]
     if study["tune"]["preload"] == "resolved":
         statics = static_contact(study, model, found.pairs)
-        result = statics.solve(study.driver["pull"] * model.loads["pull"], hold=True)
-        kept, facts = preload_map(result, found.pairs), {"held": result.held, "residual": result.residual}
-        balance = result.balance
+        if tangential is None:
+            result = statics.solve(held, hold=True)
+            facts, balance = {"held": result.held, "residual": result.residual}, result.balance
+        else:
+            result = friction.solve(study, model, statics.pairs, friction.history(study, model))
+            facts, tangential = friction.facts(result), result.tangential
+            forces = side_sums(result.pairs)
+        kept = preload_map(result, found.pairs)
     else:
         carrying = np.flatnonzero(found.pairs.carrying)
         done = carry_scaled(whole, found.pairs.select(carrying), forces, study.driver["axis"])
         preload = found.pairs.preload.copy()
         preload[carrying] = done.pairs.preload
         kept, facts = found.pairs.replace(preload=preload), {"scale": done.scale, "moment_Nm": done.moment}
-        balance = balance_error(kept.select(carrying), pull(study))
+        if tangential is None:
+            balance = balance_error(kept.select(carrying), pull(study))
+        else:
+            whole_T, tangential = tangential, np.zeros_like(tangential)
+            tangential[carrying] = carry_tangential(whole, whole_T, done)
     kept_only = kept.select(kept.carrying)
-    return kept, {"preload_kept": side_figures(kept_only, forces, balance), "carried": facts}
+    if tangential is not None:
+        balance = friction.balance_error(kept_only, tangential[kept.carrying], pull(study))
+    return kept, {"preload_kept": side_figures(kept_only, forces, balance), "carried": facts}, tangential
+
+
+def kept_case(study, model, pairs: ContactTable, name: str) -> dict:
+    """What the kept pairs carry in a further load case, without friction and solved on them alone: {sides, held}, or
+    {refused} with the reason."""
+    try:
+        result = static_contact(study, model, pairs).solve(loads.total(study, name, model, study.driver["pull"]),
+                                                           hold=True)
+    except InputError as error:
+        return {"refused": str(error)}
+    mine = {s: (pairs.side == s) & pairs.carrying for s in pairs.sides}
+    return {"sides": {s: {"sum_N": result.force[m].sum(), "max_N": result.force[m].max(initial=0.0),
+                          "detached": int((result.force[m] <= 0).sum())} for s, m in mine.items()},
+            "held": result.held, "residual": result.residual}
 
 
 def balance_error(pairs: ContactTable, load: np.ndarray) -> float:
@@ -288,7 +352,11 @@ def respond(study, store, tick):
     model = with_springs(model, table, declared_springs(study, table))
     settings = study["respond"]
     kept = table.select(table.carrying)
-    problem, _ = contact_problem(model, kept, DryFriction2T(), damping_ratio=ratio(settings["damping_ratio"]))
+    state = {"static": None, "start": None}
+    if study["preload"]["friction"]:
+        state = friction.start(model, kept, friction.load(store.path("kept_friction.csv"), table)[table.carrying])
+    problem, _ = contact_problem(model, kept, DryFriction2T(), static=state["static"],
+                                 damping_ratio=ratio(settings["damping_ratio"]))
     force, rows = excitation(study, model), outputs(study, model)
     cases = [(H, Fe) for H in settings["harmonics"] for Fe in settings["levels"]]
     low, high = settings["band"]
@@ -299,7 +367,8 @@ def respond(study, store, tick):
             tick((i + share * (hz - low) / (high - low)) / len(cases),
                  f"Fe = {Fe:g} N, H = {H}  {hz:.1f} Hz  step {step:.2g}  {iterations} it")
 
-        curve = follow_band(problem, Fe * force, (low, high), harmonics=H, outputs=rows, progress=report)
+        curve = follow_band(problem, Fe * force, (low, high), harmonics=H, outputs=rows, progress=report,
+                            start=state["start"])
         name = f"responses/Fe_{Fe:g}N_H{H}.npz"
         with store.writing(name) as path:
             curve.save(path)
@@ -309,7 +378,8 @@ def respond(study, store, tick):
                 tick((i + 0.5 + 0.5 * (high - hz) / (high - low)) / len(cases),
                      f"Fe = {Fe:g} N, H = {H}, downwards  {hz:.1f} Hz  step {step:.2g}  {iterations} it")
 
-            back = follow_band(problem, Fe * force, (high, low), harmonics=H, outputs=rows, progress=report_back)
+            back = follow_band(problem, Fe * force, (high, low), harmonics=H, outputs=rows, progress=report_back,
+                               start=state["start"])
         found.append({"file": name, **response_figures(study, curve, back, kept, Fe, H)})
     with store.writing("stuck.npz") as path:
         hz = np.linspace(low, high, 801)

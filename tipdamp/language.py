@@ -114,6 +114,13 @@ LOAD = {
     "traction": Key("group_vectors", "[[body, group, tx, ty, tz], ...]: force per area on the faces of a surface group",
                     (), unit="stress"),
 }
+PRELOAD = {
+    "friction": Key("flag", "the preload with Coulomb friction (mu and kt of the pairs): it then depends on how the "
+                    "load was reached, and the response starts from the friction forces at the end", False),
+    "history": Key("texts", "load cases ([loads.NAME]) that are passed in this order before the pull; default: straight"
+                   " from no load to the pull", ()),
+    "steps": Key("count", "increments from each load of the history to the next", 20, low=1, high=10000),
+}
 TUNE = {
     "target_hz": Key("number", "measured stuck frequency that the kept stations must meet", None, low=0,
                      open_low=True),
@@ -141,6 +148,6 @@ FREE = {
                          (0.005,), low=0, high=0.9999),
 }
 SECTIONS = {"material": MATERIAL, "blades": BLADES, "damper": DAMPER, "model": MODEL, "contact": CONTACT,
-            "rotation": ROTATION, "tune": TUNE, "free": FREE, "respond": RESPOND}
+            "rotation": ROTATION, "preload": PRELOAD, "tune": TUNE, "free": FREE, "respond": RESPOND}
 # measured or published values that the report sets beside ours
 REFERENCE = ("out_of_phase_hz", "in_phase_hz", "full_line_hz", "tuned_hz", "full_area_hz", "front", "back")

@@ -58,10 +58,8 @@ def _patch(pairs, side):
         cells = np.column_stack([order[:-1], order[1:]])
         size = np.linalg.norm(place[cells[:, 1]] - place[cells[:, 0]], axis=1)
     else:
-        cells = Delaunay(plane).simplices
+        cells = Delaunay(plane).simplices            # counter-clockwise in t1, t2: seen along -n, from outside
         normal = np.cross(place[cells[:, 1]] - place[cells[:, 0]], place[cells[:, 2]] - place[cells[:, 0]])
-        inward = np.einsum("ij,ij->i", normal, pairs.normal[rows[cells[:, 0]]]) < 0
-        cells[inward] = cells[inward][:, [0, 2, 1]]
         size = np.linalg.norm(normal, axis=1) / 2
     share = np.zeros(len(rows))
     np.add.at(share, cells, (size / cells.shape[1])[:, None])

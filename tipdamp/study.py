@@ -16,6 +16,7 @@ from tipdamp.language import (
     LOAD,
     OTHER_MATERIAL,
     POINTS,
+    PRELOAD,
     REFERENCE,
     REQUIRED,
     RESPOND,
@@ -130,9 +131,11 @@ def load_study(path) -> Study:
     if "respond" in sections:
         _check_respond(f"{path}: [respond]", sections["respond"])
     sections.setdefault("free", _section(path, "free", {}, FREE, factors))
+    sections.setdefault("preload", _section(path, "preload", {}, PRELOAD, factors))
     sides = {k: _side(path, k, v, factors, sections["contact"]) for k, v in sides.items()}
     materials = {k: _section(path, f"material.{k}", v, OTHER_MATERIAL, factors) for k, v in materials.items()}
     loads = {k: _load(path, k, v, factors, "model" in raw) for k, v in _table_of_cases(path, raw).items()}
+    _check_history(f"{path}: [preload]", sections["preload"], list(loads))
     reference = raw.get("reference", {})
     for key, value in reference.items():
         if key not in REFERENCE:
@@ -185,6 +188,14 @@ def _check_respond(where, respond):
             raise InputError(f"{where} {key}: {double[0]} stands there twice")
     if len(respond["patches"]) != 2:
         raise InputError(f"{where} patches = {list(respond['patches'])}: two groups are needed, one on each blade")
+
+
+def _check_history(where, preload, cases):
+    if preload["history"] and not preload["friction"]:
+        raise InputError(f"{where} history: without friction the preload does not depend on it; set friction = true")
+    for name in preload["history"]:
+        if name not in cases:
+            raise InputError(f"{where} history: no load case [loads.{name}]; {nearest(name, cases)}")
 
 
 def _check_modes(where, body):

@@ -5,11 +5,12 @@
 Needs the program ccx (Debian: calculix-ccx); nothing else of the project does. A trapezoid of 10 and 4 mm, 3 mm high
 and 30 mm long, its sides at 45 degrees, is pulled by 10 N at its two ends between two clamped blocks; the faces are
 crowned by 0.5 um, so that pairs in the middle stay open. Two lines of 31 pairs on each face. Both programs run on one
-thread; times are of this run.
+thread; times are CPU times of this run, and go to results/calculix.json.
 """
 
 import argparse
 import os
+import resource
 import subprocess
 import tempfile
 import time
@@ -21,6 +22,7 @@ from hbm.contact import ContactTable
 from modal.craig_bampton import assemble, craig_bampton
 from modal.elasticity import Material, elastic_body
 from static_contact.preload import StaticContact
+from tests.benchmarks.record import ccx_version, record
 from tests.boxes import block
 
 STEEL = Material(207e9, 0.3, 7850.0)
@@ -73,8 +75,8 @@ def ends(mesh):
 
 
 def ours(made, pairs, cases):
-    """(forces of each case (c, P), seconds of assembly + reduction, seconds of each case, dofs)."""
-    began = time.perf_counter()
+    """(forces of each case (c, P), CPU seconds of assembly + reduction, CPU seconds of each case, dofs)."""
+    began = time.process_time()
     bodies = {b: elastic_body(m, STEEL, b, free=b == "pin", clamp=None if b == "pin" else "x1")
               for b, m in made.items()}
     masters = {"pin": pairs.damper_node, **{s: pairs.blade_node[pairs.side == s] for s in ("left", "right")}}
@@ -83,9 +85,9 @@ def ours(made, pairs, cases):
     reduced["pin"].model.loads["pull"] = reduced["pin"].condense(loaded, np.tile([0, 0, 0.5], (2, 1)))
     model = assemble(*(r.model for r in reduced.values()))
     statics = StaticContact(model, pairs)
-    prepared = time.perf_counter()
+    prepared = time.process_time()
     force = [statics.solve(pull * model.loads["pull"], gap=crown * pairs.gap).force for pull, crown in cases]
-    each = (time.perf_counter() - prepared) / len(cases)
+    each = (time.process_time() - prepared) / len(cases)
     return np.array(force), prepared - began, each, sum(b.dofs for b in bodies.values())
 
 
@@ -120,14 +122,14 @@ def deck(made, pairs, pull, crown):
 
 
 def calculix(made, pairs, pull, crown):
-    """(forces (P,), seconds) of ccx on the same nodes, springs and load."""
+    """(forces (P,), CPU seconds) of ccx on the same nodes, springs and load."""
     text, first = deck(made, pairs, pull, crown)
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "pin.inp").write_text(text)
-        began = time.perf_counter()
+        began = _children()
         run = subprocess.run(["ccx", "-i", "pin"], cwd=folder, capture_output=True, text=True,
                              env={**os.environ, "OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1"})
-        seconds = time.perf_counter() - began
+        seconds = _children() - began
         found = Path(folder, "pin.dat")
         rows = [line.split() for line in found.read_text().splitlines()] if found.is_file() else []
     u = {int(r[0]): np.array(r[1:], float) for r in rows if len(r) == 4 and r[0].isdigit()}
@@ -137,6 +139,12 @@ def calculix(made, pairs, pull, crown):
                                           - u[first[str(pairs.side[i])] + pairs.blade_node[i]])
                        for i in range(len(pairs))])
     return np.maximum(KN * (motion - crown * pairs.gap), 0.0), seconds
+
+
+def _children():
+    """CPU seconds of finished child processes."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def main():
@@ -150,6 +158,11 @@ def main():
     force, prepared, each, dofs = ours(made, pairs, cases)
     theirs, seconds = calculix(made, pairs, *cases[0])
     closed = force[0] > 0
+    record("calculix", {
+        "ccx": ccx_version(), "dofs": dofs, "pairs": len(pairs), "closed": int(closed.sum()), "cases": len(cases),
+        "difference_of_the_pull": float(np.abs(force[0] - theirs).max() / PULL),
+        "same_set": bool(((theirs > 0) == closed).all()), "sum_N": float(force[0].sum()),
+        "sum_ccx_N": float(theirs.sum()), "prepared_s": prepared, "each_s": each, "ccx_s": seconds})
     print(f"{dofs} dofs, {len(pairs)} pairs, {int(closed.sum())} closed; sum of forces {force[0].sum():.6f} N")
     print(f"largest difference of a pair {np.abs(force[0] - theirs).max() / PULL:.1e} of the pull; same detached set: "
           f"{bool(((theirs > 0) == closed).all())}")

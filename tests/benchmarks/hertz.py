@@ -16,6 +16,7 @@ from modal.body import Body
 from modal.craig_bampton import assemble, craig_bampton
 from modal.elasticity import Material, elastic_body
 from static_contact.preload import StaticContact
+from tests.benchmarks.record import record
 from tests.boxes import block
 
 STEEL = Material(207e9, 0.3, 7850.0)
@@ -108,12 +109,15 @@ def climb(per_width: int) -> Rung:
 def main(rungs=(4, 8, 16, 32)):
     print("| elements over the half width | dofs | peak pressure | half width | largest error inside | one solution |")
     print("|---|---|---|---|---|---|")
+    rows = []
     for n in rungs:
         r = climb(n)
+        rows.append({"per_width": n, "dofs": r.dofs, "peak": r.peak, "half_width": r.half_width, "seconds": r.seconds})
         hertz = PEAK * np.sqrt(np.maximum(1 - (r.x / A) ** 2, 0))
         inside = r.x < 0.9 * A
         print(f"| {n} | {r.dofs} | {100 * (r.peak / PEAK - 1):+.2f} % | {100 * (r.half_width / A - 1):+.2f} % | "
               f"{100 * np.abs(r.pressure - hertz)[inside].max() / PEAK:.2f} % of the peak | {1e3 * r.seconds:.1f} ms |")
+    record("hertz", {"peak_Pa": PEAK, "half_width_m": A, "rungs": rows})
 
 
 if __name__ == "__main__":

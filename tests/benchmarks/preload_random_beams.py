@@ -13,6 +13,7 @@ from collections import Counter
 import numpy as np
 
 from static_contact.preload import StaticContact
+from tests.benchmarks.record import record
 from tests.static_contact.beams import beam, by_trying_all_sets, is_solution, macaulay, random_case, supports
 
 
@@ -37,6 +38,10 @@ def main(count=5000, seed=20162):
     random = np.random.default_rng(seed)
     found = [compare(random_case(random, 8 if i % 2 else 31)) for i in range(count)]
     error, same, method, seconds, size = zip(*found, strict=True)
+    record("preload_random_beams", {
+        "count": count, "seed": seed, "same_set": sum(same), "largest_error": max(error),
+        "methods": dict(Counter(method)), "supports": [min(size), max(size)],
+        "median_ms": 1e3 * float(np.median(seconds))})
     print(f"{count} beams of {min(size)} to {max(size)} supports; same set {sum(same)}; largest error of a force "
           f"{max(error):.1e} of the largest; methods {dict(Counter(method))}; "
           f"median solve {1e3 * np.median(seconds):.2f} ms")

@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +84,10 @@ def test_a_fine_skin_is_thinned():
     assert np.array_equal(mesh.position[mesh.index(skin.node)], skin.position)    # real nodes, where they are
     for k, size in enumerate((LENGTH, WIDTH, HEIGHT)):
         assert np.ptp(skin.position[:, k]) > 0.85 * size
+    turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]       # oblique to the grid of cells
+    oblique = replace(mesh, position=mesh.position @ turn)
+    for most in range(40, 400, 20):
+        assert most / 4 < len(surface.skin(oblique, "bar", most=most).node) <= most
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,8 @@ def figure_of(scene: Scene):
         out.add_trace({**_DRAW[type(item)](item, bars), **legend, "visible": shown})
     out.update_layout(template="simple_white", height=scene.height, showlegend=True,
                       scene=space(scene.box, scene.eye, scene.up),
-                      font={"family": FONT, "size": 12.5, "color": INK}, margin={"l": 0, "r": 0, "t": 8, "b": 8},
+                      font={"family": FONT, "size": 12.5, "color": INK},
+                      margin={"l": 0, "r": 0, "t": 70 if bars else 8, "b": 8},
                       legend={"orientation": "h", "x": 0.5, "y": 0.0, "xanchor": "center", "yanchor": "top",
                               "itemsizing": "constant"}, uirevision=scene.name)
     if len(scene.cases) > 1:
@@ -46,7 +47,7 @@ def space(box, eye, up) -> dict:
     slender = size.max() / np.linalg.norm(size)              # 0.58 for a cube, 1 for a needle
     axes = {f"{k}axis": {**AXIS, "title": {"text": f"{k} (mm)", "font": {"size": 11}}, "range": box[:, i].tolist()}
             for i, k in enumerate("xyz")}
-    return {**axes, "aspectmode": "manual", "aspectratio": dict(zip("xyz", ((0.3 + 2.6 * slender) * size
+    return {**axes, "aspectmode": "manual", "aspectratio": dict(zip("xyz", ((0.3 + 2.4 * slender) * size
                                                                    / np.linalg.norm(size)).tolist(), strict=True)),
             "dragmode": "orbit", "bgcolor": "#ffffff",
             "camera": {"eye": _xyz(eye), "up": _xyz(up), "projection": {"type": "orthographic"}}}
@@ -97,14 +98,14 @@ def _segments(item, _):
 
 
 def _colors(item, bars) -> dict:
-    """One bar at the right for each title, one above the other; `bars` {title: cases in which it stands}."""
-    scale, count = item.scale, 2
+    """One bar above the picture for each title, side by side; `bars` {title: cases in which it stands}."""
+    scale = item.scale
     new = item.case not in bars.setdefault(scale.title, set())
     bars[scale.title].add(item.case)
     place = list(bars).index(scale.title)
-    bar = {"title": {"text": plain_text(scale.title), "side": "top", "font": {"size": 11.5}}, "len": 0.88 / count,
-           "thickness": 14, "y": 0.94 - 0.9 * place / count, "yanchor": "top", "x": 1.0, "xanchor": "right",
-           "outlinewidth": 0, "tickfont": {"size": 11}, "bgcolor": "rgba(255,255,255,0.7)"}
+    bar = {"title": {"text": plain_text(scale.title), "side": "top", "font": {"size": 11.5}}, "orientation": "h",
+           "len": 0.36, "thickness": 11, "x": 0.02 + 0.42 * place, "xanchor": "left", "y": 1.0, "yanchor": "bottom",
+           "outlinewidth": 0, "tickfont": {"size": 11}, "nticks": 6}
     return {"colorscale": scale.colors, "cmin": scale.low, "cmax": scale.high, "showscale": new, "colorbar": bar}
 
 
@@ -116,7 +117,7 @@ def _menu(scene):
 
     buttons = [{"label": plain_text(case), "method": "restyle", "args": [{"visible": visible(case)}]}
                for case in scene.cases]
-    return {"buttons": buttons, "x": 0.5, "xanchor": "center", "y": 1.0, "yanchor": "top", "showactive": True,
+    return {"buttons": buttons, "x": 0.02, "xanchor": "left", "y": 0.98, "yanchor": "top", "showactive": True,
             "bgcolor": "#ffffff", "bordercolor": "#d9dde1", "font": {"size": 12}}
 
 

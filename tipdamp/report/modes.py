@@ -70,9 +70,10 @@ def draw(picture: ModeShapes) -> str:
     name = picture.name
     content = json.dumps(data_of(picture), separators=(",", ":")).replace("<", "\\u003c")
     kinds = dict.fromkeys(m.kind for m in picture.modes)
+    first = next((i for i, m in enumerate(picture.modes) if "tracked" in m.label), 0)
     groups = "".join(f'<optgroup label="{html.escape(kind)}">' + "".join(
-        f'<option value="{i}">{html.escape(m.label)}</option>' for i, m in enumerate(picture.modes) if m.kind == kind)
-        + "</optgroup>" for kind in kinds)
+        f'<option value="{i}"{" selected" * (i == first)}>{html.escape(m.label)}</option>'
+        for i, m in enumerate(picture.modes) if m.kind == kind) + "</optgroup>" for kind in kinds)
     plot = figure_of(picture).to_html(full_html=False, include_plotlyjs=False, config=draw_scene.CONFIG_3D,
                                       div_id=f"{name}-plot")
     return (f'<div class="controls"><label>Mode <select id="{name}-mode">{groups}</select></label>'

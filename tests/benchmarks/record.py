@@ -1,0 +1,43 @@
+"""Figures of a benchmark run in results/NAME.json, with the day, the processor and the versions that it was run on."""
+
+import datetime
+import json
+import platform
+import subprocess
+from importlib import metadata
+from pathlib import Path
+
+RESULTS = Path(__file__).parent / "results"
+
+
+def record(name: str, figures: dict) -> Path:
+    """Write what a run found; the run on file is replaced."""
+    path = RESULTS / f"{name}.json"
+    path.write_text(json.dumps({"date": datetime.date.today().isoformat(), "processor": _processor(),
+                                "versions": _versions(), **figures}, indent=1) + "\n", encoding="utf-8")
+    return path
+
+
+def recorded(name: str) -> dict | None:
+    path = RESULTS / f"{name}.json"
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+
+
+def _processor():
+    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
+    return next((x.split(":")[1].strip() for x in lines if x.startswith("model name")), platform.processor())
+
+
+def _versions():
+    found = [f"Python {platform.python_version()}"]
+    for package in ("numpy", "scipy", "fenics-dolfinx", "petsc4py"):
+        try:
+            found.append(f"{package} {metadata.version(package)}")
+        except metadata.PackageNotFoundError:
+            continue
+    return ", ".join(found)
+
+
+def ccx_version() -> str:
+    said = subprocess.run(["ccx", "-v"], capture_output=True, text=True).stdout
+    return " ".join(said.split()[3:]) or "CalculiX"

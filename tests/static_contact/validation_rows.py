@@ -1,0 +1,113 @@
+"""Rows of the validation pages for statics and contact stiffness: reference beams, closed forms, Hertz, CalculiX.
+
+Each function yields (case, H or '', ours, reference, relative error, against). What takes long was measured by
+tests/benchmarks and is read from its results, with the day and the versions of that run.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from static_contact.moduli import MaterialPair
+from static_contact.preload import preload
+from tests.benchmarks.record import recorded
+from tests.static_contact.beams import beam, supports
+from tests.static_contact.test_halfspace_reference import CASES, ROUTES
+from tests.validation import Section, relative
+
+REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
+
+
+def reference_beam(name):
+    """(forces, preload) of a reference case as we find them, and its data."""
+    case = json.loads((REFERENCE / f"{name}.json").read_text())
+    p = case["parameters"]
+    x = np.array(p["support_x"])
+    places = np.unique(np.round(np.concatenate([x, [a for a, _ in p["loads_x_P"]]]), 12))
+    load = np.zeros(len(places))
+    for place, P in p["loads_x_P"]:
+        load[np.abs(places - place).argmin()] += P
+    table = supports(x, np.array(p["kn"]), np.array(p["gap"]))
+    table = table.replace(damper_node=np.array([np.abs(places - a).argmin() + 1 for a in x]))
+    return preload(beam(places, p["EI"]), table, load), case["results"]
+
+
+def beam_rows():
+    """Errors are of the largest force of the case."""
+    for name in ("F1-beam-two-end-loads", "F2-beam-31-crowned"):
+        found, known = reference_beam(name)
+        expected = np.array(known["r"])
+        label = name[:2]
+        for i, (ours, r) in enumerate(zip(found.force, expected, strict=True)):
+            error = abs(ours - r) / expected.max()
+            yield f"{label}, support {i + 1}, N", "", float(ours), float(r), error, "closed form"
+        ours = np.flatnonzero(found.pairs.preload < 0).tolist()
+        same = set(ours) == set(known["detached_indices"])
+        yield (f"{label}, detached supports", "", len(ours), len(known["detached_indices"]), 0.0 if same else 1.0,
+               "detached set")
+
+
+def stiffness_rows():
+    """Errors are of the tolerance that the case states."""
+    for name, case in CASES.items():
+        i = case["inputs"]
+        found = ROUTES[case["kind"]](MaterialPair(i["E1_Pa"], i["nu1"], i["E2_Pa"], i["nu2"]), i)
+        for output, expected in case["outputs"].items():
+            error = relative(found[output], expected)
+            yield f"{name}, {output}", "", found[output], expected, error / case["rel_tol"], "case, in its tolerances"
+
+
+def hertz_rows():
+    run = recorded("hertz")
+    for rung in run["rungs"] if run else ():
+        n = rung["per_width"]
+        against = "Hertz, 16 elements and more" if n >= 16 else "Hertz, coarser"
+        for what, key, unit in (("peak pressure", "peak", "Pa"), ("half width", "half_width", "m")):
+            exact = run[f"{key}_{unit}"]
+            yield (f"{n} elements over the half width, {what}, {unit}", "", rung[key], exact,
+                   relative(rung[key], exact), against)
+
+
+def calculix_rows():
+    run = recorded("calculix")
+    if run:
+        name = f"pin between inclined faces, {run['dofs']} dofs, {run['pairs']} pairs, {run['closed']} closed"
+        ccx = f"{run['ccx']} of {run['date']}"
+        yield (f"{name}: sum of forces, N", "", run["sum_N"], run["sum_ccx_N"], run["difference_of_the_pull"],
+               f"CalculiX, largest pair, of the pull ({ccx})")
+        yield f"{name}: same detached set", "", int(run["same_set"]), 1, float(not run["same_set"]), "detached set"
+
+
+def random_rows():
+    run = recorded("preload_random_beams")
+    if run:
+        low, high = run["supports"]
+        name = f"{run['count']} beams of {low} to {high} supports (seed {run['seed']})"
+        missed = float(run["count"] - run["same_set"])
+        yield f"{name}: same set", "", run["same_set"], run["count"], missed, "detached set"
+        yield f"{name}: largest error of a force, of the largest", "", run["largest_error"], 0, run["largest_error"], \
+            "Macaulay brackets"
+
+
+def _of(name):
+    run = recorded(name)
+    return f"Measured {run['date']} on {run['processor']}; {run['versions']}." if run else "Not measured."
+
+
+SECTIONS = (
+    Section("f", "F: beams on unilateral supports", "Support forces of two beams; errors are of the largest force of "
+            "the case. Source: tests/reference/statics.", beam_rows, {"closed form": 1e-8, "detached set": 0.0}),
+    Section("random_beams", "5 000 random beams on springs and hard supports", "Every one of the 2^n sets is tried up "
+            "to 8 supports, above that the conditions are checked on forces by Macaulay brackets. "
+            f"{_of('preload_random_beams')}", random_rows, {"detached set": 0.0, "Macaulay brackets": 1e-8}),
+    Section("stiffness", "Contact stiffness: ten reference cases", "The error is given in units of the tolerance that "
+            "the case states: 1 is allowed. Source: tests/reference/stiffness.", stiffness_rows,
+            {"case, in its tolerances": 1.0}),
+    Section("hertz", "Hertz: a cylinder on a block", "Hard contact of two elastic bodies in plane strain, 8-node "
+            f"hexahedra. {_of('hertz')}", hertz_rows, {"Hertz, 16": 5e-3}),
+)
+if recorded("calculix"):
+    SECTIONS += (Section(
+        "calculix_preload", "CalculiX: preload of a pin between inclined faces", "C3D8 and GAPUNI springs on the same "
+        f"nodes. {_of('calculix')}", calculix_rows, {"CalculiX": 1e-4, "detached set": 0.0}),)

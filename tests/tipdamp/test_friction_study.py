@@ -1,0 +1,108 @@
+"""[preload] friction in a study: the history, the friction forces at its end, and a response that starts from them."""
+
+import numpy as np
+import pytest
+
+from hbm.contact import ContactTable, relative_motion
+from hbm.errors import InputError
+from hbm.model import ReducedModel
+from hbm.response import ForcedResponse
+from tests.tipdamp import corner_study
+from tipdamp import friction
+from tipdamp.stages import results_folder, run_stage
+from tipdamp.study import load_study
+
+SLIPPING = 10 / np.sqrt(2) / 1.3        # N = Fc / (sqrt 2 (1 + mu)) on each side: the other one's friction helps
+LOADS = "[loads.heavy]\npull = 25\n[preload]\nfriction = true\n"
+TUNE = "[tune]\nstations = [1, 1]\n[respond]"
+
+
+def run(folder, text, *stages, tune="[respond]"):
+    study = load_study(corner_study.write(folder, change=[
+        ("[respond]", text + tune), ("levels = [1]", "levels = [0.01]\nharmonics = 1\nboth_ways = false"),
+        ("band = [20000, 40000]", "band = [20000, 20400]")]))
+    store = results_folder(study, None)
+    for name in ("reduce", "preload", *stages):
+        run_stage(name, study, store, quiet=True)
+    return study, store
+
+
+def state(store, study, name="preload"):
+    table = ContactTable.load(store.path(f"{name}.csv"))
+    return table, friction.load(store.path(f"{name}_friction.csv"), table)
+
+
+@pytest.fixture(scope="module")
+def whole_run(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("corner"), LOADS, "tune", "respond", tune=TUNE)
+
+
+def test_cube_slips_into_its_corner(whole_run):
+    """Pulled along the diagonal with kt = kn every pair slips: the closed form of both side sums, |T| = mu N."""
+    study, store = whole_run
+    pairs, T = state(store, study)
+    for side, found in store.read_json("preload.json")["sides"].items():
+        assert found["sum_N"] == pytest.approx(SLIPPING, rel=1e-3), side
+        assert found["balance_error"] < 1e-8
+    closed = pairs.preload > 0
+    assert np.abs(T[closed]).max(axis=1) == pytest.approx(0.3 * pairs.preload[closed], rel=1e-6)
+    facts = store.read_json("preload.json")
+    assert facts["friction"]["slipping_pairs"] == closed.sum()
+    assert facts["friction"]["without_friction_N"] == pytest.approx({"one": 10 / np.sqrt(2), "two": 10 / np.sqrt(2)})
+    assert facts["cases"]["heavy"]["sides"]["one"]["sum_N"] == pytest.approx(2.5 * SLIPPING, rel=1e-3)
+    assert facts["cases"]["heavy"]["balance_error"] < 1e-8
+
+
+def test_history_matters(whole_run, tmp_path):
+    """Pulled with 25 N first and let down to 10 N the cube is wedged: more side force than pulled to 10 N."""
+    study, store = run(tmp_path, LOADS + 'history = ["heavy"]\nsteps = 10\n')
+    wedged, straight = (s.read_json("preload.json")["sides"]["one"]["sum_N"] for s in (store, whole_run[1]))
+    assert wedged > 1.1 * straight and store.read_json("preload.json")["sides"]["one"]["balance_error"] < 1e-8
+
+
+def test_kept_pairs_and_cases(whole_run):
+    """The kept stations carry the side sums and friction within the cone; each load case on them is in tune.json."""
+    study, store = whole_run
+    pairs, T = state(store, study, "kept")
+    kept = pairs.carrying
+    assert 0 < kept.sum() < len(pairs) and not T[~kept].any() and T[kept].any()
+    assert (np.abs(T[kept]) <= pairs.mu[kept, None] * np.maximum(pairs.preload[kept, None], 0) * (1 + 1e-6)).all()
+    found = store.read_json("tune.json")
+    assert found["preload_kept"]["one"]["sum_N"] == pytest.approx(SLIPPING, rel=1e-3)
+    heavy = found["cases"]["heavy"]
+    assert heavy["sides"]["one"]["sum_N"] == pytest.approx(25 / np.sqrt(2), rel=1e-6) and heavy["residual"] < 1e-8
+
+
+def test_response_starts_from_the_friction_forces(whole_run):
+    """The constant loads hold the pull together with the preloads, and under a small excitation the assembly stays
+    where the statics left it: order 0 of the response is nothing beside the stretch T/kt of the friction springs."""
+    study, store = whole_run
+    model = ReducedModel.load(store.path("model.npz"))
+    table, T = state(store, study, "kept")
+    kept = table.select(table.carrying)
+    begin = friction.start(model, kept, T[table.carrying])
+    held = begin["static"] + relative_motion(model, kept)[2::3].T @ np.maximum(kept.preload, 0)
+    on_damper = [held[(model.body == "damper") & (model.direction == d)].sum() for d in "xyz"]
+    assert on_damper == pytest.approx([10 / np.sqrt(2), 0, 10 / np.sqrt(2)], abs=2e-2)
+    assert -kept.kt[:, None] * begin["start"] == pytest.approx(T[table.carrying])
+    found = store.read_json("respond.json")["responses"][0]
+    curve = ForcedResponse.load(store.path(found["file"]))
+    assert found["failed_points"] == 0 and curve.start == "given"
+    assert np.abs(curve.harmonics[..., 0]).max() < 1e-3 * np.abs(begin["start"]).max()
+
+
+@pytest.mark.parametrize("text, words", [
+    ('[preload]\nhistory = ["heavy"]\n', "set friction = true"),
+    ('[preload]\nfriction = true\nhistory = ["heavi"]\n[loads.heavy]\npull = 2\n', "did you mean 'heavy'"),
+    ("[preload]\nfriction = 1\n", "must be true or false"),
+    ("[preload]\nfriction = true\nsteps = 0\n", "must lie between 1 and 10000")])
+def test_refused_at_the_door(tmp_path, text, words):
+    with pytest.raises(InputError, match=words):
+        load_study(corner_study.write(tmp_path, change=[("[respond]", text + "[respond]")]))
+
+
+def test_load_that_has_no_equilibrium(tmp_path):
+    """Pushed away from the corner the cube lifts off: the answer names the load of the history and the way out."""
+    with pytest.raises(InputError, match="no equilibrium was found on the way to away"):
+        run(tmp_path, '[loads.away]\npull = 0\nforces = [["damper", "load", -5, 0, -5]]\n[preload]\nfriction = true\n'
+            'history = ["away"]\n')

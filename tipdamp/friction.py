@@ -1,0 +1,78 @@
+"""The preload with friction of a study ([preload] friction): its history, and the tangential state at its end.
+
+The response starts from that state: its origin is the preloaded state, where the friction forces T act and are balanced
+by constant loads, and the sliders stand at -T/kt.
+"""
+
+import csv
+
+import numpy as np
+
+from hbm.contact import relative_motion
+from hbm.errors import InputError
+from static_contact.friction import FrictionalContact
+from tipdamp import loads
+
+COLUMNS = ("pair", "blade_node", "damper_node", "T1_N", "T2_N", "slider1_m", "slider2_m", "slips")
+
+
+def history(study, model) -> list:
+    """(n, r) N: the load cases that the study passes through, and at last its pull."""
+    passed = [loads.total(study, case, model, study.driver["pull"]) for case in study["preload"]["history"]]
+    return [*passed, study.driver["pull"] * model.loads[loads.PULL]]
+
+
+def solve(study, model, pairs, through):
+    """The state after the loads `through`. Raises InputError where the history ends before it."""
+    given = study["preload"]
+    states = FrictionalContact(model, pairs).solve(through, steps=given["steps"])
+    end = states[-1]
+    if not end.converged:
+        names = [*given["history"], "the pull"] if len(through) > 1 else ["the load"]
+        on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]
+        raise InputError(f"{study.path}: [preload] friction: no equilibrium was found on the way to {on_way} "
+                         f"({100 * (end.time % 1 or 1):.0f} % of it): it lifts the damper off or passes what friction "
+                         "holds; try more [preload] steps")
+    return end
+
+
+def facts(state) -> dict:
+    """For the file of the stage."""
+    closed = state.force > 0
+    return {"slipping_pairs": int(state.slips.sum()), "closed_pairs": int(closed.sum()),
+            "largest_T_N": float(np.abs(state.tangential).max()), "residual": state.residual}
+
+
+def balance_error(pairs, tangential, load) -> float:
+    """|load - sum (N n + T t)| / |load|."""
+    total = np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum("pd,pdx->x", tangential, pairs.frame[:, :2])
+    return float(np.linalg.norm(load - total) / np.linalg.norm(load))
+
+
+def save(path, pairs, tangential, slider, slips) -> None:
+    with open(path, "w", newline="", encoding="utf-8") as f:
+        rows = csv.writer(f)
+        rows.writerow(COLUMNS)
+        for i in range(len(pairs)):
+            rows.writerow([i + 1, pairs.blade_node[i], pairs.damper_node[i], *(repr(float(v)) for v in (
+                *tangential[i], *slider[i])), int(slips[i])])
+
+
+def load(path, pairs) -> np.ndarray:
+    """(P, 2) N: T1 and T2 of the file, which must belong to the pairs."""
+    with open(path, newline="", encoding="utf-8") as f:
+        rows = list(csv.DictReader(f))
+    if [int(r["damper_node"]) for r in rows] != pairs.damper_node.tolist():
+        raise InputError(f"{path} does not belong to the contact table beside it")
+    return np.array([[float(r["T1_N"]), float(r["T2_N"])] for r in rows]).reshape(-1, 2)
+
+
+def start(model, pairs, tangential) -> dict:
+    """`static` (r,) N and the `start` (P, 2) m of the sliders, for pairs that stand in the state T (P, 2) N."""
+    stiffness = (pairs.kt * pairs.weight)[:, None]
+    if ((stiffness == 0) & (tangential != 0)).any():
+        raise InputError("friction forces stand on pairs with kt = 0")
+    B = relative_motion(model, pairs)
+    force = np.column_stack([tangential, np.zeros(len(pairs))]).ravel()
+    return {"static": B.T @ force, "start": -np.divide(tangential, stiffness, out=np.zeros_like(tangential),
+                                                       where=stiffness > 0)}
