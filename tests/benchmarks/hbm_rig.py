@@ -1,4 +1,4 @@
-"""The two-blade rig with its tuned set of 18 pairs: every level and number of harmonics, with and without roll stiffness.
+"""The two-blade rig with its tuned 18 pairs: every level and number of harmonics, with and without roll stiffness.
 
     OMP_NUM_THREADS=1 PYTHONPATH=. .venv/bin/python tests/benchmarks/hbm_rig.py
 
