@@ -68,7 +68,8 @@ def _mumps(PETSc, A, b):
         return (None if zero else int(negative)), out.getArray().copy()
     except PETSc.Error:
         return None, None
-    finally:
+    finally:  # all by hand: what Python drops stays in memory, the factor with it
+        pc.destroy()
         ksp.destroy()
         matrix.destroy()
 

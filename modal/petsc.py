@@ -4,7 +4,10 @@ import os
 
 
 def start():
-    """Import and initialise petsc4py; returns the PETSc module, or None where it is not installed."""
+    """Import and initialise petsc4py; returns the PETSc module, or None where it is not installed.
+
+    What Python dropped since the last call is freed: petsc4py only collects it until it is asked.
+    """
     os.environ.pop("PETSC_OPTIONS", None)
     for variable in ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"):
         os.environ.setdefault(variable, "1")
@@ -15,6 +18,8 @@ def start():
     petsc4py.init(["tipdamp", "-skip_petscrc"])
     from petsc4py import PETSc
 
+    if hasattr(PETSc, "garbage_cleanup"):  # since 3.18
+        PETSc.garbage_cleanup(PETSc.COMM_SELF)
     return PETSc
 
 

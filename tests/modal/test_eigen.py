@@ -1,5 +1,7 @@
 """Modes: none is missed, none is made up, whatever repeats; every back-solve answers for its residual."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -113,3 +115,19 @@ def test_solves_after_modes():
     factor = Factor(K)
     factor.lowest_modes(M, 5)
     assert K @ factor.solve(np.ones(K.shape[0])) == pytest.approx(np.ones(K.shape[0]), abs=1e-8)
+
+
+def test_factors_do_not_stay_in_memory():
+    """Resident memory after ten counts and factors of 5 000 dofs is that after two, to less than one factor (4 MB)."""
+    if petsc.start() is None:
+        pytest.skip("SuperLU frees itself")
+    n = 5000
+    k = sp.diags([np.full(n - 1, -1.0), np.full(n, 4.0), np.full(n - 1, -1.0)], [-1, 0, 1])
+    K = (k + sp.diags([np.full(n - 70, -1.0)] * 2, [-70, 70], (n, n))).tocsr()
+    M, used = sp.identity(n, format="csr"), []
+    for _ in range(10):
+        modes_below(K, M, 0.1)
+        Factor(K)
+        status = Path("/proc/self/status").read_text()
+        used.append(int(next(line for line in status.splitlines() if line.startswith("VmRSS")).split()[1]))
+    assert used[-1] - used[2] < 4000
