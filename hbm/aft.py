@@ -84,12 +84,13 @@ def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
     P, nd, nh = x.shape
     tau, E, E_rate = grid
     x = np.ascontiguousarray(x)
+    kernel = located.brackets if law.corridor else getattr(type(law), "kernel", None)
+    if kernel is not None and not kernel.signatures:
+        _announce_compilation(kernel)
     if not law.corridor:
         g, D, gp, moves, shares = sampled.harmonics(law, pairs, x, start, grid)
         active = np.flatnonzero(moves.any(axis=1))
         return Bracket(g, active, D[active], moves, gp, shares)
-    if not located.brackets.signatures:
-        _announce_compilation(located.brackets)
     most = 8 * nh + 64
     pieces, counts = np.empty((P, law.tangents + 1, most, 7)), np.empty((P, law.tangents + 1), dtype=np.int64)
     moves, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))

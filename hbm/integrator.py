@@ -205,7 +205,6 @@ def switch(law, mode, closed, slider, kind, p, d, u, rate):
                     mode[p, e] = FORWARD
                 elif side(law, rate, p, e, 1.0) < 0:
                     mode[p, e] = BACKWARD
-            slider[p, e] = u[p * law.nd + e]
     elif kind == SLIPS_FORWARD:
         mode[p, d] = FORWARD
     elif kind == SLIPS_BACKWARD:

@@ -1,16 +1,12 @@
-"""Isotropic Coulomb friction in the tangential plane: the law, and the period in which its sliders repeat."""
+"""Isotropic Coulomb friction in the tangential plane: the law and its plain form; the kernel is `coulomb`."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
-from hbm.coulomb import SLIP, STICK, begin, plain_slide, step
+from hbm.coulomb import march
 from hbm.sampled import SampledLaw, projector
-
-MOST_PERIODS = 60
-REPEATS = 1e-13          # of the largest motion: the slider has come back to where it was
-REGULAR = 1e-7           # of det(I - A): below, what a period does to the slider is not inverted
 
 
 @dataclass(frozen=True)
@@ -26,6 +22,7 @@ class IsotropicFriction(SampledLaw):
     tangents: int = 2
     states: int = 5
     has_normal: bool = True
+    kernel: ClassVar = march
 
     def stuck_stiffness(self, pairs):
         return np.stack([pairs.kt, pairs.kt, pairs.kn], axis=1)
@@ -76,122 +73,35 @@ class IsotropicFriction(SampledLaw):
         return g, D, moves, shares
 
 
-@njit(cache=True)
-def one_period(u, w1, w2, kt, kn, mu, preload, J, M, C0, C1, w, state, A):
-    """March from sample 0 round to sample 0: w (n, 2), state (n,), M, C0, C1 of each sample, A = dw(end)/dw(begin)."""
-    n = len(u)
-    A[0, 0], A[0, 1], A[1, 0], A[1, 1] = 1.0, 0.0, 0.0, 1.0
-    for k in range(1, n + 1):
-        i = k % n
-        w1, w2, state[i] = step(u[k - 1], u[i], w1, w2, kt, kn, mu, preload, J, M[i], C0[i], C1[i])
-        w[i, 0], w[i, 1] = w1, w2
-        if state[i] != STICK or M[i, 0, 0] != 1.0:
-            for j in range(2):
-                top, low = A[0, j], A[1, j]
-                A[0, j], A[1, j] = M[i, 0, 0] * top + M[i, 0, 1] * low, M[i, 1, 0] * top + M[i, 1, 1] * low
-    return w1, w2
+def plain_slide(T, d, L0, L1):
+    """Force (2,) at the end of a straight elastic path d under a limit from L0 to L1; complex for derivatives."""
+    e = T + d
+    if (e @ e - L1 * L1).real <= 0:
+        return e
+    dL = L1 - L0
+    a, b, c = d @ d - dL * dL, T @ d - L0 * dL, T @ T - L0 * L0
+    s = 0 * a
+    at_limit = c.real >= -1e-12 * (L0 * L0).real
+    if at_limit and b.real < 0:
+        s = -2 * b / a                           # leaves the limit and comes back to it
+    elif not at_limit:
+        root = np.sqrt(b * b - a * c)
+        s = -c / (b + root) if b.real >= 0 else (root - b) / a
+    size = np.sqrt(d @ d)
+    if size.real == 0:
+        return L1 / np.sqrt(e @ e) * e
+    m, L = d / size, L0 + s * dL
+    if L.real <= 0 or L1.real <= 0:              # from no load the force lies along the motion
+        return L1 * m
+    n = (T + s * d) / L
+    decay = np.exp(-(1 - s) * size / _plain_log_mean(L, L1))
+    x = n @ m
+    below = 1 + x + decay**2 * (1 - x)
+    if below.real <= 0:
+        return -L1 * m                           # straight against the motion
+    return L1 / below * (2 * decay * n + (1 + x - decay**2 * (1 - x) - 2 * decay * x) * m)
 
 
-@njit(cache=True)
-def carry(dw, E, M, C0, C1):
-    """Derivatives dw (n, 2, 2 + 3 nh) along the period from those in dw[0], which is left as at its end."""
-    n, nh = E.shape
-    for k in range(1, n + 1):
-        i, before = k % n, dw[k - 1].copy()
-        for r in range(2):
-            for c in range(before.shape[1]):
-                dw[i, r, c] = M[i, r, 0] * before[0, c] + M[i, r, 1] * before[1, c]
-            for d in range(3):
-                c0, c1 = C0[i, r, d], C1[i, r, d]
-                if c0 != 0 or c1 != 0:
-                    for m in range(nh):
-                        dw[i, r, 2 + d * nh + m] += c0 * E[k - 1, m] + c1 * E[i, m]
-
-
-@njit(cache=True)
-def determinant(A):
-    """Of I - A: zero where a period leaves the slider, or a part of it, where it was."""
-    return (1 - A[0, 0]) * (1 - A[1, 1]) - A[0, 1] * A[1, 0]
-
-
-@njit(cache=True)
-def settle(u, w1, w2, kt, kn, mu, preload, newton, J, M, C0, C1, w, state, A):
-    """March until the slider repeats: periods marched, whether it did, whether by Newton, whether it ever slid.
-
-    In the plane a slider only creeps to where it repeats. Newton on the map of a period takes it there.
-    """
-    size, C = np.abs(u).max() + 1e-300, np.empty((2, 3))
-    slid, leapt = False, False
-    for periods in range(1, MOST_PERIODS + 1):
-        a1, a2 = w1, w2
-        w1, w2 = one_period(u, a1, a2, kt, kn, mu, preload, J, M, C0, C1, w, state, A)
-        e1, e2 = w1 - a1, w2 - a2
-        slid = slid or (state != STICK).any()
-        if periods == 1:
-            continue
-        if max(abs(e1), abs(e2)) <= REPEATS * size:
-            return periods, True, leapt, slid
-        det = determinant(A)
-        if newton and abs(det) > REGULAR:
-            leapt = True
-            w1, w2 = a1 + ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, a2 + (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
-            w1, w2 = begin(u[0], w1, w2, kt, kn, mu, preload, C)
-    return MOST_PERIODS, False, leapt, slid
-
-
-@njit(cache=True)
-def fixed_point(by, A, dw):
-    """dw (n, 2, 3 nh) of the slider that repeats; by (n, 2, 2 + 3 nh) from unit columns of the slider at t = 0."""
-    det = determinant(A)
-    for m in range(2, by.shape[2]):
-        e1, e2 = by[0, 0, m], by[0, 1, m]            # of the end of the period, which is sample 0 again
-        s1, s2 = ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
-        for i in range(len(by)):
-            dw[i, 0, m - 2] = by[i, 0, m] + by[i, 0, 0] * s1 + by[i, 0, 1] * s2
-            dw[i, 1, m - 2] = by[i, 1, m] + by[i, 1, 0] * s1 + by[i, 1, 1] * s2
-
-
-@njit(cache=True)
-def march(u, E, kt, kn, mu, preload, sliders, from_position, w, dw, moves, shares):
-    """Fill the sliders w (P, n, 2) of the period that repeats, their derivatives dw (P, n, 2, 3 nh) by the harmonics
-    of the motion u (P, n, 3), moves (P, 3) and shares (P, 3: stick, slip, open). E (n, nh).
-
-    The derivative is that of a fixed point of the map of a period. Where a pair has come to rest, and where it creeps
-    to a rest that Newton would leap over, the derivative is carried through all periods from the start.
-    """
-    P, n = u.shape[0], u.shape[1]
-    nh = E.shape[1]
-    J, A, C = np.empty((2, 6)), np.empty((2, 2)), np.empty((2, 3))
-    M, C0, C1 = np.empty((n, 2, 2)), np.empty((n, 2, 3)), np.empty((n, 2, 3))
-    state, by = np.empty(n, np.int64), np.empty((n, 2, 2 + 3 * nh))
-    for p in range(P):
-        law = (kt[p], kn[p], mu[p], preload[p])
-        lift = preload[p] + kn[p] * u[p, :, 2] <= 0
-        shares[p, 2] = lift.sum() / n
-        moves[p, 2] = lift.any() and kn[p] > 0
-        shares[p, 1] = 0.0
-        if kt[p] > 0:
-            given1, given2 = (u[p, 0, 0], u[p, 0, 1]) if from_position else (sliders[p, 0], sliders[p, 1])
-            w1, w2 = begin(u[p, 0], given1, given2, *law, C)
-            pulled = w1 != given1 or w2 != given2
-            periods, repeats, leapt, slid = settle(u[p], w1, w2, *law, True, J, M, C0, C1, w[p], state, A)
-            if leapt and (not repeats or abs(determinant(A)) <= REGULAR):
-                periods, repeats, _, slid = settle(u[p], w1, w2, *law, False, J, M, C0, C1, w[p], state, A)
-                leapt = False
-            moves[p, 0] = moves[p, 1] = slid or pulled or from_position
-            shares[p, 1] = (state == SLIP).sum() / n
-            by[0] = 0.0
-            if leapt or np.abs(A).max() < 1e-12:
-                by[0, 0, 0] = by[0, 1, 1] = 1.0
-                carry(by, E, M, C0, C1)
-                fixed_point(by, A, dw[p])
-            elif moves[p, 0]:
-                for d in range(2):
-                    for j in range(3):
-                        value = C[d, j] if pulled else 1.0 * (from_position and d == j)
-                        by[0, d, 2 + j * nh:2 + (j + 1) * nh] = value * E[0]
-                for _ in range(periods):
-                    w1, w2 = one_period(u[p], w1, w2, *law, J, M, C0, C1, w[p], state, A)
-                    carry(by, E, M, C0, C1)
-                dw[p] = by[:, :, 2:]
-        shares[p, 0] = 1 - shares[p, 1] - shares[p, 2]
+def _plain_log_mean(a, b):
+    z = (b - a) / (b + a)
+    return 0.5 * (a + b) / (1 + z**2 / 3 + z**4 / 5 + z**6 / 7) if abs(z) < 1e-2 else (b - a) / np.log(b / a)

@@ -17,6 +17,7 @@ pairs: write it over rows, not over pairs.
 
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 from numba import njit
@@ -43,6 +44,7 @@ class SampledLaw:
     states: int = 0
     has_normal: bool = False
     corridor: bool = False
+    kernel: ClassVar = None          # what numba has to compile, to be announced
 
     def stuck_stiffness(self, pairs: PairSettings) -> np.ndarray:
         """(P, nd) constant stiffness that is taken over by the linear system."""

@@ -3,10 +3,11 @@
     tipdamp run docs/studies/two_blade_rig/asymmetric.toml --out RIG
     OMP_NUM_THREADS=1 PYTHONPATH=. .venv/bin/python tests/benchmarks/hbm_truth_rig.py RIG [--levels 12 20 40]
 
-Every point of H = 5 that is compared starts the integration at its displacement, velocity and sliders; H = 1 and 9 are
-compared with the same integration. Masses: modes above 50 times the excitation follow statically; at the peak of every
-level the integration is repeated with 150 times and with a tolerance ten times finer. The first output is compared,
-harmonic 1. The figures go to results/truth_rig.json beside this file.
+Every point starts the integration at its own displacement, velocity and sliders: pairs that stick all through keep
+their sliders where they are, so that there is a continuum of steady states, and each orbit has its own. H = 1 at the
+peak only. Modes above 50 times the excitation follow statically; at the peak the integration is repeated with 150
+times. The first output is compared, harmonic 1. The figures go to results/truth_rig.json beside this file; what is
+there is not computed again.
 """
 
 import argparse
@@ -28,7 +29,6 @@ from tipdamp import jobs
 from tipdamp.study import load_study
 
 AROUND = (-50.0, -35.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 35.0, 50.0)      # Hz from the peak
-HARMONICS = (1, 5, 9)
 STUDY = Path(__file__).parents[2] / "docs" / "studies" / "two_blade_rig" / "asymmetric.toml"
 RESULTS = Path(__file__).parent / "results" / "truth_rig.json"
 
@@ -63,38 +63,36 @@ def point_on(curve, problem, force, hz):
     return solve(problem, force, 2 * np.pi * hz, curve.H, x, curve.H)
 
 
-def row_at(curve, problem, force, hz, outputs, **settings):
-    """Figures of one frequency: amplitude by integration from the orbit of the curve, and the error of each H."""
-    rows, began = np.array(list(outputs.values())), time.process_time()
-    balance, point = point_on(curve, problem, force, hz)
+def against(problem, force, outputs, balance, point, **settings):
+    """Figures of one point of one H: amplitudes by harmonic balance and by integration from its own orbit."""
     if not point.converged:
-        return {"hz": hz, "said": "the harmonic balance did not converge"}
-    c = compare(balance, point, rows, tolerance=1e-5, most_periods=600, **settings)
+        return {"said": "the harmonic balance did not converge"}
+    rows, began = np.array(list(outputs.values())), time.process_time()
+    c = compare(balance, point, rows, tolerance=1e-5, most_periods=500, **settings)
     truth = abs(c.steady.harmonics[0, 1])
-    row = {"hz": hz, "integration": truth, "periodic": c.steady.periodic, "left": c.left, "said": c.said,
-           "periods": c.steady.periods, "change": c.steady.period_change, "seconds": time.process_time() - began,
-           "error": {}}
-    for H in HARMONICS:
-        b, p = solve(problem, force, point.parameter, H, point.x, curve.H) if H != curve.H else (balance, point)
-        q = abs((rows @ (b.receptance.shapes @ p.detail.modal))[0, 1]) if p.converged else float("nan")
-        row["error"][H] = q / truth - 1
-    return row
+    ours = abs((rows @ (balance.receptance.shapes @ point.detail.modal))[0, 1])
+    return {"balance": ours, "integration": truth, "error": ours / truth - 1, "periodic": c.steady.periodic,
+            "left": c.left, "said": c.said, "periods": c.steady.periods, "change": c.steady.period_change,
+            "seconds": time.process_time() - began}
 
 
-def level_rows(problem, force, Fe, outputs, save):
-    """Rows of a level, the first at the peak of H = 5, the next two its repetitions with finer settings."""
+def level(problem, force, Fe, outputs, rows, save):
+    """Fill rows {place: {H or 'masses to 150': figures}} of a level, those that are not there."""
     curve = follow_band(problem, Fe * force, (2300, 3300), harmonics=5, outputs=outputs, contact=True)
-    hz, amplitude = curve.peak(curve.output_names[0], "harmonic")
-    found = {"Fe": Fe, "peak_hz": hz, "peak_amplitude": amplitude, "ended": curve.ended, "rows": []}
-    top = row_at(curve, problem, Fe * force, hz, outputs)
-    save(found | {"rows": [top]})
-    found["rows"] = [top]
-    for step in AROUND:
-        found["rows"].append(row_at(curve, problem, Fe * force, hz + step, outputs))
-        save(found)
-    again = row_at(curve, problem, Fe * force, hz, outputs, massless_above=150.0)
-    found["peak_with_masses_to_150"] = again
-    save(found)
+    peak, _ = curve.peak(curve.output_names[0], "harmonic")
+    for H in (5, 9, 1):
+        for step in (0.0, *AROUND) if H != 1 else (0.0,):
+            row = rows.setdefault(f"{step:+g} Hz", {"hz": peak + step})
+            if str(H) in row:
+                continue
+            middle, point = point_on(curve, problem, Fe * force, peak + step)
+            balance, point = (middle, point) if H == 5 else solve(
+                problem, Fe * force, point.parameter, H, point.x, 5)
+            row[str(H)] = against(problem, Fe * force, outputs, balance, point)
+            if H == 5 and step == 0:
+                row["5, masses to 150"] = against(problem, Fe * force, outputs, balance, point, massless_above=150.0)
+            print(Fe, step, H, row[str(H)], flush=True)
+            save()
 
 
 def main():
@@ -105,12 +103,8 @@ def main():
     problem, force, outputs = rig(arguments.rig)
     figures = json.loads(RESULTS.read_text()) if RESULTS.is_file() else {}
     for Fe in arguments.levels:
-        def save(found, Fe=Fe):
-            figures[f"{Fe:g}"] = found
-            RESULTS.write_text(json.dumps(figures, indent=1) + "\n")
-            print(json.dumps(found["rows"][-1]), flush=True)
-
-        level_rows(problem, force, Fe, outputs, save)
+        rows = figures.setdefault(f"{Fe:g}", {})
+        level(problem, force, Fe, outputs, rows, lambda: RESULTS.write_text(json.dumps(figures, indent=1) + "\n"))
 
 
 if __name__ == "__main__":

@@ -1,24 +1,28 @@
-"""The examples of docs/theory/harmonic_balance.md, run as they stand; and the files that it names are there."""
+"""The examples of docs/theory on the forced response, run as they stand; and the files that they name are there."""
 
 import re
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "theory" / "harmonic_balance.md"
+THEORY = ROOT / "docs" / "theory"
 
 
-def test_the_examples_run():
-    text = PAGE.read_text(encoding="utf-8")
+@pytest.mark.parametrize("page,examples", [("harmonic_balance", 4), ("time_integration", 1)])
+def test_the_examples_run(page, examples):
+    text = (THEORY / f"{page}.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 4
+    assert len(blocks) == examples
     names = {}
     for block in blocks:
-        exec(compile(block, str(PAGE), "exec"), names)
+        exec(compile(block, page, "exec"), names)
 
 
-def test_files_and_links_that_the_page_names_are_there():
-    text = PAGE.read_text(encoding="utf-8")
+@pytest.mark.parametrize("page", ["harmonic_balance", "time_integration"])
+def test_files_and_links_that_the_page_names_are_there(page):
+    text = (THEORY / f"{page}.md").read_text(encoding="utf-8")
     for name in re.findall(r"`([a-z_]+\.py)`", text):
         assert (ROOT / "hbm" / name).exists(), name
     for link in re.findall(r"\]\(([^)]+)\)", text):
-        assert (PAGE.parent / link).exists(), link
+        assert (THEORY / link).exists(), link

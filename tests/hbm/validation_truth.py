@@ -81,16 +81,16 @@ def oscillator_rows():
 
 def rig_rows():
     """The rig's tuned set, harmonic 1 of the first output: errors as stored."""
-    for Fe, level in _stored("truth_rig.json", {}).items():
-        for i, at in enumerate(level["rows"]):
-            if "error" not in at:
-                continue
-            where = "at the peak" if i == 0 else f"{at['hz'] - level['peak_hz']:+.0f} Hz from it"
-            state = "" if at["periodic"] else ", not periodic"
-            for H, error in at["error"].items():
-                kind = "at the peak" if i == 0 else "within 50 Hz of it"
-                yield (f"{Fe} N, {at['hz']:.2f} Hz, {where}{state}", int(H), at["integration"] * (1 + error),
-                       at["integration"], abs(error), f"time integration {kind}, {Fe} N, H = {H}")
+    for Fe, rows in _stored("truth_rig.json", {}).items():
+        for step, at in rows.items():
+            kind = "at the peak" if step == "+0 Hz" else "within 50 Hz of it"
+            for H in ("1", "5", "9"):
+                found = at.get(H, {})
+                if "error" not in found or found["left"]:
+                    continue
+                state = "" if found["periodic"] else f", change of a period {found['change']:.0e}"
+                yield (f"{Fe} N, {at['hz']:.2f} Hz ({step} from the peak{state})", int(H), found["balance"],
+                       found["integration"], abs(found["error"]), f"time integration {kind}, {Fe} N, H = {H}")
 
 
 def robustness_rows():
