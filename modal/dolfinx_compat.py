@@ -90,9 +90,18 @@ class Block:
         indptr, indices, data = A.getValuesCSR()
         A.destroy()
         dof = (3 * self.place[:, None] + np.arange(3)).ravel()
-        row = np.repeat(dof, np.diff(indptr))
-        full = sp.coo_matrix((data, (row, dof[indices])), shape=(3 * self.nodes,) * 2).tocsr()
-        return ((full + full.T) / 2).tocsr()
+        return _symmetric(sp.csr_matrix((data, indices, indptr), shape=(len(dof),) * 2), dof, 3 * self.nodes)
+
+
+def _symmetric(A, dof, size):
+    """(A + A') / 2 with row and column i put at dof[i] of a larger matrix."""
+    start = np.zeros(size + 1, dtype=A.indptr.dtype)
+    start[dof + 1] = np.diff(A.indptr)
+    rows = A[np.argsort(dof)]
+    placed = sp.csr_matrix((rows.data, dof.astype(A.indices.dtype)[rows.indices], np.cumsum(start)), (size, size))
+    flipped = placed.T.tocsr()  # turning it over twice sorts the columns
+    placed = flipped.T.tocsr()
+    return ((placed + flipped) / 2).tocsr()
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from hbm.errors import InputError
-from modal import petsc
+from modal import petsc, slepc
 from modal.inertia import modes_below
 from modal.lanczos import block_lanczos
 
@@ -20,7 +20,7 @@ RESIDUAL_LIMIT = 1e-8
 _COLUMNS = 128
 _DENSE = 400  # up to this size all modes come from LAPACK
 _PROBES = 4
-_BEYOND = 4  # modes beyond those asked for, to see the gap above them
+_BEYOND = 2  # modes beyond those asked for, to see the gap above them
 
 
 class SingularStiffness(RuntimeError):
@@ -173,42 +173,14 @@ class _Cholmod:
     def lowest(self, M, count):
         """omega^2 of a few more modes than asked for, ascending; the same again, since they are converged (see
         block_lanczos); and the shapes (d, count)."""
-        from slepc4py import SLEPc
-
         B = petsc.matrix(self.PETSc, M)
-        eps = SLEPc.EPS().create(self.PETSc.COMM_SELF)
-        eps.setOptionsPrefix("tipdamp_")
-        eps.setOperators(self.A, B)
-        eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-        eps.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
-        eps.setDimensions(count + _BEYOND)
-        eps.setTolerances(1e-10, 500)
-        eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
-        eps.setTarget(0.0)
-        transform = eps.getST()
-        transform.setType(SLEPc.ST.Type.SINVERT)
-        transform.setShift(0.0)
-        # the factor is lent, not given: SLEPc resets a preconditioner that it is handed
-        lent = self.PETSc.PC().createPython(_Lent(self.pc.getFactorMatrix()), comm=self.PETSc.COMM_SELF)
-        lent.setOperators(self.A)
-        transform.getKSP().setPC(lent)
-        transform.getKSP().setType("preonly")
-        eps.solve()
-        found = eps.getConverged()
-        lam, phi = np.empty(found), np.empty((M.shape[0], found), order="F")
-        vector = self.A.createVecLeft()
-        for i in range(found):
-            lam[i] = eps.getEigenpair(i, vector).real
-            phi[:, i] = vector.getArray()
-        eps.destroy()
+        lam, shapes = slepc.lowest(self.A, B, count + _BEYOND, factor=self.pc.getFactorMatrix())
         B.destroy()
-        if found <= count:
-            raise RuntimeError(f"SLEPc converged {found} of {count + _BEYOND} modes")
-        order = np.argsort(lam)
+        phi = np.column_stack([shape.getArray() for shape in shapes[:count]])
         # one step of inverse iteration on all shapes at once: where K is badly conditioned they are good to 1e-7 only
-        Y = self.solve(M @ phi[:, order[:count]])
+        Y = self.solve(M @ phi)
         best, turn = sl.eigh(Y.T @ (self.K @ Y), Y.T @ (M @ Y))
-        lam = np.concatenate([best, lam[order[count:]]])
+        lam = np.concatenate([best, lam[count:]])
         return lam, lam, Y @ turn
 
     def solve(self, right):
@@ -220,16 +192,6 @@ class _Cholmod:
         dense.destroy()
         out.destroy()
         return x
-
-
-class _Lent:
-    """The factor as a preconditioner of somebody else's solver."""
-
-    def __init__(self, factor):
-        self.factor = factor
-
-    def apply(self, _, right, x):
-        self.factor.solve(right, x)
 
 
 class _Superlu:

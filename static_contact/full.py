@@ -31,30 +31,19 @@ def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs=(
 
 def _shared_modes(K, M, count):
     """omega (count,) rad/s with matrices and factor distributed over the ranks."""
-    PETSc = petsc.start()
-    from slepc4py import SLEPc
+    from modal import slepc
 
+    PETSc = petsc.start()
     A, B = (distributed(PETSc, matrix) for matrix in (K, M))
-    eps = SLEPc.EPS().create(PETSc.COMM_WORLD)
-    eps.setOptionsPrefix("tipdamp_shared_")
-    eps.setOperators(A, B)
-    eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-    eps.setDimensions(count)
-    eps.setTolerances(1e-10, 500)
-    eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
-    eps.setTarget(0.0)
-    transform = eps.getST()
-    transform.setType(SLEPc.ST.Type.SINVERT)
-    ksp = transform.getKSP()
-    ksp.setType("preonly")
-    ksp.getPC().setType("cholesky")
-    ksp.getPC().setFactorSolverType("mumps")
-    eps.solve()
-    found = min(eps.getConverged(), count)
-    worst = max((eps.computeError(i, SLEPc.EPS.ErrorType.RELATIVE) for i in range(found)), default=np.inf)
-    if found < count or worst > 1e-6:
-        raise RuntimeError(f"{found} of {count} modes found, largest residual {worst:.1e}")
-    return np.sqrt(np.sort([eps.getEigenvalue(i).real for i in range(found)]))
+    lam, shapes = slepc.lowest(A, B, count)
+    for value, shape in zip(lam[:count], shapes, strict=False):
+        rest = A * shape
+        size = rest.norm()
+        rest.axpy(-float(value), B * shape)
+        residual = rest.norm() / size
+        if residual > 1e-6:
+            raise RuntimeError(f"the residual of a mode is {residual:.1e} of its stiffness force, allowed 1e-6")
+    return np.sqrt(lam[:count])
 
 
 def distributed(PETSc, matrix, comm=None):

@@ -21,7 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 FRONT, PAGES = ROOT / "docs" / "validation.md", ROOT / "docs" / "validation"
 MODULES = ("tests.hbm.validation_rows", "tests.hbm.validation_truth", "tests.modal.validation_rows",
-           "tests.static_contact.validation_rows")
+           "tests.static_contact.validation_rows", "tests.static_contact.validation_h1")
 HEADER = "| case | H | ours | reference | error | against |"
 
 

@@ -49,10 +49,11 @@ def abaqus(path, matrix, node, direction):
         f"{node[a]},{dof[a]}, {node[b]},{dof[b]}, {matrix[a, b]:.16e}" for a, b in zip(i, j, strict=True)))
 
 
-@pytest.mark.parametrize("kind", [".npz", ".mtx", ".mat", ".hb", "sparse.npz"])
+@pytest.mark.parametrize("kind", [".npz", ".npy", ".mtx", ".mat", ".hb", "sparse.npz"])
 def test_every_format_comes_back(rig, tmp_path, kind):
     model = rig[0]
-    write = {".npz": lambda p, A: np.savez(p, A), "sparse.npz": lambda p, A: sp.save_npz(p, sp.csr_matrix(A)),
+    write = {".npz": lambda p, A: np.savez(p, A), ".npy": np.save,
+             "sparse.npz": lambda p, A: sp.save_npz(p, sp.csr_matrix(A)),
              ".mtx": lambda p, A: scipy.io.mmwrite(p, sp.coo_matrix(A), symmetry="symmetric", precision=17),
              ".mat": lambda p, A: scipy.io.savemat(p, {"A": sp.csc_matrix(A)}), ".hb": harwell_boeing_as_ansys}[kind]
     paths = {name: tmp_path / f"{name}{kind}" for name in "MK"}

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from hbm import fourier
 from hbm.response import follow_band
@@ -116,3 +117,24 @@ def test_answer_does_not_depend_on_the_samples(H):
         problem, force = build(case["parameters"])
         coarse, fine = (solve(problem, force, 1.05, H, samples=n)[0] for n in (64, 1024))
         assert np.abs(coarse - fine).max() < 1e-10 * np.abs(fine).max()
+
+
+def test_two_forcing_harmonics_against_runge_kutta():
+    """C1 forced by harmonics 1 and 2 out of phase, lifting off; the integrator knows the equation of motion alone."""
+    p = C1["parameters"]
+    problem, _ = unilateral(p)
+    w, first, second = 0.5, 6 * p["F"], 3 * p["F"] * np.exp(0.7j)
+
+    def rate(t, y):
+        f = first * np.cos(w * t) + (second * np.exp(2j * w * t)).real
+        spring = max(p["N0"] + p["kn"] * y[0], 0.0) - max(p["N0"], 0.0)
+        return y[1], (f - p["c"] * y[1] - p["k"] * y[0] - spring) / p["m"]
+
+    period = 2 * np.pi / w
+    t = period * (66 + np.arange(256) / 256)           # the transient has died to exp(-0.02 * 66 periods) = 6e-8
+    y = solve_ivp(rate, (0, t[-1]), [0.0, 0.0], t_eval=t, method="RK45", rtol=1e-9, atol=1e-11)
+    expected = np.fft.rfft(y.y[0])[:4] / 256 * np.array([1, 2, 2, 2])
+    curve = follow_band(problem, {1: np.array([first]), 2: np.array([second])}, (0.5 / np.pi * w, 1 / np.pi * w),
+                        harmonics=30, outputs={"x": np.ones(1)})
+    assert np.abs(curve.harmonics[0, 0, :4] - expected).max() < 1e-6 * np.abs(expected).max()
+    assert curve.share_open[0, 0] > 0.3 and abs(expected[2]) > 0.05 * abs(expected[1])

@@ -39,10 +39,14 @@ def by_polynomials(eta, count=2, terms=14):
     return np.sqrt(eigh(K, w * weight @ w.T, eigvals_only=True)[:count])
 
 
-@pytest.fixture(scope="module")
-def beam():
+def beam_body():
     mesh = block(np.linspace(0, L, 81), np.linspace(-SIDE / 2, SIDE / 2, 3), np.linspace(-SIDE / 2, SIDE / 2, 3), 2)
     return mesh, elastic_body(mesh, BEAM, "beam", clamp="x0")
+
+
+@pytest.fixture(scope="module")
+def beam():
+    return beam_body()
 
 
 # beams of quadratic cells; mixture: an upper half of other cells is tied on by shared nodes

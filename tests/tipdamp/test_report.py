@@ -356,6 +356,30 @@ def test_sections_without_data_are_left_out(tmp_path, sections, gone):
     assert all(not name.startswith("respon") for name in summarise(results))
 
 
+def test_further_load_cases_have_a_table_and_a_map_each(tmp_path):
+    light = table(preload=2.0)
+    light = light.replace(preload=np.where(light.station == 2, -0.5, light.preload))
+    case = {"file": "loads/light.csv", "residual": 0.0, "balance_error": 0.0,
+            "sides": {"left": {"sum_N": 8.0, "max_N": 2.0, "detached": 1},
+                      "right": {"sum_N": 16.0, "max_N": 2.0, "detached": 2}}}
+    study, store = artefacts(tmp_path, sections=FULL + "[loads.light]\npull = 20\n",
+                             damage=lambda files: files["preload.json"].update(cases={"light": case}))
+    store.path("loads").mkdir()
+    light.save(store.path("loads/light.csv"))
+    blocks = dict((name, shown) for name, _, shown in page.sections_of(load_results(study, store)))["preload"]
+    rows = next(b for b in blocks if hasattr(b, "rows") and hasattr(b, "columns") and not hasattr(b, "panels")).rows
+    assert rows == (("the pull", "100", "70.00", "9.000", "0", "70.00", "9.000", "0"),
+                    ("light: another pull", "20", "8.000", "2.000", "1", "16.00", "2.000", "2"))
+    map_of_case = next(b for b in blocks if getattr(b, "name", "") == "preload_light")
+    marks = [i for panel in map_of_case.panels for i in panel.items if isinstance(i, figure.Marks)]
+    assert sum(len(m.x) for m in marks) == len(light) and {float(y) for m in marks for y in m.y} == {2.0, -0.5}
+    assert all(m.filled == (m.y > 0).all() for m in marks)
+    scene = next(b for b in blocks if getattr(b, "name", "") == "preload_on_damper")
+    assert scene.cases == ["the pull", "light"]
+    page.write_report(study, store, lambda *_: None)
+    assert store.path("figures/preload_light.png").is_file()
+
+
 def test_a_curve_that_never_began(tmp_path):
     """The first point fails: one point, no peak."""
     def change(files):

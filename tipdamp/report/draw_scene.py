@@ -47,7 +47,7 @@ def space(box, eye, up) -> dict:
     slender = size.max() / np.linalg.norm(size)              # 0.58 for a cube, 1 for a needle
     axes = {f"{k}axis": {**AXIS, "title": {"text": f"{k} (mm)", "font": {"size": 11}}, "range": box[:, i].tolist()}
             for i, k in enumerate("xyz")}
-    return {**axes, "aspectmode": "manual", "aspectratio": dict(zip("xyz", ((0.5 + 2.0 * slender) * size
+    return {**axes, "aspectmode": "manual", "aspectratio": dict(zip("xyz", ((0.3 + 2.4 * slender) * size
                                                                    / np.linalg.norm(size)).tolist(), strict=True)),
             "dragmode": "orbit", "bgcolor": "#ffffff",
             "camera": {"eye": _xyz(eye), "up": _xyz(up), "projection": {"type": "orthographic"}}}

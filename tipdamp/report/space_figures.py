@@ -154,7 +154,7 @@ def _stems(table, per_newton, case):
     if not closed.all():
         texts = tuple(f"side {table.side[i]}, station {table.station[i]}, row {table.row[i]}: open"
                       for i in np.flatnonzero(~closed))
-        yield Points(start[~closed], "open pairs", "#D55E00", 5.0, "square-open", hover=texts, case=case)
+        yield Points(start[~closed], "open pairs", "#D55E00", 2.5, "square-open", hover=texts, case=case)
 
 
 def _load_texts(table, patch):

@@ -1,0 +1,77 @@
+"""Rows of docs/validation on reduction and modes: G1, NAFEMS FV32 and FV52, random bodies, rotating beam."""
+
+import numpy as np
+import scipy.linalg as sl
+
+from modal.craig_bampton import craig_bampton
+from modal.truncation import error_bound
+from tests.benchmarks.nafems import FV32_HZ, exact_hard_plate, fv32, fv52
+from tests.modal.random_bodies import missed
+from tests.modal.test_g1_bar_beam import G1, spectral_body
+from tests.modal.test_stiffening import FLAP, beam_body, flap_and_lag
+from tests.validation import Section, relative
+
+FV32_RUNGS, FV52_RUNGS = (4, 8, 16, 32), ((4, 1), (8, 1), (16, 2), (24, 2))
+BODIES = 60  # of the 500 of `python -m tests.modal.random_bodies`
+
+
+def reduction_rows():
+    """Every frequency of the table; how far the bound of the reduction error lies below the error, at most 0."""
+    for name, order in (("bar", 1), ("beam", 2)):
+        body = spectral_body(order)
+        for row in G1[name]:
+            reduction = craig_bampton(body, [1], row["N"])
+            K, M = reduction.model.K.copy(), reduction.model.M
+            K[0, 0] += row["kappa"]
+            omega = np.sqrt(sl.eigh(K, M, eigvals_only=True))
+            told = np.array(row["omega"] if order == 1 else row["betaL"]) ** order
+            case = f"G1 {name}, tip spring {row['kappa']:g}, {row['N']} modes"
+            for k, (ours, value) in enumerate(zip(omega, told, strict=False), start=1):
+                yield f"{case}, frequency {k}", "", ours, value, relative(ours, value), "table"
+            exact = np.array(row["exact"]) ** order
+            error = omega[:len(exact)] / exact[:len(omega)] - 1
+            short = np.max(error - error_bound(K, M, reduction.truncation, omega)[:len(error)])
+            yield f"{case}, error beyond its bound", "", max(short, 0.0), 0.0, max(short, 0.0), "bound"
+
+
+def membrane_rows():
+    """FV32: the ladder against its published values, the finest rung last."""
+    for n in FV32_RUNGS:
+        for k, (ours, told) in enumerate(zip(fv32(n), FV32_HZ, strict=True), start=1):
+            against = "published" if n == FV32_RUNGS[-1] else "published, coarser mesh"
+            yield f"FV32, {2 * n} x {n} cells, mode {k}", "", ours, told, relative(ours, told), against
+
+
+def plate_rows():
+    """FV52 on hard supports: the ladder against the exact three-dimensional solution."""
+    exact = exact_hard_plate(8)
+    for n, layers in FV52_RUNGS:
+        for k, (ours, told) in enumerate(zip(fv52(n, layers, "hard"), exact, strict=True), start=1):
+            against = "exact" if (n, layers) == FV52_RUNGS[-1] else "exact, coarser mesh"
+            yield f"FV52, {n} x {n} x {layers} cells, mode {k}", "", ours, told, relative(ours, told), against
+
+
+def random_rows():
+    lost = sum(missed(seed) for seed in range(BODIES))
+    yield f"modes missed in {BODIES} random bodies", "", lost, 0, float(lost), "none missed"
+
+
+def rotating_rows():
+    made = beam_body()
+    for eta in (1, 4, 12):
+        for k, (ours, told) in enumerate(zip(flap_and_lag(made, eta)[0], FLAP[eta], strict=True), start=1):
+            yield f"flapping at speed {eta}, mode {k}", "", ours, told, relative(ours, told), "published"
+
+
+SECTIONS = (
+    Section("reduction", "G1: Craig-Bampton of a bar and a beam", "omega of each mode, and the bound of its error. "
+            "Source: tests/reference/modal/G1.", reduction_rows, {"table": 1e-8, "bound": 1e-10}),
+    Section("fv32", "NAFEMS FV32: tapered membrane", "Hz; 27-node hexahedra, plane stress. Source: NAFEMS R0015.",
+            membrane_rows, {"published": 1e-3, "published, coarser": 0.01}),
+    Section("fv52", "NAFEMS FV52: solid square plate", "Hz; 27-node hexahedra, edge faces held in z and along "
+            "themselves. A line support, as in the original, has no limit in three dimensions. Source of the exact "
+            "solution: Graff, Wave Motion in Elastic Solids, 8.1.", plate_rows, {"exact": 1e-3, "exact, coarser": 0.1}),
+    Section("missed", "Modes of random bodies", "Repeated and close modes, known from small problems.", random_rows,
+            {"none missed": 0.0}),
+    Section("rotating", "Rotating cantilever", "omega sqrt(m L^4 / EI). Source: Wright et al. 1982.", rotating_rows,
+            {"published": 5e-3}))
