@@ -90,6 +90,7 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     K, M = body.K.tocsr(), body.M.tocsr()
     K_I, M_I = K[interior], M[interior]
     K_IB, K_II, M_IB, M_II = K_I[:, boundary], K_I[:, interior], M_I[:, boundary], M_I[:, interior]
+    del K_I, M_I
     factor = Factor(K_II)
     Psi = -factor.solve(np.ascontiguousarray(K_IB.T.toarray()).T)
     found = factor.modes(M_II, modes, below_hz)

@@ -4,14 +4,15 @@ from pathlib import Path
 
 from hbm.errors import InputError
 
-# Measured with CHOLMOD on compact blocks of hexahedra: 5.0 GB for 300 000 dofs. The factor of a solid grows with
-# dofs^(4/3) (nested dissection in three dimensions); matrices and boundary motions are small beside it.
-_MEASURED_DOFS, _MEASURED_BYTES, _GROWTH = 300_000, 5.0e9, 4 / 3
+# Measured by tests/benchmarks/growth.py, assembly and reduction of a block of 8-node hexahedra with 186 master dofs:
+# 0.90, 1.89 and 3.71 GB for 28, 57 and 108 thousand dofs. Matrices and boundary motions grow with the dofs, the two
+# factors (for the modes and for their count) with dofs^(4/3): nested dissection in three dimensions.
+_BYTES_PER_DOF, _FACTOR_BYTES, _GROWTH = 25e3, 180.0, 4 / 3
 
 
 def predicted_bytes(nodes: int) -> float:
-    """Peak memory of assembly and one factorisation of a solid mesh of that size, bytes, to a factor of 2."""
-    return _MEASURED_BYTES * (3 * nodes / _MEASURED_DOFS) ** _GROWTH
+    """Peak memory of assembly and reduction of a solid mesh of that size, bytes, to a factor of 2."""
+    return _BYTES_PER_DOF * 3 * nodes + _FACTOR_BYTES * (3 * nodes) ** _GROWTH
 
 
 def available_bytes() -> float:
