@@ -72,8 +72,9 @@ def _said(steady, difference):
         said = f"the integration is not periodic after {steady.periods} periods (change {steady.period_change:.1e})"
     elif left:
         said = f"the integration left for another orbit, {difference:.1%} away"
+    elif steady.multiplier > 1 + 1e-6:
+        said = (f"the orbit is there, {difference:.2e} away, but it is unstable (Floquet multiplier "
+                f"{steady.multiplier:.4f}): left to itself the integration leaves it")
     else:
         said = f"the integration stays on the orbit, {difference:.2e} away"
-        if steady.multiplier > 1 + 1e-6:
-            said += f"; the orbit is unstable (Floquet multiplier {steady.multiplier:.4f})"
     return Comparison(difference, steady, left, said)

@@ -18,6 +18,7 @@ from hbm.model import ReducedModel
 from static_contact.complementarity import Normal, closed_pairs
 from static_contact.free_motions import FREE_STIFFNESS, free_motions, rigid_motions
 
+_LARGEST_RESIDUAL = 1e-8  # of the load
 LOAD_TOLERANCE = 1e-7   # of the load's reach: matrices from text files have eight digits
 
 
@@ -69,6 +70,7 @@ class StaticContact:
         K = model.K + self.B.T * k0 @ self.B
         self.rigid = rigid_motions(model)
         self.free, self.names, self.coefficients, gauge = free_motions(self.rigid, model, K)
+        self.idle = np.linalg.qr(self.free)[0]
         try:
             # the gauge carries no force (no load along it is accepted), it only makes the free motions definite
             self.factor = sl.cho_factor(K + gauge)
@@ -84,7 +86,8 @@ class StaticContact:
         """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
 
         A load along a motion that no contact resists raises InputError with its amount; with hold=True it is taken
-        up in the reference state instead, and reported. Raises InputError when the load lifts the damper off.
+        up in the reference state instead, and reported. Raises InputError when the load lifts the damper off, and
+        when the solution leaves more than 1e-8 of the load unbalanced.
         """
         load = np.asarray(load, dtype=float)
         gap = self.pairs.gap if gap is None else np.asarray(gap, dtype=float)
@@ -99,11 +102,19 @@ class StaticContact:
         u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
         q = start - self.by_pair @ (force - self.normal.k0 * u)
         left = self.model.K @ q + self.B.T @ force - applied
+        self._check_balance(left, applied)
         spring = np.where(np.isinf(self.kn), 0.0, self.kn)
         return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
                        force=force, opening=np.where(closed, 0.0, gap - u), displacement=q, motions=motions,
                        held={m.name: m.load for m in loaded}, residual=_ratio(left, applied),
                        balance=self._balance(load, force), iterations=iterations, method=method)
+
+    def _check_balance(self, left, applied):
+        """Refuses what is left of the balance, but for the rounding along free motions, which nothing could take."""
+        off = _ratio(left - self.idle @ (self.idle.T @ left), applied)
+        if not off <= _LARGEST_RESIDUAL:
+            raise InputError(f"the static solution leaves {off:.1e} of the load unbalanced (allowed: "
+                             f"{_LARGEST_RESIDUAL:g}): the model's K is too ill-conditioned")
 
     def _reach(self, load):
         """What the load on the bodies that take part in each free motion could do at most along it, N or N m."""

@@ -82,6 +82,7 @@ def summary(rows):
     agree = [r for r in stayed if r["difference"] <= AGREES]
     return {"oscillators": len({r["oscillator"] for r in rows}), "points": len(rows), "settled": len(solved),
             "stayed": len(stayed), "agree": len(agree),
+            "unstable": sum(r["multiplier"] > 1 + 1e-6 for r in stayed),
             "left": sum(r["left"] and r["periodic"] for r in solved),
             "not_periodic": sum(not r["periodic"] for r in solved),
             "median_difference": float(np.median([r["difference"] for r in stayed])) if stayed else None,

@@ -124,12 +124,16 @@ def test_a_stuck_orbit_repeats_at_once():
 
 
 def test_it_is_said_when_the_integration_leaves():
-    """C1 at 1.15: from the middle one of three solutions to one of the others; the outer ones are kept."""
+    """C1 at 1.15: the middle one of three solutions is unstable; from where H = 1 has it the integration leaves it."""
     low, middle, high = three_of_c1(H=9)
     for _, point, balance in (low, high):
-        assert compare(balance, point, [[1.0]]).agrees
+        c = compare(balance, point, [[1.0]])
+        assert c.agrees and "stays on the orbit" in c.said
     c = compare(middle[2], middle[1], [[1.0]])
-    assert (c.left and "left for another orbit" in c.said) or "the orbit is unstable" in c.said
+    assert c.agrees and c.steady.multiplier > 1.05 and "it is unstable" in c.said
+    middle = three_of_c1(H=1)[1]
+    c = compare(middle[2], middle[1], [[1.0]])
+    assert c.left and not c.agrees and "left for another orbit" in c.said
 
 
 @pytest.mark.parametrize("case,omega", [("C1", 1.2), ("C1", 1.3), ("D1", 1.0), ("D1", 1.5)])
