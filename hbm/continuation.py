@@ -23,6 +23,7 @@ import numpy as np
 END = "reached the end of the band"
 GAP = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)     # places tried ahead of a lost branch, in units of `length`
 SAFE = 8.0                                       # factor on the estimated error after the last step
+BLIND = 1e-4                                     # length of a step that may be the last without evaluating again
 PACE = 3e-3                                      # share of the way by which a branch must get on to be worth following
 HOLE = 0.02                                      # share of the way without a solution that fails a branch
 BACK = 400                                       # points in which a solution ahead is followed back
@@ -102,7 +103,7 @@ def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
         x, p = x + dx, p + dp
         if not np.isfinite(p) or not np.isfinite(x).all():
             break
-        if chord or SAFE * rate**2 * error <= settings.tolerance:
+        if (chord or SAFE * rate**2 * error <= settings.tolerance) and metric.norm(dx, dp) < BLIND:
             return Point(x, p, True, iteration, e.moved(dx, dp))
         before, least, held = error, min(error, least), e
     return Point(np.full_like(x0, np.nan), p0, False, iteration)
