@@ -129,8 +129,8 @@ def pause(edge, sign, r0, r1, gone, a, b):
 def stick_ends(edges, w, t, at, b, place, rate, i, since):
     """First instant in (t, b] at which an edge of the corridor reaches a resting slider, and the state that follows.
 
-    place, rate (2, m + 1) are those of the edges at the break points; `at` and b are number i and i + 1. since (2,) : instants
-    from which on an edge may reach the slider that it has just left behind
+    place, rate (2, m + 1) are those of the edges at the break points; `at` and b are number i and i + 1.
+    since (2,) : instants from which on an edge may reach the slider that it has just left behind
     """
     when, state = b, STICK
     for s in range(2):
