@@ -23,6 +23,7 @@ import numpy as np
 END = "reached the end of the band"
 GAP = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)     # places tried ahead of a lost branch, in units of `length`
 SAFE = 8.0                                       # factor on the estimated error after the last step
+BLIND = 1e-4                                     # length of a step that may be the last without evaluating again
 PACE = 3e-3                                      # share of the way by which a branch must get on to be worth following
 HOLE = 0.02                                      # share of the way without a solution that fails a branch
 BACK = 400                                       # points in which a solution ahead is followed back
@@ -102,7 +103,7 @@ def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
         x, p = x + dx, p + dp
         if not np.isfinite(p) or not np.isfinite(x).all():
             break
-        if chord or SAFE * rate**2 * error <= settings.tolerance:
+        if (chord or SAFE * rate**2 * error <= settings.tolerance) and metric.norm(dx, dp) < BLIND:
             return Point(x, p, True, iteration, e.moved(dx, dp))
         before, least, held = error, min(error, least), e
     return Point(np.full_like(x0, np.nan), p0, False, iteration)
@@ -274,7 +275,7 @@ class _Walk:
 
         Each further leap goes twice as far. Where nothing is found ahead the branch is followed on.
         """
-        begin, goal = self.furthest, LEAP * 2.0 ** min(len(self.branch.leaps), 5)
+        begin, taken_up, goal = self.furthest, None, LEAP * 2.0 ** min(len(self.branch.leaps), 5)
         beside = [p.x for p in sorted(self.run, key=lambda point: -self.sense * point.parameter)[4:64:12]]
         at, passed, step = begin, [], GAP[0]
         while at.parameter != self.end and self.sense * (at.parameter - begin.parameter) < goal * self.length:
@@ -287,25 +288,30 @@ class _Walk:
         self.stale, self.turns, self.attempts = 0, 0, self.attempts + 1
         if at is None and self.restart:
             at, _ = self._ahead(begin.parameter, (), (goal, 2 * goal, 4 * goal, 8 * goal), 0)
-            passed = passed + self._back(at, passed[-1] if passed else begin) if at else passed
-        elif passed:
-            self.branch.leaps.append((begin.parameter, passed[-1].parameter))
+            passed, taken_up = self._back(at, passed) if at else (passed, None)
         if passed:
+            self.branch.leaps.append((begin.parameter, (taken_up or passed[-1]).parameter))
             self.branch.points += passed[:-1]
             self._resume(passed[-1])
 
-    def _back(self, found, left):
-        """Points from where a branch was left up to one found ahead, which is followed back as far as it gets on."""
-        back = follow(self.evaluate, found, left.parameter, self.weights,
+    def _back(self, found, passed):
+        """`passed` and the points up to one found ahead, which is followed back as far as it gets on, and the last.
+
+        Where a hole stays that is wider than may be, a failed point marks it; while points are left for following the
+        branch on, that is done instead and nothing comes back.
+        """
+        left = (passed[-1] if passed else self.furthest).parameter
+        back = follow(self.evaluate, found, left, self.weights,
                       replace(self.settings, most_points=BACK, most_leaps=0, most_gaps=0))
         self.branch.calls += back.calls
         good = [q for q in back.points if q.converged]
         nearest = min(range(len(good)), key=lambda i: self.sense * good[i].parameter)
-        self.branch.leaps.append((left.parameter, good[nearest].parameter))
-        hole = self.sense * (good[nearest].parameter - left.parameter)
-        middle = 0.5 * (left.parameter + good[nearest].parameter)
-        failed = [Point(np.full_like(found.x, np.nan), middle, False, 0)] if hole > HOLE * self.way else []
-        return failed + good[nearest::-1]
+        if self.sense * (good[nearest].parameter - left) <= HOLE * self.way:
+            return passed + good[nearest::-1], good[nearest]
+        if len(self.branch.points) < 0.6 * self.settings.most_points:
+            return [], None
+        hole = Point(np.full_like(found.x, np.nan), 0.5 * (left + good[nearest].parameter), False, 0)
+        return passed + [hole] + good[nearest::-1], good[nearest]
 
     def _cross(self, last, metric):
         """Past a place where the corrector fails: the same branch close by, else a gap with failed points in it."""

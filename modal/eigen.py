@@ -97,6 +97,7 @@ class Factor:
         if size <= _DENSE or count > size // 4:
             lam, phi = sl.eigh(self.K.toarray(), M.toarray())
             free = lam[count] if count < size else np.inf
+            _refuse_negative(lam)
             return self._checked(M, lam[:count], phi[:, :count], free)
         lam, low, phi = self._solver.lowest(M, max(int(count), 1))
         keep, free = max(int(count), 1), top
@@ -136,12 +137,19 @@ class Factor:
         return lam, phi
 
     def _checked(self, M, lam, phi, free):
+        _refuse_negative(lam)
         phi = phi / np.sqrt(np.einsum("ij,ij->j", phi, M @ phi))
         force = self.K @ phi
         residual = np.linalg.norm(force - M @ phi * lam, axis=0) / np.linalg.norm(force, axis=0)
         if residual.max(initial=0) > 1e-6:
             raise RuntimeError(f"the residual of a mode is {residual.max():.1e} of its stiffness force, allowed 1e-6")
         return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))
+
+
+def _refuse_negative(lam):
+    """omega^2 of a positive definite K are positive: no root is taken of others."""
+    if lam.min(initial=np.inf) <= 0:
+        raise SingularStiffness(f"K is not positive definite: a mode has omega^2 = {lam.min():.3g} rad2/s2")
 
 
 def _gap_above(lam, low, count):

@@ -43,6 +43,7 @@ class Preload:
     residual - |K q + B' N - f| / |f|
     balance - |sum of contact forces and loads| / |sum of loads| on the floating dampers, None where none floats
     iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
+    or sets that cycled
     """
 
     pairs: ContactTable

@@ -161,6 +161,21 @@ def test_points_whose_last_step_was_not_evaluated_again_solve_the_equations(case
     assert branch.complete and linearised > 0.5 * len(branch.points)
 
 
+def test_a_long_last_step_is_evaluated_again():
+    """Newton contracts fast, 1e-2 to 1e-5, then steps by 1e-3 over a kink behind which the slope is 10: root 1.0105005.
+
+    Taken on trust, that step would leave a residual of 5e-3.
+    """
+    def kinked(x, p):
+        pieces = [(x[0] - 1.01, 1.0), (1e-2 * (x[0] - 1.0105) - 5e-6, 1e-2), (10 * (x[0] - 1.0105) - 5e-6, 10.0)]
+        f, slope = pieces[int(x[0] > 1.009) + int(x[0] > 1.0105)]
+        return Dense(np.array([f]), np.array([[slope]]), np.zeros(1))
+
+    metric = continuation.Metric(np.ones(1), 1.0, 1.0)
+    point = continuation.correct(kinked, np.ones(1), 0.0, np.zeros(1), 1.0, metric, continuation.DEFAULT)
+    assert point.converged and abs(kinked(point.x, 0.0).residual[0]) < 1e-9
+
+
 def test_residual_calls_and_points_of_the_rig():
     """The rig's 18 pairs at H = 5 and 20 N: the figures that are promised."""
     problem, force, outputs = rig()

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hbm import aft, fourier, isotropic, laws, located
+from hbm import aft, compilation, fourier, isotropic, laws, located
 from hbm.errors import InputError
 from tests.hbm.conformance import LAWS, bracket, random_case
 
@@ -75,12 +75,13 @@ def test_negative_settings_are_refused(column):
 
 def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog):
     source = Path(located.__file__)
-    kernel = SimpleNamespace(py_func=located.brackets.py_func, stats=SimpleNamespace(cache_path=tmp_path))
-    aft._announce_compilation(kernel)
+    kernel = SimpleNamespace(signatures=[], py_func=located.brackets.py_func,
+                             stats=SimpleNamespace(cache_path=tmp_path))
+    compilation.announce(kernel)
     assert "compiling the contact kernels" in caplog.text
     caplog.clear()
     stored = tmp_path / "located.brackets-1.py311.nbi"
     stored.touch()
     os.utime(stored, (source.stat().st_mtime + 5,) * 2)
-    aft._announce_compilation(kernel)
+    compilation.announce(kernel)
     assert not caplog.text
