@@ -97,9 +97,11 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     K_IB, K_II, M_IB, M_II = K_I[:, boundary], K_I[:, interior], M_I[:, boundary], M_I[:, interior]
     del K_I, M_I
     factor = _definite_factor(body, K_II, M_II)
-    Psi = -factor.solve(np.ascontiguousarray(K_IB.T.toarray()).T)
-    found = factor.modes(M_II, modes, below_hz)
-    M_Psi = M_II @ Psi + M_IB
+    found = factor.modes(M_II, modes, below_hz)  # first: the count of the modes makes a second factor for a while
+    Psi = factor.solve((-K_IB).toarray(order="F"))
+    M_Psi = M_II @ Psi
+    direct = M_IB.tocoo()
+    M_Psi[direct.row, direct.col] += direct.data
     G = _left_out(factor, M_II, M_Psi, found.phi)
     omega, Phi = _with_load_modes(body, interior, factor, M_II, found, loads)
 
@@ -162,7 +164,8 @@ def _left_out(factor, M_II, M_Psi, Phi):
     """G of `truncation`: the compliance of the inertia forces of Psi that the kept modes do not carry."""
     if Phi.shape[0] == Phi.shape[1]:
         return np.zeros((M_Psi.shape[1],) * 2)
-    rest = M_Psi - (M_II @ Phi) @ (Phi.T @ M_Psi)
+    rest = (M_II @ Phi) @ (-Phi.T @ M_Psi)
+    rest += M_Psi
     G = rest.T @ factor.solve(rest)
     return (G + G.T) / 2
 
