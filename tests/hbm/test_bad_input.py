@@ -99,6 +99,26 @@ REFUSED = {
     "no damping": ({"damping_ratio": None}, r"damping: neither C nor damping_ratio given"),
     "origin misspelt": ({"origin": "prelaoded"}, r"origin = 'prelaoded': must be 'preloaded' or 'unloaded'"),
     "start misspelt": ({"start": "zero"}, r"start = 'zero': must be 'zero_force', 'zero_slider' or"),
+    "K complex": (lambda: {"K": MODEL.K * (1 + 0.02j)}, r"K\[0, 0\] is .*j: matrices must be real; .* = eta/2"),
+    "M complex": (lambda: {"M": MODEL.M + 0.1j}, r"M\[0, 0\] is .*j: matrices must be real"),
+    "C complex": (lambda: {"C": 1e-5j * MODEL.K}, r"C\[0, 0\] is .*j: matrices must be real"),
+    "a record complex": (lambda: {"model": replace(MODEL, K=MODEL.K * (1 + 0.1j))}, r"K\[0, 0\] is .*must be real"),
+    "K a text": ({"K": "K.mtx"}, r"K = 'K\.mtx': must be a square matrix of numbers"),
+    "no law": ({"law": None}, r"law = None: must be a contact law, for example Jenkins1D\(\), DryFriction2T\(\)"),
+    "law a text": ({"law": "DryFriction2T"}, r"law = 'DryFriction2T': must be a contact law"),
+    "law not called": ({"law": DryFriction2T}, r"law = DryFriction2T: is what makes a law; call it: DryFriction2T\(\)"),
+    "no pair table": ({"pairs": None}, r"pairs = None: must be a ContactTable"),
+    "no model": ({"model": None}, r"model = None: must be a ReducedModel"),
+    "mu a text": (lambda: {"mu": ["rough"] * len(PAIRS)}, r"contact table: mu = .*must hold a number for each pair"),
+    "outputs a list": (lambda: {"outputs": [TIP]}, r"outputs = .*: must be a dict \{name: row of length"),
+    "outputs a text": ({"outputs": "tip"}, r"outputs = 'tip': must be a dict"),
+    "output a text": ({"outputs": {"tip": "y"}}, r"output 'tip' = 'y': must be a row of \d+ real numbers"),
+    "output complex": (lambda: {"outputs": {"tip": 1j * TIP}}, r"output 'tip' = .*: must be a row of \d+ real numbers"),
+    "damping a text": ({"damping_ratio": "2%"}, r"damping_ratio = '2%': must be a number .*\(2 % is 0\.02\)"),
+    "no forcing": ({"forcing": None}, r"forcing of harmonic 1 = None: must be \d+ numbers in N"),
+    "forcing of harmonic True": (lambda: {"forcing": {True: TIP}}, r"forcing of harmonic True: harmonics count from 1"),
+    "static a text": ({"static": "gravity", "origin": "unloaded"}, r"static = 'gravity': must be \d+ real numbers"),
+    "start a text list": ({"start": ["a"]}, r"start = \['a'\]: must be 'zero_force'"),
     "samples negative": ({"samples": -8}, r"samples = -8: must be a whole number"),
     "samples too few": ({"samples": 4, "harmonics": 5}, r"samples = 4: .*at least"),
     "at not a number": ({"at": ["x"]}, r"at = "),
@@ -113,7 +133,7 @@ def test_refused_by_forced_response(row, monkeypatch):
         raise AssertionError("something heavy has started")
     monkeypatch.setattr(continuation, "solve_at", heavy)
     monkeypatch.setattr(continuation, "follow", heavy)
-    if row not in ("a free body", "damping negative", "damping over-critical", "no damping"):
+    if row not in ("a free body", "damping negative", "damping over-critical", "no damping", "damping a text"):
         monkeypatch.setattr(residual, "stuck_receptance", heavy)
     else:
         monkeypatch.setattr(linear.la, "eigh", eigh_of_one(linear.la.eigh))
@@ -129,6 +149,43 @@ def eigh_of_one(eigh):
         assert "subset_by_index" in k, "something heavy has started"
         return eigh(*a, **k)
     return only
+
+
+def beam_matrices(n):
+    """Bernoulli beam of n elements, free at both ends: deflection and rotation of each node."""
+    h, K = 1 / n, np.zeros((2 * n + 2,) * 2)
+    k = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+                  [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]]) / h**3
+    for i in range(n):
+        K[2 * i:2 * i + 4, 2 * i:2 * i + 4] += k
+    return K
+
+
+@pytest.mark.parametrize("elements", [24, 384, 768])
+def test_a_slender_body_that_is_clamped_is_held_and_a_free_one_is_not(elements):
+    """The softest motion of the clamped beam of 768 elements stores 1.5e-12 of its stiffness, rounding 4e-16."""
+    K = beam_matrices(elements)
+    linear._check_held(K[2:, 2:], None)
+    for free in (K, K[1:, 1:], np.delete(np.delete(K, 1, 0), 1, 1)):
+        with pytest.raises(InputError, match="held by nothing even when every pair sticks: mostly dof"):
+            linear._check_held(free, None)
+
+
+def test_motions_in_words():
+    """A turn about the axis with a little noise, a slide, and a motion that deforms; no minus in front of a zero."""
+    x = MODEL.position[MODEL.body == "damper"]
+    axis = np.tile([0, 1, 2], len(x) // 3)
+    motion = np.zeros(MODEL.size)
+    noise = 1e-3 * np.cross([0, -1.0, -1.0], x - x.mean(axis=0))
+    turn = np.cross([1.0, 0, 0], x - x.mean(axis=0)) + noise
+    motion[MODEL.body == "damper"] = turn[np.arange(len(x)), axis]
+    said = linear.describe_motion(MODEL, motion)
+    assert str(said) == "body 'damper' rotates about (1.00, 0.00, 0.00)" and said.rigid and said.turns
+    motion[MODEL.body == "damper"] = np.array([0, 1.0, -1e-4])[axis]
+    said = linear.describe_motion(MODEL, motion)
+    assert str(said) == "body 'damper' slides along (0.00, 1.00, 0.00)" and said.rigid and not said.turns
+    motion[MODEL.body == "damper"] = (x[:, 0] ** 2)[:] * (axis == 2)
+    assert not linear.describe_motion(MODEL, motion).rigid
 
 
 def test_a_record_whose_mass_is_negative_is_refused():
