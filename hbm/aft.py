@@ -10,6 +10,7 @@ import numpy as np
 
 from hbm import compilation, fourier, located, sampled, transitions
 from hbm.errors import InputError
+from hbm.inputs import brief
 from hbm.laws import PairSettings
 
 STARTS = ("zero_force", "zero_slider")
@@ -63,7 +64,11 @@ def slider_start(start, P: int, tangents: int):
             raise InputError(f"start = '{start}': must be 'zero_force', 'zero_slider' or slider positions "
                              f"({P}, {tangents}) in m")
         return np.zeros((P, max(tangents, 1))), start == "zero_force"
-    w = np.asarray(start, dtype=float)
+    try:
+        w = np.asarray(start, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"start = {brief(start)}: must be 'zero_force', 'zero_slider' or slider positions "
+                         f"({P}, {tangents}) in m") from None
     if w.shape != (P, tangents) or not np.isfinite(w).all():
         raise InputError(f"start: slider positions must be finite with shape ({P}, {tangents}), got {w.shape}")
     return w, False
