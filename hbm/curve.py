@@ -7,6 +7,7 @@ import numpy as np
 
 from hbm import fourier
 from hbm.errors import InputError, nearest
+from hbm.linear import mostly
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 
@@ -177,8 +178,9 @@ def explain(branch, balance, problem):
     value, q = last.detail.smallest_motion()
     if q is not None and value < 1e-4 and np.abs(q[:, 0]).max() > 0.9 * np.abs(q).max():
         motion = q[:, 0].real
-        named = problem.describe(motion) if problem.describe else f"mostly dof {np.abs(motion).argmax() + 1}"
-        verb = "the damper rolls" if "rotates" in named else "a mean motion is held by nothing"
+        named = problem.describe(motion) if problem.describe else None
+        verb = "the damper rolls" if named and named.turns else "a mean motion is held by nothing"
+        named = named or mostly(motion)
         ended += f"; {verb} ({named}): no periodic state exists there unless a stiffness holds that motion"
     return ended
 
