@@ -4,14 +4,13 @@ The forces come as the bracket g = f - K_c u (see `located`), whose derivative v
 through the cycle with its slider at a fixed place.
 """
 
-import logging
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from hbm import fourier, located, sampled, transitions
+from hbm import compilation, fourier, located, sampled, transitions
 from hbm.errors import InputError
+from hbm.inputs import brief
 from hbm.laws import PairSettings
 
 STARTS = ("zero_force", "zero_slider")
@@ -65,18 +64,14 @@ def slider_start(start, P: int, tangents: int):
             raise InputError(f"start = '{start}': must be 'zero_force', 'zero_slider' or slider positions "
                              f"({P}, {tangents}) in m")
         return np.zeros((P, max(tangents, 1))), start == "zero_force"
-    w = np.asarray(start, dtype=float)
+    try:
+        w = np.asarray(start, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"start = {brief(start)}: must be 'zero_force', 'zero_slider' or slider positions "
+                         f"({P}, {tangents}) in m") from None
     if w.shape != (P, tangents) or not np.isfinite(w).all():
         raise InputError(f"start: slider positions must be finite with shape ({P}, {tangents}), got {w.shape}")
     return w, False
-
-
-def _announce_compilation(kernel):
-    """Say once that numba has to compile the kernels, where no compiled ones newer than the source are stored."""
-    source = Path(kernel.py_func.__code__.co_filename)
-    stored = Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__name__}*.nbi")
-    if max((path.stat().st_mtime for path in stored), default=0.0) < source.stat().st_mtime:
-        logging.getLogger("hbm").warning("compiling the contact kernels (once per machine, half a minute at most)")
 
 
 def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
@@ -85,8 +80,7 @@ def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
     tau, E, E_rate = grid
     x = np.ascontiguousarray(x)
     kernel = located.brackets if law.corridor else getattr(type(law), "kernel", None)
-    if kernel is not None and not kernel.signatures:
-        _announce_compilation(kernel)
+    compilation.announce(kernel)
     if not law.corridor:
         g, D, gp, moves, shares = sampled.harmonics(law, pairs, x, start, grid)
         active = np.flatnonzero(moves.any(axis=1))

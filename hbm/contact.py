@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
+from hbm.inputs import brief
 from hbm.model import ReducedModel
 
 GROUND = "ground"
@@ -64,7 +65,11 @@ class ContactTable:
     def __post_init__(self):
         for f in fields(self):
             kind = str if f.name in _TEXT else np.int64 if f.name in _WHOLE else float
-            object.__setattr__(self, f.name, np.asarray(getattr(self, f.name), dtype=kind))
+            try:
+                object.__setattr__(self, f.name, np.asarray(getattr(self, f.name), dtype=kind))
+            except (TypeError, ValueError):
+                raise InputError(f"contact table: {f.name} = {brief(getattr(self, f.name))}, must hold a "
+                                 f"{'text' if kind is str else 'number'} for each pair") from None
         P = len(self.side)
         for f in fields(self):
             if len(getattr(self, f.name)) != P:

@@ -140,7 +140,7 @@ class ForcedResponse:
         if not path.is_file():
             raise InputError(f"forced response not found: {path}")
         with np.load(path, allow_pickle=False) as z:
-            missing = [f.name for f in fields(cls) if f.name not in z and f.default is MISSING and f.default_factory is MISSING]
+            missing = [f.name for f in fields(cls) if f.name not in z and f.default is f.default_factory is MISSING]
             if missing:
                 raise InputError(f"{path}: is not a forced response, '{missing[0]}' is missing")
             plain = {str: str, bool: bool, int: int, float: float}

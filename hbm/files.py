@@ -38,6 +38,8 @@ def model_from_files(M, K, C=None, dofs=None, body="body", groups=None, loads=No
             raise InputError(f"{path}: its nodes and dofs are not those of {M}")
         labels = labels or found
     table = _table_of_labels(labels, body) if labels and dofs is None else read_dofs(dofs, body) if dofs else {}
+    if labels and dofs is not None:
+        _check_labels(labels, table, dofs, M)
     return ReducedModel.from_matrices(matrices["M"], matrices["K"], matrices["C"],
                                       groups=groups, loads=loads, **({"body": body} | table),
                                       provenance={"M": str(M), "K": str(K), "C": str(C)})
@@ -68,10 +70,12 @@ def read_matrix(path, name="matrix"):
             matrix = scipy.io.mmread(path)
         else:
             matrix, labels = abaqus_text(path)
-    except (ValueError, IndexError, KeyError, NotImplementedError, OSError) as error:
-        if isinstance(error, InputError):
-            raise
+    except InputError:
+        raise
+    except Exception as error:          # the readers of foreign formats raise what they like
         raise InputError(f"{name}: {path} cannot be read as {kind}: {error}") from None
+    if np.ndim(matrix) != 2 or matrix.shape[0] != matrix.shape[1]:
+        raise InputError(f"{name}: {path} holds an array of shape {np.shape(matrix)}, must be a square matrix")
     return _both_triangles(matrix), labels
 
 
@@ -82,8 +86,11 @@ def read_dofs(path, body="body") -> dict:
         raise InputError(f"dof table: no such file: {path}")
     if path.suffix.lower() == ".mapping":
         return _ansys_mapping(path, body)
-    with open(path, newline="", encoding="utf-8-sig") as f:
-        rows = [{k.strip(): (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(f)]
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as f:
+            rows = [{k.strip(): (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(f)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: is not a CSV text in UTF-8 ({error}); save the dof table as 'CSV UTF-8'") from None
     for column in ("node", "direction"):
         if not rows or column not in rows[0]:
             raise InputError(f"{path}: column '{column}' is missing; needed: node, direction; may be: body, x, y, z")
@@ -151,9 +158,25 @@ def _table_of_labels(labels, body):
     return dict(body=body, node=[n for n, _ in labels], direction=[DIRECTIONS[d - 1] for _, d in labels])
 
 
+def _check_labels(labels, table, dofs, M):
+    """The rows of Abaqus' text stand in the order of its node and dof numbers: a table must not say otherwise."""
+    rows = list(zip(table["node"], table["direction"], strict=True))
+    if len(rows) != len(labels):
+        raise InputError(f"{dofs}: has {len(rows)} rows, {M} names {len(labels)} dofs")
+    for i, ((node, dof), (listed, direction)) in enumerate(zip(labels, rows, strict=True)):
+        meant = DIRECTIONS[dof - 1] if 1 <= dof <= 3 else "mode"
+        if (node, meant) != (listed, direction):
+            raise InputError(f"{dofs}, row {i + 1}: is node {listed}, {direction}; {M} has node {node}, dof {dof} "
+                             "there: order the table by node and dof number, or leave it out")
+
+
 def _ansys_mapping(path, body):
-    found = [line.split() for line in Path(path).read_text().splitlines()]
-    found = [f for f in found if len(f) >= 3 and f[0].isdigit() and f[2].upper() in ANSYS_DOFS]
+    found = [line.split() for line in Path(path).read_text(errors="replace").splitlines()]
+    found = [f for f in found if len(f) >= 3 and f[0].isdigit() and f[1].isdigit()]
+    for f in found:
+        if f[2].upper() not in ANSYS_DOFS:
+            raise InputError(f"{path}: equation {f[0]} is {f[2]} of node {f[1]}, must be UX, UY or UZ: condense the "
+                             "others out, or give a dof table (CSV) in which they are rows of direction 'mode'")
     if not found:
         raise InputError(f"{path}: holds no lines 'equation node UX'")
     found.sort(key=lambda f: int(f[0]))
@@ -162,7 +185,7 @@ def _ansys_mapping(path, body):
 
 def _npz(path, name):
     with np.load(path, allow_pickle=False) as z:
-        if "format" in z:
+        if "format" in z.files:
             return sp.load_npz(path)
         return _pick(path, name, {k: z[k] for k in z.files})
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hbm.errors import InputError
+from hbm.errors import InputError, shown
 
 MOST_HARMONICS = 200
 MOST_SAMPLES = 2**16
@@ -46,11 +46,12 @@ def check_at(at):
 
 
 def check_forcing(forcing, r, H):
+    """{harmonic: (r,) force} from one force, or from one for each harmonic."""
     forces = forcing if isinstance(forcing, dict) else {1: forcing}
     checked = {}
     for k, F in forces.items():
-        F = np.asarray(F)
-        if not isinstance(k, int | np.integer) or not 0 < k:
+        F = numbers(f"forcing of harmonic {k!r}", F, f"must be {r} numbers in N, real or complex", complex)
+        if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 0 < k:
             raise InputError(f"forcing of harmonic {k!r}: harmonics count from 1; constant loads go into `static`")
         if k > H:
             raise InputError(f"forcing of harmonic {k}: harmonics = {H} keeps orders 0..{H} only")
@@ -61,12 +62,50 @@ def check_forcing(forcing, r, H):
 
 
 def check_outputs(outputs, r):
+    """Names and rows (m, r) of {name: row}."""
+    if not isinstance(outputs, dict):
+        raise InputError(f"outputs = {brief(outputs)}: must be a dict {{name: row of length {r}}}")
     if not outputs:
         raise InputError("outputs: at least one {name: row} is needed")
     rows = []
     for name, row in outputs.items():
-        row = row.toarray().ravel() if hasattr(row, "toarray") else np.asarray(row, dtype=float)
+        row = numbers(f"output '{shown(name)}'", row, f"must be a row of {r} real numbers", float)
+        row = row.ravel() if row.size == r else row
         if row.shape != (r,) or not np.isfinite(row).all():
             raise InputError(f"output '{name}': must be a finite row of length {r}, got shape {row.shape}")
         rows.append(row)
     return list(outputs), np.array(rows)
+
+
+def check_law(law):
+    """A contact law: an object that knows its components, its stuck stiffness and its forces."""
+    from hbm.laws import LAWS
+    if callable(law) and not hasattr(law, "stuck_stiffness") or isinstance(law, type):
+        raise InputError(f"law = {law.__name__}: is what makes a law; call it: {law.__name__}()")
+    if not all(hasattr(law, name) for name in ("name", "components", "tangents", "has_normal", "stuck_stiffness")):
+        raise InputError(f"law = {brief(law)}: must be a contact law, for example {', '.join(f'{n}()' for n in LAWS)} "
+                         "or IsotropicFriction(), or your own (hbm.sampled.SampledLaw)")
+    return law
+
+
+def check_kind(name, value, kind, made_by):
+    """InputError where an argument is not of the class that it must be."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name} = {brief(value)}: must be a {kind.__name__}, made by {made_by}")
+    return value
+
+
+def brief(value) -> str:
+    """What came, in one short line."""
+    return shown(" ".join(repr(value).split()))
+
+
+def numbers(name, value, allowed, kind=float) -> np.ndarray:
+    """The value as an array of real (float) or complex numbers; InputError where it is none."""
+    try:
+        array = np.asarray(value.toarray() if hasattr(value, "toarray") else value)
+        if array.dtype.kind not in "iufc" or kind is float and np.iscomplexobj(array) and array.imag.any():
+            raise TypeError
+    except (TypeError, ValueError):
+        raise InputError(f"{name} = {brief(value)}: {allowed}") from None
+    return array.real.astype(float) if kind is float else array

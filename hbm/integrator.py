@@ -92,6 +92,12 @@ def signal(law, kind, p, d, u, rate, slider):
 
 
 @njit(cache=True)
+def cubic(c0, r0, c1, r1, x):
+    """Value at x of the cubic with values c and rates r at 0 and 1."""
+    return c0 + x * (r0 + x * (3 * (c1 - c0) - 2 * r0 - r1 + x * (r0 + r1 - 2 * (c1 - c0))))
+
+
+@njit(cache=True)
 def crossing(c0, r0, c1, r1, tiny):
     """First place in [0, 1] where the cubic with values c and rates r at its ends exceeds `tiny`; NEVER if nowhere."""
     if c0 > tiny:
@@ -185,6 +191,12 @@ def next_transition(law, mode, closed, slider, h, u0, rate0, u1, rate1, tiny, ti
                     at = crossing(c0, r0 * h, c1, r1 * h, tiny)
                 if at < first:
                     first, kind, pair, tangent = at, k, p, d
+    if (kind == SLIPS_FORWARD or kind == SLIPS_BACKWARD) and law.has_normal and law.kn[pair] > 0:
+        # the corridor closes up where the pair opens: a slip from that instant on is the opening
+        c0, r0 = signal(law, OPENS, pair, -1, u0, rate0, slider)
+        c1, r1 = signal(law, OPENS, pair, -1, u1, rate1, slider)
+        if cubic(c0, r0 * h, c1, r1 * h, first) > -tiny:
+            return first, OPENS, pair, -1
     return first, kind, pair, tangent
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm.errors import InputError
+from hbm.inputs import brief
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,10 @@ class PairSettings:
 
     def __post_init__(self):
         for name in ("kn", "kt", "mu", "preload"):
-            values = np.atleast_1d(np.asarray(getattr(self, name), dtype=float))
+            try:
+                values = np.atleast_1d(np.asarray(getattr(self, name), dtype=float))
+            except (TypeError, ValueError):
+                raise InputError(f"{name} = {brief(getattr(self, name))}: must be one number per pair") from None
             object.__setattr__(self, name, values)
             bad = ~np.isfinite(values) | ((values < 0) & (name != "preload"))
             if bad.any():

@@ -15,6 +15,7 @@ import scipy.linalg as la
 
 from hbm.contact import relative_motion
 from hbm.errors import InputError
+from hbm.inputs import brief, check_forcing, check_outputs
 
 HELD = 1e-13     # smallest eigenvalue of the stiffness, scaled to a unit diagonal, that is not rounding
 
@@ -92,7 +93,11 @@ def free_receptance(M, K, damping_ratio) -> Receptance:
 
 
 def _ratios(damping_ratio, r):
-    ratio = np.atleast_1d(np.asarray(damping_ratio, dtype=float))
+    try:
+        ratio = np.atleast_1d(np.asarray(damping_ratio, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError(f"damping_ratio = {brief(damping_ratio)}: must be a number or up to {r} numbers, each "
+                         "0 <= ratio < 1 (2 % is 0.02)") from None
     if ratio.ndim != 1 or not 1 <= len(ratio) <= r or not np.isfinite(ratio).all() or (ratio < 0).any() \
             or (ratio >= 1).any():
         raise InputError(f"damping_ratio = {damping_ratio}: must be a number or up to {r} numbers, each 0 <= ratio < 1")
@@ -146,14 +151,14 @@ def linear_response(model, pairs, forcing, frequencies, damping_ratio=None, outp
     damping_ratio : of the modes of this linear system; None takes the model's C
     outputs : {name: (r,) row}
     """
+    rows = check_outputs(outputs, model.size)[1]
+    forcing = check_forcing(forcing, model.size, 1)[1]
     K = assembled(model, pairs)
     if damping_ratio is not None:
         receptance = free_receptance(model.M, K, damping_ratio)
     else:
         receptance = stuck_receptance(model.M, model.C, K, None, lambda v: describe_motion(model, v))
-    rows = np.array([np.asarray(row.todense()).ravel() if hasattr(row, "todense") else np.asarray(row, dtype=float)
-                     for row in outputs.values()])
-    return receptance.respond(rows, np.asarray(forcing), 2 * np.pi * np.asarray(frequencies, dtype=float))
+    return receptance.respond(rows, forcing, 2 * np.pi * np.asarray(frequencies, dtype=float))
 
 
 def describe_motion(model, motion: np.ndarray) -> str:

@@ -5,12 +5,14 @@ The matrices may come from `modal.craig_bampton` or from any other code; nothing
 
 import json
 import zipfile
+import zlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from hbm.errors import InputError, nearest, shown
+from hbm.inputs import numbers
 
 DIRECTIONS = ("x", "y", "z")
 SYMMETRY_TOLERANCE = 1e-10
@@ -155,25 +157,28 @@ class ReducedModel:
             raise InputError(f"reduced model not found: {path}")
         try:
             content = np.load(path, allow_pickle=False)
-        except (ValueError, OSError, zipfile.BadZipFile) as error:
+        except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: is not an .npz of plain arrays ({error})") from None
         if not hasattr(content, "files"):
             raise InputError(f"{path}: is a single array, an .npz with M and K is needed")
         with content as z:
             for key in ("M", "K"):
-                if key not in z:
+                if key not in z.files:
                     raise InputError(f"{path}: holds no matrix '{key}', only {', '.join(z.files)}")
-            optional = {k: z[k] for k in ("C", "body", "node", "direction", "position") if k in z}
-            loads = {k.removeprefix("load/"): z[k] for k in z.files if k.startswith("load/")}
-            groups = json.loads(str(z["groups"])) if "groups" in z else {}
-            provenance = json.loads(str(z["provenance"])) if "provenance" in z else {"file": path.name}
-            return cls.from_matrices(z["M"], z["K"], groups=groups, loads=loads, provenance=provenance,
-                                    **optional)
+            try:
+                found = {k: z[k] for k in z.files}
+                groups = json.loads(str(found.get("groups", "{}")))
+                provenance = json.loads(str(found["provenance"])) if "provenance" in found else {"file": path.name}
+            except (ValueError, OSError, EOFError, zlib.error, zipfile.BadZipFile) as error:
+                raise InputError(f"{path}: is damaged ({error})") from None
+        optional = {k: found[k] for k in ("C", "body", "node", "direction", "position") if k in found}
+        loads = {k.removeprefix("load/"): v for k, v in found.items() if k.startswith("load/")}
+        return cls.from_matrices(found["M"], found["K"], groups=groups, loads=loads, provenance=provenance, **optional)
 
 
 def symmetric(name: str, matrix) -> np.ndarray:
-    """The matrix as a dense array; InputError where it is not square, finite and symmetric to 1e-10."""
-    matrix = np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=float)
+    """The matrix as a dense array; InputError where it is not real, square, finite and symmetric to 1e-10."""
+    matrix = _real(name, matrix)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name} must be a square matrix, got shape {matrix.shape}")
     if not np.isfinite(matrix).all():
@@ -186,6 +191,16 @@ def symmetric(name: str, matrix) -> np.ndarray:
         raise InputError(f"{name} is not symmetric: |{name}[{i}, {j}] - {name}[{j}, {i}]| is "
                          f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10")
     return matrix
+
+
+def _real(name, matrix) -> np.ndarray:
+    matrix = numbers(name, matrix, "must be a square matrix of numbers", complex)
+    if np.iscomplexobj(matrix) and matrix.imag.any():
+        i, j = np.argwhere(matrix.imag)[0]
+        raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]:g}: matrices must be real; structural damping eta, as in "
+                         "K (1 + i eta), is given as damping_ratio = eta/2 of the modes, or as viscous C = eta K/w "
+                         "about the angular frequency w of interest")
+    return matrix.real.astype(float)
 
 
 def _dof(model, i) -> str:

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 
 from hbm import aft, fourier
 from hbm.errors import InputError
-from hbm.inputs import check_samples
+from hbm.inputs import check_kind, check_law, check_samples, numbers
 from hbm.laws import CorridorLaw, PairSettings
 from hbm.linear import Receptance, stuck_receptance
 from hbm.linearisation import Linearisation, real_times
@@ -53,17 +53,22 @@ class ContactProblem:
         for name in "MCK":
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, symmetric(name, getattr(self, name)))
+        check_law(self.law)
+        check_kind("pairs", self.pairs, PairSettings, "PairSettings(kn, kt, mu, preload)")
         nd, r = len(self.law.components), self.K.shape[0]
         if any(matrix is not None and matrix.shape != (r, r) for matrix in (self.M, self.C)):
             shapes = ", ".join(f"{name} is {np.shape(getattr(self, name))}" for name in "MCK")
             raise InputError(f"{shapes}: all must have the same size")
         if not len(self.pairs):
             raise InputError("no contact pairs: use linear_response for a model without contact")
-        if self.B.shape != (len(self.pairs) * nd, r):
-            raise InputError(f"B is {self.B.shape}: law {self.law.name} on {len(self.pairs)} pairs of a model with "
+        if np.shape(self.B) != (len(self.pairs) * nd, r):
+            raise InputError(f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.pairs)} pairs of a model with "
                              f"{r} dofs needs ({len(self.pairs) * nd}, {r})")
-        if self.static is not None and (np.shape(self.static) != (r,) or not np.isfinite(self.static).all()):
-            raise InputError(f"static load: must be finite with shape ({r},), got {np.shape(self.static)}")
+        numbers("B", self.B, "must be a real matrix")
+        if self.static is not None:
+            static = numbers("static", self.static, f"must be {r} real numbers in N")
+            if static.shape != (r,) or not np.isfinite(static).all():
+                raise InputError(f"static load: must be finite with shape ({r},), got {static.shape}")
 
     @property
     def stuck_stiffness(self) -> np.ndarray:

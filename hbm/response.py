@@ -6,12 +6,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hbm import continuation
-from hbm.contact import relative_motion
+from hbm.contact import ContactTable, relative_motion
 from hbm.curve import ForcedResponse, Parameter, contact_harmonics, record
 from hbm.errors import InputError, nearest
-from hbm.inputs import check_at, check_band, check_forcing, check_harmonics, check_outputs
+from hbm.inputs import (
+    check_at,
+    check_band,
+    check_forcing,
+    check_harmonics,
+    check_kind,
+    check_law,
+    check_outputs,
+    numbers,
+)
 from hbm.laws import PairSettings
 from hbm.linear import describe_motion
+from hbm.model import ReducedModel
 from hbm.peaks import refine_peaks
 from hbm.residual import ContactProblem, HarmonicBalance
 from hbm.solutions import Passages, first_of, solve_passages, starts
@@ -46,7 +56,7 @@ def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ra
         raise InputError("static: the preloaded state holds the static loads already; use origin = 'unloaded'")
     problem, kept = contact_problem(model, pairs, law, origin, static, damping_ratio)
     if start is not None and not isinstance(start, str):
-        start = np.asarray(start, dtype=float)
+        start = numbers("start", start, "must be 'zero_force', 'zero_slider' or slider positions (P, 2) in m")
         start = start[kept] if start.shape[:1] == kept.shape else start
     curve = follow_band(problem, forcing, band, harmonics=harmonics, outputs=outputs, start=start, at=at,
                         samples=samples, contact=contact, progress=progress, settings=settings)
@@ -73,6 +83,9 @@ def _spread(curve, kept):
 
 def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_ratio=None):
     """(ContactProblem of the carrying pairs, mask of these in the table)."""
+    check_kind("model", model, ReducedModel, "ReducedModel.from_matrices, .from_files or .load")
+    check_kind("pairs", pairs, ContactTable, "ContactTable.load or a contact detection")
+    check_law(law)
     kept = pairs.carrying
     if not kept.any():
         raise InputError("no pair carries: every weight is 0; use linear_response for the model without damper")

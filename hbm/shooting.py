@@ -4,6 +4,7 @@ The unknowns of the shooting are the motion and the sliders at the begin of a pe
 differences, column by column for small systems, so that the Floquet multipliers are known too, else in a Krylov space.
 """
 
+import inspect
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,10 @@ from scipy.sparse.linalg import LinearOperator, gmres
 REPEATS = 1e-8           # relative change of the state over one period that counts as periodic
 MOST_COLUMNS = 80        # unknowns up to which the monodromy is computed whole
 DIFFERENCE = 1e-6        # of the motion
+KRYLOV = 1e-3            # residual of Newton's step by GMRES
 SHARES = (1.0, 0.5, 0.2, 0.05)
+# the relative tolerance of GMRES was called tol up to SciPy 1.13
+GMRES_TOLERANCE = "rtol" if "rtol" in inspect.signature(gmres).parameters else "tol"
 
 
 @dataclass(frozen=True)
@@ -86,8 +90,9 @@ def _by_krylov(march, v, base, size):
         return p - (_map(march, v + h * p) - base) / h
 
     operator = LinearOperator((len(v), len(v)), matvec=apply)
-    step, _ = gmres(operator, base - v, tol=1e-3, restart=40, maxiter=1)
-    return step, used, np.nan
+    error = np.abs(base - v).max()             # of the order of 1, or GMRES takes it for solved
+    step, _ = gmres(operator, (base - v) / error, restart=40, maxiter=1, atol=0.0, **{GMRES_TOLERANCE: KRYLOV})
+    return step * error, used, np.nan
 
 
 def _shortened(march, v, step, base):

@@ -101,16 +101,42 @@ def contact_instants(N, n_wave, n_rate, tau, at, kind, closed):
 
 
 @njit(cache=True)
-def stick_ends(edges, w, t, b, place, rate, i, fresh):
+def pause(edge, sign, r0, r1, gone, a, b):
+    """An instant in (a, b) at which an edge goes back for a while, though forward at both ends; b where there is none.
+
+    r0, r1, gone : rates at the ends and way between, all of them forward; the quadratic that they make up shows a dip
+    """
+    h = b - a
+    bend = 3 * (r0 + r1 - 2 * gone / h)
+    slope = r1 - r0 - bend
+    if bend <= 0 or slope >= 0 or slope + 2 * bend <= 0 or r0 - slope * slope / (4 * bend) > 0.5 * min(r0, r1):
+        return b
+    left, right = a, b
+    x = a - h * slope / (2 * bend)
+    for _ in range(40):
+        _, speed, turn = series(edge, x)
+        if sign * speed < 0:
+            return x
+        if sign * turn < 0:
+            left = x
+        else:
+            right = x
+        x = 0.5 * (left + right)
+    return b
+
+
+@njit(cache=True)
+def stick_ends(edges, w, t, at, b, place, rate, i, since):
     """First instant in (t, b] at which an edge of the corridor reaches a resting slider, and the state that follows.
 
-    place, rate (2, m + 1) are those of the edges at the break points; b is number i + 1 of these.
+    place, rate (2, m + 1) are those of the edges at the break points; `at` and b are number i and i + 1.
+    since (2,) : instants from which on an edge may reach the slider that it has just left behind
     """
     when, state = b, STICK
     for s in range(2):
         sign = 1.0 - 2.0 * s
-        end = b
-        if not fresh[s]:
+        begin, end = max(t, since[s]), b
+        if begin >= b:
             continue
         if sign * (place[s, i + 1] - w) <= 0:
             if sign * rate[s, i] <= 0 or sign * rate[s, i + 1] >= 0:
@@ -118,7 +144,9 @@ def stick_ends(edges, w, t, b, place, rate, i, fresh):
             end = root(edges[s], 0.0, True, t, b)
             if sign * (series(edges[s], end)[0] - w) <= 0:
                 continue
-        first = root(edges[s], w, False, t, end)
+        elif begin == at and sign * rate[s, i] < 0 and sign * rate[s, i + 1] > 0:
+            begin = root(edges[s], 0.0, True, begin, b)      # it leaves a slider that it touches, and comes back
+        first = root(edges[s], w, False, begin, end)
         if state == STICK or first < when:
             when, state = first, FORWARD + s
     return when, state
@@ -133,7 +161,7 @@ def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position
     each break point and the piece it belongs to. Where both periods slip alike, or are open, the second repeats the
     first from there on: a slider that moves remembers nothing.
     """
-    rest, fresh = np.zeros(3), np.ones(2, np.bool_)
+    rest, since = np.zeros(3), np.zeros(2)
     w = w_start
     if from_position:
         w = series(u, 0.0)[0]
@@ -177,10 +205,10 @@ def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position
                 return count
             if not closed[i]:
                 continue
-            fresh[:] = True
+            since[:] = a
             for _ in range(12):
                 if state == STICK:
-                    when, new = stick_ends(edges, w, t, b, place, rate, i, fresh)
+                    when, new = stick_ends(edges, w, t, a, b, place, rate, i, since)
                     if new == STICK:
                         break
                     count = close_piece(into, count, state, begin, when, w, rest)
@@ -188,14 +216,18 @@ def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position
                     continue
                 s = state - FORWARD
                 sign = 1.0 - 2.0 * s
+                back = b
                 if sign * rate[s, i + 1] >= 0:
-                    break
+                    back = pause(edges[s], sign, sign * rate[s, i], sign * rate[s, i + 1],
+                                 sign * (place[s, i + 1] - place[s, i]), a, b)
+                    if not t < back < b:
+                        break
                 if sign * rate[s, i] > 0 or t > a:
-                    t = root(edges[s], 0.0, True, t, b)
+                    t = root(edges[s], 0.0, True, t, back)
                 count = close_piece(into, count, state, begin, t, w, rest)
                 w = series(edges[s], t)[0]
                 rest[0], rest[1], rest[2] = t, 1.0, -sign * ratio
-                begin, state, fresh[s] = t, STICK, False
+                begin, state, since[s] = t, STICK, back
     return close_piece(pieces, count, state, begin, TWO_PI, w, rest)
 
 

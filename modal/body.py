@@ -6,8 +6,17 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
+from modal.matrix_checks import (
+    check_mass,
+    check_mass_by_direction,
+    check_matrix,
+    check_nodes,
+    check_stiffness_diagonal,
+    check_table,
+    negative_stiffness,
+)
 
-SYMMETRY = 1e-10  # of the largest entry
+_HELD = 1e-9      # of the body's own stiffness: a motion that meets less is free
 
 
 @dataclass(frozen=True)
@@ -36,8 +45,9 @@ class Body:
     def from_matrices(cls, name, K, M, node, position, dof_node, dof_direction, **rest) -> "Body":
         """K, M from any code, with a dof table.
 
-        Raises InputError when shapes disagree, an entry is not finite, a matrix is not symmetric to 1e-10, M is not
-        positive definite, or the dof table names a node that is not there or a dof twice.
+        Raises InputError when shapes disagree, an entry or a position is not finite, a matrix is not symmetric to
+        1e-10, M is not positive definite or not the same along x, y and z, a node or a dof stands there twice, or the
+        dof table names a node that is not there.
         """
         K, M = sp.csr_matrix(K), sp.csr_matrix(M)
         dof_node, dof_direction = np.asarray(dof_node), np.asarray(dof_direction)
@@ -49,10 +59,12 @@ class Body:
             raise InputError(f"body '{name}': {len(node)} nodes, positions are {position.shape}: must be "
                              f"({len(node)}, 3)")
         body = cls(name, node, position, dof_node, dof_direction, K, M, **rest)
-        _check_table(body)
+        check_nodes(body)
+        check_table(body)
         for label, A in (("K", K), ("M", M)):
-            _check_matrix(body, label, A)
-        _check_mass(body)
+            check_matrix(body, label, A)
+        check_mass(body)
+        check_mass_by_direction(body)
         return body
 
     @property
@@ -89,15 +101,20 @@ class Body:
 
 
 def rigid_modes(body: Body) -> int:
-    """How many independent rigid motions the body's stiffness does not resist: 0 when held, 6 when free."""
+    """How many independent rigid motions the body's stiffness does not resist: 0 when held, 6 when free.
+
+    Raises InputError where one of them meets negative stiffness.
+    """
     motions = body.rigid_motions()
     scale = np.sqrt(np.einsum("ij,ij->j", motions, body.M @ motions))
     motions = motions[:, scale > 0] / scale[scale > 0]
     resisted = motions.T @ (body.K @ motions)
     rate = np.linalg.eigvalsh((resisted + resisted.T) / 2)
     # against the stiffness-to-mass ratio of the body's own diagonal, a free motion is zero to rounding
-    reference = np.median(body.K.diagonal() / body.M.diagonal())
-    return int((rate < 1e-9 * reference).sum())
+    reference = np.median(np.abs(body.K.diagonal()) / body.M.diagonal())
+    if rate[0] < -_HELD * reference:
+        raise negative_stiffness(body, "a rigid motion meets it")
+    return int((rate < _HELD * reference).sum())
 
 
 def parts(body: Body) -> np.ndarray:
@@ -120,7 +137,8 @@ def piece(body: Body, dofs) -> Body:
 
 def check_support(body: Body) -> int:
     """Number of rigid modes; raises InputError when the body or a piece of it floats undeclared, or is declared free
-    and is held."""
+    and is held, and when a dof or a rigid motion meets negative stiffness, or a dof none."""
+    check_stiffness_diagonal(body)
     free = rigid_modes(body)
     if free and not body.free:
         held = "nothing holds it" if free == 6 else "it is not held fast"
@@ -137,63 +155,3 @@ def check_support(body: Body) -> int:
                              f"{np.round(one.position.mean(axis=0), 4).tolist()} m "
                              f"(node {one.node[0]}): {loose} rigid motions are free; clamp it, or join the meshes")
     return free
-
-
-# ---- matrices from elsewhere -----------------------------------------------------------------------------------
-
-def _dof(body, i) -> str:
-    return f"dof {i} (node {body.node[body.dof_node[i]]}, {'xyz'[body.dof_direction[i]]})"
-
-
-def _check_table(body):
-    for label, column, size in (("node index", body.dof_node, len(body.node)), ("direction", body.dof_direction, 3)):
-        wrong = (column < 0) | (column >= size)
-        if wrong.any():
-            raise InputError(f"body '{body.name}': dof {int(wrong.argmax())} has {label} {column[wrong][0]}, which "
-                             f"does not exist or is eliminated; allowed: 0 to {size - 1}")
-    key = 3 * body.dof_node.astype(np.int64) + body.dof_direction
-    unique, count = np.unique(key, return_counts=True)
-    if (count > 1).any():
-        raise InputError(f"body '{body.name}': {_dof(body, int((key == unique[count > 1][0]).argmax()))} is in the "
-                         "dof table twice")
-
-
-def _check_matrix(body, label, A):
-    entries = A.tocoo()
-    bad = ~np.isfinite(entries.data)
-    if bad.any():
-        i, j = int(entries.row[bad][0]), int(entries.col[bad][0])
-        raise InputError(f"body '{body.name}': {label}[{i}, {j}] is {entries.data[bad][0]}: not a finite number, at "
-                         f"{_dof(body, i)}")
-    gap, scale = abs(A - A.T).tocoo(), max(abs(A).max(), 1e-300)
-    if gap.nnz and gap.data.max() > SYMMETRY * scale:
-        worst = int(gap.data.argmax())
-        i, j = int(gap.row[worst]), int(gap.col[worst])
-        raise InputError(f"body '{body.name}': {label} is not symmetric: |{label}[{i}, {j}] - {label}[{j}, {i}]| is "
-                         f"{gap.data[worst] / scale:.1e} of its largest entry, allowed {SYMMETRY:g}; at "
-                         f"{_dof(body, i)}")
-
-
-def _check_mass(body):
-    """Scaled to a unit diagonal a mass matrix is well conditioned: its lowest eigenvalue comes without a factor."""
-    diagonal = body.M.diagonal()
-    if (diagonal <= 0).any():
-        i = int((diagonal <= 0).argmax())
-        empty = not abs(body.M[i]).sum()
-        raise InputError(f"body '{body.name}': M has "
-                         f"{'a row of zeros' if empty else f'{diagonal[i]:g} on its diagonal'} at "
-                         f"{_dof(body, i)}: every dof must have mass ({int((diagonal <= 0).sum())} such dofs)")
-    scale = sp.diags(1 / np.sqrt(diagonal))
-    lowest, shape = _lowest((scale @ body.M @ scale).tocsr())
-    if lowest < -1e-8:
-        raise InputError(f"body '{body.name}': M is indefinite: a motion mostly of "
-                         f"{_dof(body, int(np.abs(shape).argmax()))} "
-                         f"has negative mass ({lowest:.1e} of its diagonal)")
-
-
-def _lowest(A):
-    if A.shape[0] <= 600:
-        value, vector = np.linalg.eigh(A.toarray())
-        return value[0], vector[:, 0]
-    value, vector = sp.linalg.eigsh(A, k=1, which="SA", tol=1e-3, v0=np.ones(A.shape[0]))
-    return value[0], vector[:, 0]

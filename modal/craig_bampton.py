@@ -16,8 +16,12 @@ import scipy.linalg as sl
 from hbm.errors import InputError
 from hbm.model import DIRECTIONS, ReducedModel
 from modal.body import Body, check_support
-from modal.eigen import Factor
+from modal.eigen import Factor, SingularStiffness
+from modal.inertia import modes_below
+from modal.matrix_checks import check_condensed, negative_stiffness
 from modal.truncation import Truncation
+
+_COUNTED = 5000     # dofs up to which negative modes are counted at once: it takes less than 0.1 s
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,8 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
     loads : [(node numbers, (n, 3) forces)] on interior nodes, of which the static shape is kept beside the modes: the
     quasi-static response to them is then exact on the whole mesh, not only on the masters.
-    Raises InputError when a master does not exist or is clamped, and when the body's support is not as declared.
+    Raises InputError when a master does not exist or is clamped, when the body's support is not as declared, and when
+    a motion meets negative stiffness, as above the critical speed of a rotating body.
     """
     if (modes is None) == (below_hz is None):
         raise InputError(f"body '{body.name}': give either a number of modes or the frequency below which all are kept")
@@ -91,14 +96,17 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     K_I, M_I = K[interior], M[interior]
     K_IB, K_II, M_IB, M_II = K_I[:, boundary], K_I[:, interior], M_I[:, boundary], M_I[:, interior]
     del K_I, M_I
-    factor = Factor(K_II)
-    Psi = -factor.solve(np.ascontiguousarray(K_IB.T.toarray()).T)
-    found = factor.modes(M_II, modes, below_hz)
-    M_Psi = M_II @ Psi + M_IB
+    factor = _definite_factor(body, K_II, M_II)
+    found = factor.modes(M_II, modes, below_hz)  # first: the count of the modes makes a second factor for a while
+    Psi = factor.solve((-K_IB).toarray(order="F"))
+    M_Psi = M_II @ Psi
+    direct = M_IB.tocoo()
+    M_Psi[direct.row, direct.col] += direct.data
     G = _left_out(factor, M_II, M_Psi, found.phi)
     omega, Phi = _with_load_modes(body, interior, factor, M_II, found, loads)
 
     S = K[boundary][:, boundary].toarray() + K_IB.T @ Psi
+    check_condensed(body, boundary, (S + S.T) / 2)
     M_BB = M[boundary][:, boundary].toarray() + M_IB.T @ Psi + Psi.T @ M_Psi
     M_BM = M_Psi.T @ Phi
     mass = np.block([[(M_BB + M_BB.T) / 2, M_BM], [M_BM.T, np.eye(len(omega))]])
@@ -134,11 +142,30 @@ def _partition(body, masters):
     return boundary, np.setdiff1d(np.arange(body.dofs), boundary), rigid
 
 
+def _definite_factor(body, K_II, M_II):
+    """Factor of the stiffness with the masters held.
+
+    A large matrix has one only where it is positive definite, but of one with little fill CHOLMOD keeps LDL', as
+    SuperLU does of all: negative modes of small ones are counted here, those of others when the modes are.
+    """
+    try:
+        factor = Factor(K_II)
+    except SingularStiffness as error:
+        factor, reason = None, error
+    negative = modes_below(K_II, M_II, 0.0) if factor is None or len(body.dof_node) < _COUNTED else 0
+    if negative:
+        raise negative_stiffness(body, f"{negative} motion{'s' * (negative > 1)} with the masters held meet it")
+    if factor is None:
+        raise reason
+    return factor
+
+
 def _left_out(factor, M_II, M_Psi, Phi):
     """G of `truncation`: the compliance of the inertia forces of Psi that the kept modes do not carry."""
     if Phi.shape[0] == Phi.shape[1]:
         return np.zeros((M_Psi.shape[1],) * 2)
-    rest = M_Psi - (M_II @ Phi) @ (Phi.T @ M_Psi)
+    rest = (M_II @ Phi) @ (-Phi.T @ M_Psi)
+    rest += M_Psi
     G = rest.T @ factor.solve(rest)
     return (G + G.T) / 2
 

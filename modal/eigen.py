@@ -1,8 +1,9 @@
 """One factorisation of a stiffness matrix, for many right-hand sides and for the lowest modes, none of them missed.
 
-CHOLMOD through PETSc and Krylov-Schur through SLEPc, which reuses the same factor; SuperLU and block Lanczos where they
-are missing. The modes are counted by a second factorisation at a shift just above the highest of them (inertia.py):
-Krylov-Schur can miss one of several equal modes, and what it missed is asked for by block Lanczos (lanczos.py).
+CHOLMOD through PETSc, or SuperLU where it is missing; the modes by block Lanczos on the same factor (lanczos.py), whose
+eight columns share each pass through it: half the time of SLEPc's Krylov-Schur, which takes one. The modes are counted
+by a second factorisation at a shift just above the highest of them (inertia.py): one of many equal modes can be missed,
+and is then asked for again with the known ones held out.
 """
 
 from dataclasses import dataclass
@@ -12,15 +13,14 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from hbm.errors import InputError
-from modal import petsc, slepc
+from modal import petsc
 from modal.inertia import modes_below
 from modal.lanczos import block_lanczos
 
 RESIDUAL_LIMIT = 1e-8
-_COLUMNS = 128
+_COLUMNS = 64
 _DENSE = 400  # up to this size all modes come from LAPACK
 _PROBES = 4
-_BEYOND = 2  # modes beyond those asked for, to see the gap above them
 
 
 class SingularStiffness(RuntimeError):
@@ -97,6 +97,7 @@ class Factor:
         if size <= _DENSE or count > size // 4:
             lam, phi = sl.eigh(self.K.toarray(), M.toarray())
             free = lam[count] if count < size else np.inf
+            _refuse_negative(lam)
             return self._checked(M, lam[:count], phi[:, :count], free)
         lam, low, phi = self._solver.lowest(M, max(int(count), 1))
         keep, free = max(int(count), 1), top
@@ -136,12 +137,19 @@ class Factor:
         return lam, phi
 
     def _checked(self, M, lam, phi, free):
+        _refuse_negative(lam)
         phi = phi / np.sqrt(np.einsum("ij,ij->j", phi, M @ phi))
         force = self.K @ phi
         residual = np.linalg.norm(force - M @ phi * lam, axis=0) / np.linalg.norm(force, axis=0)
         if residual.max(initial=0) > 1e-6:
             raise RuntimeError(f"the residual of a mode is {residual.max():.1e} of its stiffness force, allowed 1e-6")
         return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))
+
+
+def _refuse_negative(lam):
+    """omega^2 of a positive definite K are positive: no root is taken of others."""
+    if lam.min(initial=np.inf) <= 0:
+        raise SingularStiffness(f"K is not positive definite: a mode has omega^2 = {lam.min():.3g} rad2/s2")
 
 
 def _gap_above(lam, low, count):
@@ -169,26 +177,16 @@ class _Cholmod:
         except PETSc.Error as error:
             raise SingularStiffness(f"the Cholesky factorisation failed (PETSc error {error.ierr}): "
                                     "the stiffness matrix is not positive definite") from None
+        self.factor = self.pc.getFactorMatrix()
 
     def lowest(self, M, count):
-        """omega^2 of a few more modes than asked for, ascending; the same again, since they are converged (see
-        block_lanczos); and the shapes (d, count)."""
-        B = petsc.matrix(self.PETSc, M)
-        lam, shapes = slepc.lowest(self.A, B, count + _BEYOND, factor=self.pc.getFactorMatrix())
-        B.destroy()
-        phi = np.column_stack([shape.getArray() for shape in shapes[:count]])
-        # one step of inverse iteration on all shapes at once: where K is badly conditioned they are good to 1e-7 only
-        Y = self.solve(M @ phi)
-        best, turn = sl.eigh(Y.T @ (self.K @ Y), Y.T @ (M @ Y))
-        lam = np.concatenate([best, lam[count:]])
-        return lam, lam, Y @ turn
+        return block_lanczos(self.solve, M, count)
 
     def solve(self, right):
         dense = self.PETSc.Mat().createDense(right.shape, array=np.asfortranarray(right), comm=self.PETSc.COMM_SELF)
-        out = self.PETSc.Mat().createDense(right.shape, comm=self.PETSc.COMM_SELF)
-        out.setUp()
-        self.pc.getFactorMatrix().matSolve(dense, out)
-        x = out.getDenseArray().copy()
+        x = np.empty(right.shape, order="F")
+        out = self.PETSc.Mat().createDense(right.shape, array=x, comm=self.PETSc.COMM_SELF)
+        self.factor.matSolve(dense, out)
         dense.destroy()
         out.destroy()
         return x

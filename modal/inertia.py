@@ -59,9 +59,11 @@ def _mumps(PETSc, A, b):
     pc.setType("cholesky")
     pc.setFactorSolverType("mumps")
     ksp.setFromOptions()
+    factor = None
     try:
         pc.setUp()
-        negative, zero, _ = pc.getFactorMatrix().getInertia()
+        factor = pc.getFactorMatrix()
+        negative, zero, _ = factor.getInertia()
         right = PETSc.Vec().createWithArray(b, comm=PETSc.COMM_SELF)
         out = right.duplicate()
         pc.apply(right, out)
@@ -69,9 +71,9 @@ def _mumps(PETSc, A, b):
     except PETSc.Error:
         return None, None
     finally:  # all by hand: what Python drops stays in memory, the factor with it
-        pc.destroy()
-        ksp.destroy()
-        matrix.destroy()
+        for one in (factor, pc, ksp, matrix):
+            if one is not None:
+                one.destroy()
 
 
 def _superlu(A, b):

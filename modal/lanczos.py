@@ -1,13 +1,13 @@
 """Block Lanczos with full reorthogonalisation for the lowest modes, on a factor that solves many columns at once.
 
-For what a single-vector Krylov method misses, and where SLEPc is not installed: a block sees modes that are repeated up
-to its own width; those repeated more often are found by asking again with the known ones held out.
+A block sees modes that are repeated up to its own width; those repeated more often are found by asking again with the
+known ones held out.
 """
 
 import numpy as np
 
 BLOCK = 8
-TOLERANCE = 1e-10
+TOLERANCE = 1e-8
 
 
 def block_lanczos(solve, M, count: int, known=None):
@@ -16,7 +16,7 @@ def block_lanczos(solve, M, count: int, known=None):
     solve(B) -> K^-1 B for (d, b); known : (d, m) M-orthonormal modes, held out
     Returns omega^2 (count + BLOCK,) ascending, of which those beyond `count` are estimates from above; what each of
     them may fall to, (count + BLOCK,); and M-orthonormal shapes (d, count). A mode is converged when
-    |K^-1 M phi - phi / omega^2| is 1e-10 of 1 / omega^2 in the M norm. [Golub and Van Loan, ch. 10]
+    |K^-1 M phi - phi / omega^2| is 1e-8 of 1 / omega^2 in the M norm. [Golub and Van Loan, ch. 10]
     """
     size = M.shape[0]
     held = np.empty((size, 0)) if known is None else known

@@ -1,6 +1,9 @@
 """Start PETSc once, without the options files and environment that could change what a solver does."""
 
+import ctypes
 import os
+
+_M_MMAP_MAX, _DEFAULT = -4, 65536  # malloc.h of glibc
 
 
 def start():
@@ -20,13 +23,22 @@ def start():
 
     if hasattr(PETSc, "garbage_cleanup"):  # since 3.18
         PETSc.garbage_cleanup(PETSc.COMM_SELF)
+    if PETSc.COMM_WORLD.size == 1:
+        _give_memory_back()
     return PETSc
 
 
+def _give_memory_back():
+    """Let large arrays return to the system when they are freed: what starts with PETSc turns that off for fast
+    messages, and a reduction then holds several times its memory."""
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)  # glibc only
+    if mallopt:
+        mallopt(_M_MMAP_MAX, _DEFAULT)
+
+
 def matrix(PETSc, A):
-    """A SciPy sparse matrix as a PETSc matrix of one process."""
+    """A SciPy sparse matrix as a PETSc matrix of one process, on the same memory where the types agree."""
     A = A.tocsr()
     A.sort_indices()
-    index = PETSc.IntType
-    return PETSc.Mat().createAIJ(A.shape, csr=(A.indptr.astype(index), A.indices.astype(index), A.data),
-                                 comm=PETSc.COMM_SELF)
+    index = [i.astype(PETSc.IntType, copy=False) for i in (A.indptr, A.indices)]
+    return PETSc.Mat().createAIJWithArrays(A.shape, (*index, A.data.astype(float, copy=False)), comm=PETSc.COMM_SELF)

@@ -14,12 +14,18 @@ from hbm.errors import InputError
 
 _STEPS = 2000
 _PATIENCE = 10                     # full steps that may fail to reduce the number of wrong pairs
-_ANCHORS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-8, 1e-8)
+_ANCHOR = 1e-2                     # share of k0 that anchors the pairs at first
+_ROUNDS = 60
+_CARRIED = 1e-10                   # of the largest force, by any anchor of an accepted answer
 _ROUNDING = 1e-13                  # of the largest force: below it the sign of a force is rounding
 
 
 class NotHeld(InputError):
     """The closed pairs do not hold the bodies."""
+
+
+class Undecided(RuntimeError):
+    """The sets of closed pairs cycle."""
 
 
 @dataclass(frozen=True)
@@ -61,31 +67,54 @@ def closed_pairs(problem: Normal, u0, gap):
     """(u, N, closed, steps, method) of the solution.
 
     Semismooth Newton (all wrong pairs change at once) from all pairs closed; where that does not reduce their number,
-    one pair at a time until it does, which cannot cycle [Judice and Pires 1994: block principal pivoting]. A set on
-    the way that does not hold the bodies is passed by anchoring every pair weakly to its last position (proximal
-    point) and letting the anchor fade; an answer is accepted on the true problem only. Raises NotHeld without one.
+    one pair at a time until it does, which cannot cycle in exact arithmetic [Judice and Pires 1994: block principal
+    pivoting]. Where a set on the way does not hold the bodies, or rounding makes the sets cycle because some pairs are
+    only just closed, `_proximal` goes on. Raises NotHeld where nothing holds the bodies.
     """
-    closed = problem.free.copy()
     try:
-        u, N, closed, steps, method = _pivot(problem, u0, gap, closed)
-        return u, N, closed, steps, method
-    except NotHeld as error:
-        reason = error
-    at, total = gap, 0
-    for anchor in _ANCHORS:
-        at, _, closed, steps, _ = _pivot(problem, u0, gap, closed, anchor, at)
-        total += steps
+        return _pivot(problem, u0, gap)
+    except (NotHeld, Undecided) as error:
+        found = _proximal(problem, u0, gap)
+        if found is None:
+            raise error
+        return found
+
+
+def _proximal(problem, u0, gap):
+    """As `closed_pairs`, by the proximal point method: every pair is anchored weakly to its last position, which holds
+    the bodies whatever the set, until the anchors carry nothing; None where they still do after many rounds.
+
+    It converges whenever there is a solution [Rockafellar 1976], also where several positions of the bodies are
+    solutions, as under a load that balances on a single line of pairs.
+    """
+    at, total, anchor, least = gap, 0, _ANCHOR, 1e-8
+    for _ in range(_ROUNDS):
         try:
-            u, N = problem.on_set(closed, u0, gap)
-        except NotHeld as error:
-            reason = error
+            u, N, closed, steps, _ = _pivot(problem, u0, gap, anchor, at)
+        except (NotHeld, Undecided):
+            anchor = least = min(100 * anchor, _ANCHOR)
             continue
-        if not problem.wrong(closed, u, N, gap).any():
+        total += steps
+        exact = _without_anchors(problem, closed, u0, gap)
+        if exact is not None:
+            return *exact, closed, total, "proximal"
+        if np.abs(anchor * problem.k0 * (u - at)).max() <= _CARRIED * np.abs(N).max():
             return u, N, closed, total, "proximal"
-    raise reason
+        at, anchor = u, max(anchor / 100, least)
+    return None
 
 
-def _pivot(problem, u0, gap, closed, anchor=0.0, at=0.0):
+def _without_anchors(problem, closed, u0, gap):
+    """(u, N) where the set solves the true problem, else None."""
+    try:
+        u, N = problem.on_set(closed, u0, gap)
+    except NotHeld:
+        return None
+    return None if problem.wrong(closed, u, N, gap).any() else (u, N)
+
+
+def _pivot(problem, u0, gap, anchor=0.0, at=0.0):
+    closed = problem.free.copy()
     fewest, patience, method = np.inf, _PATIENCE, "newton"
     for step in range(1, _STEPS + 1):
         u, N = problem.on_set(closed, u0, gap, anchor, at)
@@ -101,4 +130,4 @@ def _pivot(problem, u0, gap, closed, anchor=0.0, at=0.0):
             method = "pivoting"
             wrong[:np.flatnonzero(wrong)[-1]] = False
         closed = closed ^ wrong
-    raise RuntimeError("the set of closed pairs was not found: this should not happen, please report the case")
+    raise Undecided("the set of closed pairs was not found: this should not happen, please report the case")

@@ -105,27 +105,44 @@ def stuck_rows(model: ReducedModel, pairs: ContactTable) -> np.ndarray:
     return B * np.sqrt(k.ravel())[:, None]
 
 
-def keep_ends(pairs: ContactTable, front: int, back: int) -> ContactTable:
-    """Detach all but the first `front` and the last `back` stations of every side."""
+def conserve_total(pairs: ContactTable, whole: ContactTable) -> ContactTable:
+    """The carrying pairs of each side share, in the same proportions, the stiffness of all pairs of the side that
+    carry in `whole`."""
+    kn, kt = pairs.kn.copy(), pairs.kt.copy()
+    for side in pairs.sides:
+        mine, full = (pairs.side == side) & pairs.carrying, (whole.side == side) & whole.carrying
+        for mended, all_of_it in ((kn, whole.kn), (kt, whole.kt)):
+            if mine.any() and mended[mine].any():
+                mended[mine] *= all_of_it[full].sum() / mended[mine].sum()
+    return pairs.replace(kn=kn, kt=kt)
+
+
+def keep_ends(pairs: ContactTable, front: int, back: int, *, conserve: bool = False) -> ContactTable:
+    """Detach all but the first `front` and the last `back` stations of every side.
+
+    conserve=False: the others keep their stiffness [Zucca 2016, sec. 7.1]; True: they take over that of all.
+    """
     last = np.array([pairs.station[pairs.side == s].max() for s in pairs.side])
     kept = (pairs.station < front) | (pairs.station > last - back)
-    return pairs.replace(weight=np.where(kept, pairs.weight, 0.0))
+    detached = pairs.replace(weight=np.where(kept, pairs.weight, 0.0))
+    return conserve_total(detached, pairs) if conserve else detached
 
 
 def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, follow: np.ndarray, *,
-                 springs=None, at_least: int = 2, progress=None, rows=None) -> Detachment:
+                 springs=None, at_least: int = 2, progress=None, rows=None, conserve: bool = False) -> Detachment:
     """Detach stations from the middle, one at a time on all sides, and keep those whose tracked stuck frequency is
     nearest the target.
 
     springs(pairs) -> (m, r) extra rows that go with the carrying pairs (roll springs). All steps from every station to
-    at_least are made: where two modes come close the tracked frequency may rise for a step.
+    at_least are made: where two modes come close the tracked frequency may rise for a step. conserve - see `keep_ends`.
     Raises InputError "not reachable: a..b Hz" when the target lies outside what they give.
     """
     stations = int(pairs.station.max()) + 1
     assembly = StuckAssembly(model, rows)
     history = []
     for kept in range(stations, at_least - 1, -1):
-        step = _step(assembly, pairs, (kept + 1) // 2, kept // 2, follow, springs)
+        step = _step(assembly, keep_ends(pairs, (kept + 1) // 2, kept // 2, conserve=conserve), follow, springs,
+                     (kept + 1) // 2, kept // 2)
         history.append(step)
         if progress:
             progress(step, (stations - kept + 1) / (stations - at_least + 1))
@@ -136,21 +153,21 @@ def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, fol
         raise InputError(f"target {target_hz:g} Hz is not reachable: {min(found):.0f}..{max(found):.0f} Hz with "
                          f"{at_least}..{stations} stations kept")
     chosen = min(history, key=lambda s: abs(s.hz - target_hz))
-    return Detachment(keep_ends(pairs, chosen.front, chosen.back), chosen, tuple(history), target_hz)
+    return Detachment(keep_ends(pairs, chosen.front, chosen.back, conserve=conserve), chosen, tuple(history), target_hz)
 
 
 def keep_stations(model: ReducedModel, pairs: ContactTable, front: int, back: int, follow: np.ndarray, *,
-                  springs=None) -> Detachment:
+                  springs=None, conserve: bool = False) -> Detachment:
     """Keep the given numbers of stations at both ends. Raises InputError when there are not so many."""
     stations = int(pairs.station.max()) + 1
     if front + back > stations:
         raise InputError(f"{front} + {back} stations are to be kept, the sides have {stations}")
-    step = _step(StuckAssembly(model), pairs, front, back, follow, springs)
-    return Detachment(keep_ends(pairs, front, back), step, (step,), None)
+    kept = keep_ends(pairs, front, back, conserve=conserve)
+    step = _step(StuckAssembly(model), kept, follow, springs, front, back)
+    return Detachment(kept, step, (step,), None)
 
 
-def _step(assembly, pairs, front, back, follow, springs):
-    kept = keep_ends(pairs, front, back)
+def _step(assembly, kept, follow, springs, front, back):
     if not kept.carrying.any():
         raise InputError("no contact pairs are left: a free damper needs some on both sides")
     modes = assembly.modes(kept, follow, extra=springs(kept) if springs else None)

@@ -1,11 +1,13 @@
 """Motions of the bodies that meet no stiffness: found, named, and made definite by a gauge that carries no force."""
 
 import numpy as np
+from scipy.optimize import linprog
 
 from hbm.model import ReducedModel
 
 FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
 _ROUNDING = 1e-12       # of the distance from the origin
+_FITS = 1e-7            # of the largest gap: overlaps that linear programming takes for none
 _ARM = 1e-6             # of the body's size: nodes that near to an axis lie on it, and turning about it moves nothing
 
 
@@ -95,3 +97,26 @@ def name_motions(rigid, coefficients):
             if other != i:
                 rows[other] -= rows[other, j] * rows[i]
     return rows, names
+
+
+def unstressed(rigid, K, B, gap):
+    """(r,) rigid motion of the bodies that float with which no pair overlaps, B q <= gap (P,): without load no contact
+    force is needed. The one that leaves most room, up to the largest gap. None where the bodies do not fit.
+
+    rigid (r, 6 b) as from `rigid_motions`; K (r, r); B (P, r) normal motion of the pairs.
+    """
+    largest = (np.abs(K).max() or 1.0) * np.maximum(np.abs(rigid).max(axis=0), 1e-300)
+    meets = np.abs(K @ rigid).max(axis=0) / largest
+    floating = rigid[:, (meets < FREE_STIFFNESS) & rigid.any(axis=0)]
+    size = np.abs(gap).max()
+    if not floating.shape[1] or size == 0:
+        return np.zeros(len(K)) if (gap >= 0).all() else None
+    motion = B @ floating
+    reach = np.abs(motion).max(axis=0)
+    reach[reach == 0] = 1.0
+    scaled = np.column_stack([motion / reach, np.ones(len(gap))])            # in units of the largest gap
+    answer = linprog(np.r_[np.zeros(floating.shape[1]), -1.0], A_ub=scaled, b_ub=gap / size,
+                     bounds=[(None, None)] * floating.shape[1] + [(None, 1.0)], method="highs")
+    if answer.status != 0 or answer.x[-1] < -_FITS:
+        return None
+    return floating @ (size * answer.x[:-1] / reach)

@@ -70,9 +70,9 @@ class NodalStiffness:
     kt_along, kt_across : N/m, along the axis of the damper (t1) and across it (t2)
     n_nodes : nodes of the full patch; the side's total is n_nodes times the nodal value
     model : one of MODELS; kind : 'tangent' or 'secant' at `load`
-    load : N, normal force on the side; size : m, half-width of contact under it; length : m
+    load : N, normal force on the side; size : m, half-width of contact under it, None where given; length : m
     depth : (d1, d2) m for 'plane_depth', else None; roughness : for 'rough_series', else None
-    scale : factor already contained in the stiffness; pair : materials
+    scale : factor already contained in the stiffness, 1 where given; pair : materials, may be None where given
     """
 
     kn: float
@@ -83,12 +83,12 @@ class NodalStiffness:
     model: str
     kind: str
     load: float
-    size: float
+    size: float | None
     length: float
     depth: tuple[float, float] | None
     roughness: Roughness | None
     scale: float
-    pair: MaterialPair
+    pair: MaterialPair | None
 
     @property
     def total(self) -> Stiffness:
@@ -103,20 +103,20 @@ def nodal_stiffness(side: ContactSide, force, n_nodes, *, model="halfspace_3d", 
     model : 'halfspace_3d' (finite line or rectangle), 'plane_depth' (needs depth = (d1, d2) m in the two bodies),
         'rough_series' (halfspace_3d in series with `roughness`), 'given'
     kind : 'tangent' (for small motions about the static state) or 'secant' (from zero load); a flat has both equal
-    given : (kn, kt) or (kn, kt_along, kt_across) per node, N/m; wins over every model
-    scale : one factor on everything, e.g. from `calibrate_scale`
+    given : (kn, kt) or (kn, kt_along, kt_across) per node, N/m; wins over every model, none of which is computed
+    scale : one factor on everything that a model gives, e.g. from `calibrate_scale`; given values are final, and
+        another scale than 1 beside them is refused
     """
     _check_choice("model", model, MODELS)
     _check_choice("kind", kind, KINDS)
     require("scale", scale, 0, open_low=True)
-    if isinstance(n_nodes, bool) or not isinstance(n_nodes, Integral) or n_nodes < 1:
-        raise InputError(f"n_nodes = {n_nodes!r}: allowed are whole numbers from 1")
     if given is not None or model == "given":
-        model, total = "given", _given(given).scaled(n_nodes)
-        require("force", force, 0, unit="N")
-    else:
-        require("force", force, 0, open_low=True, unit="N")
-        total = _total(side, force, model, kind, depth, roughness)
+        if scale != 1:
+            raise InputError(f"scale = {scale!r} with given values: they are taken as they are; give scaled ones")
+        return given_stiffness(given, n_nodes, force, side.length, side.pair)
+    _check_count(n_nodes)
+    require("force", force, 0, open_low=True, unit="N")
+    total = _total(side, force, model, kind, depth, roughness)
     per_node = Stiffness(*(float(k) * scale / n_nodes for k in total))
     return NodalStiffness(
         kn=per_node.normal, kt=(per_node.along + per_node.across) / 2, kt_along=per_node.along,
@@ -124,6 +124,19 @@ def nodal_stiffness(side: ContactSide, force, n_nodes, *, model="halfspace_3d", 
         size=float(half_width(side, force)), length=float(side.length), pair=side.pair, scale=float(scale),
         depth=tuple(map(float, depth)) if model == "plane_depth" else None,
         roughness=roughness if model == "rough_series" else None)
+
+
+def given_stiffness(given, n_nodes, force, length, pair=None) -> NodalStiffness:
+    """The record of known values, (kn, kt) or (kn, kt_along, kt_across) per node, N/m, for which no theory is needed.
+
+    force : N on the side (0 where it is not known); length : m
+    """
+    _check_count(n_nodes)
+    require("force", force, 0, unit="N")
+    kn, along, across = _given(given)
+    return NodalStiffness(kn=kn, kt=(along + across) / 2, kt_along=along, kt_across=across, n_nodes=int(n_nodes),
+                          model="given", kind="tangent", load=float(force), size=None, length=float(length), depth=None,
+                          roughness=None, scale=1.0, pair=pair)
 
 
 def half_width(side: ContactSide, force):
@@ -182,6 +195,11 @@ def _check_depth(depth):
         raise InputError(f"depth = {depth!r}: model = 'plane_depth' needs depth = (d1, d2), m > 0, one for each body; "
                          "a line on a half-plane has no stiffness without it")
     return depth
+
+
+def _check_count(n_nodes):
+    if isinstance(n_nodes, bool) or not isinstance(n_nodes, Integral) or n_nodes < 1:
+        raise InputError(f"n_nodes = {n_nodes!r}: allowed are whole numbers from 1")
 
 
 def _check_choice(name, value, allowed):

@@ -16,7 +16,7 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.complementarity import Normal, closed_pairs
-from static_contact.free_motions import FREE_STIFFNESS, free_motions, rigid_motions
+from static_contact.free_motions import FREE_STIFFNESS, free_motions, rigid_motions, unstressed
 
 _LARGEST_RESIDUAL = 1e-8  # of the load
 LOAD_TOLERANCE = 1e-7   # of the load's reach: matrices from text files have eight digits
@@ -40,9 +40,10 @@ class Preload:
     where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
     displacement : (r,) m; motions - free ones and the load along each
     held : {name: amount} - load along free motions that was taken up in the reference state (empty by default)
-    residual - |K q + B' N - f| / |f|
+    residual - |K q + B' N - f| / |f|, without load / |B' N|
     balance - |sum of contact forces and loads| / |sum of loads| on the floating dampers, None where none floats
     iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
+    or sets that cycled, 'unloaded' where no load acts and the bodies fit without any force
     """
 
     pairs: ContactTable
@@ -89,8 +90,8 @@ class StaticContact:
         up in the reference state instead, and reported. Raises InputError when the load lifts the damper off, and
         when the solution leaves more than 1e-8 of the load unbalanced.
         """
-        load = np.asarray(load, dtype=float)
-        gap = self.pairs.gap if gap is None else np.asarray(gap, dtype=float)
+        load = _finite("load", load, self.model.size, "dofs of the model")
+        gap = _finite("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
         motions = tuple(Motion(name, unit, float(amount)) for (name, unit), amount
                         in zip(self.names, self.free.T @ load, strict=True))
         loaded = [m for m, s in zip(motions, self._reach(load), strict=True) if abs(m.load) > LOAD_TOLERANCE * s]
@@ -98,16 +99,26 @@ class StaticContact:
             raise InputError("; ".join(f"{m.name} is loaded: {abs(m.load):.3g} {m.unit}, and no contact resists it"
                                        for m in loaded))
         applied = load - self._taken_up(loaded) if loaded else load
-        start = sl.cho_solve(self.factor, applied)
-        u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
-        q = start - self.by_pair @ (force - self.normal.k0 * u)
-        left = self.model.K @ q + self.B.T @ force - applied
-        self._check_balance(left, applied)
+        q, u, force, closed, iterations, method = self._contact(applied, gap)
+        left, scale = self.model.K @ q + self.B.T @ force - applied, applied if applied.any() else self.B.T @ force
+        self._check_balance(left, scale)
         spring = np.where(np.isinf(self.kn), 0.0, self.kn)
         return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
                        force=force, opening=np.where(closed, 0.0, gap - u), displacement=q, motions=motions,
-                       held={m.name: m.load for m in loaded}, residual=_ratio(left, applied),
+                       held={m.name: m.load for m in loaded}, residual=_ratio(left, scale),
                        balance=self._balance(load, force), iterations=iterations, method=method)
+
+    def _contact(self, applied, gap):
+        """Displacement, motion and force of the pairs, which are closed, sets tried, method."""
+        if not applied.any():
+            may_close = self.normal.free
+            q = unstressed(self.rigid, self.model.K, self.B[may_close], gap[may_close])
+            if q is not None:
+                nothing = np.zeros(len(gap))
+                return q, self.B @ q, nothing, nothing > 0, 0, "unloaded"
+        start = sl.cho_solve(self.factor, applied)
+        u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
+        return start - self.by_pair @ (force - self.normal.k0 * u), u, force, closed, iterations, method
 
     def _check_balance(self, left, applied):
         """Refuses what is left of the balance, but for the rounding along free motions, which nothing could take."""
@@ -160,6 +171,15 @@ def reference_stiffness(K, B, spring) -> np.ndarray:
 def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, hold: bool = False) -> Preload:
     """One load case of `StaticContact`."""
     return StaticContact(model, pairs).solve(load, hold=hold)
+
+
+def _finite(name, given, size, of):
+    """The numbers (size,), all finite; InputError otherwise."""
+    values = np.asarray(given, dtype=float)
+    if values.shape != (size,) or not np.isfinite(values).all():
+        odd = f"shape {values.shape}" if values.shape != (size,) else f"{values[~np.isfinite(values)][0]} among them"
+        raise InputError(f"{name}: {odd}; allowed are {size} finite numbers, one for each of the {of}")
+    return values
 
 
 def _ratio(a, b):

@@ -9,6 +9,7 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError, nearest, shown
 from hbm.model import ReducedModel
 from tipdamp.loads import at_speed, case_forces, check
+from tipdamp.stiffness import side_materials, with_values
 
 BLADES, DAMPER = "blades", "damper"
 _INDEFINITE = 1e-9      # of the stiffness of a dof held alone
@@ -50,7 +51,7 @@ def named_groups(study):
         for i in range(len(study["respond"]["patches"])):
             yield BLADES, "respond", f"patches[{i}]", (0, 1, 2)
     for name in () if study["contact"]["pairs"] else study.sides:
-        dimensions = (0, 2) if study.sides[name]["shape"] == "flat" else (0, 1, 2)
+        dimensions = (0, 1, 2) if study.sides[name]["shape"] == "cylinder" else (0, 2)
         yield BLADES, f"contact.{name}", "blade", dimensions
         yield DAMPER, f"contact.{name}", "damper", dimensions
 
@@ -79,18 +80,6 @@ def assemble_bodies(study, meshes, tick) -> list:
     return [blades, body(DAMPER, free=True)]
 
 
-def material_at(study, mesh, nodes, where: str) -> dict:
-    """The material section of the cells that hold the nodes; InputError when they are of several."""
-    numbers = np.concatenate([mesh.number[kind][np.isin(cells, mesh.index(nodes)).any(axis=1)]
-                              for kind, cells in mesh.cells.items()])
-    own = [m for m in study.materials.values()
-           if np.isin(numbers, mesh.cell_groups.get(m["group"], ())).any()]
-    whole = own and np.isin(numbers, mesh.cell_groups[own[0]["group"]]).all()
-    if len(own) > 1 or (own and not whole):
-        raise InputError(f"{study.path}: {where}: its cells are of several materials; one is needed for the half-space")
-    return own[0] if own else study["material"]
-
-
 def matched_pairs(study, meshes) -> ContactTable:
     """All node pairs of all sides with their frames: matched between the meshes, or the person's own table."""
     from static_contact.pairing import Side, join, offsets, pair
@@ -106,31 +95,6 @@ def matched_pairs(study, meshes) -> ContactTable:
     if contact["distance"] == "gap":
         pairs = pairs.replace(gap=offsets(pairs, meshes[BLADES], meshes[DAMPER]))
     return pairs
-
-
-def side_materials(study, meshes, pairs: ContactTable) -> dict:
-    """{side: [E, nu of the blade, E, nu of the damper]} of the cells in contact, for the half-space stiffness."""
-    found = {}
-    for name in pairs.sides if study["contact"]["stiffness"] == "halfspace" else ():
-        mine = pairs.side == name
-        one, two = (material_at(study, meshes[body], getattr(pairs, column)[mine], f"[contact.{name}]")
-                    for body, column in ((BLADES, "blade_node"), (DAMPER, "damper_node")))
-        found[name] = [one["E"], one["nu"], two["E"], two["nu"]]
-    return found
-
-
-def with_values(study, pairs: ContactTable, materials: dict) -> ContactTable:
-    """The pairs with stiffness, friction and initial gap of the study; an own table brings its own."""
-    if study["contact"]["pairs"]:
-        return pairs
-    kn, kt = node_stiffness(study, pairs, materials)
-    along = pairs.position @ np.array(study.driver["axis"])
-    gap = pairs.gap.copy()
-    for name, side in study.sides.items():
-        if side["gap"]:
-            mine = pairs.side == name
-            gap[mine] += np.interp(along[mine], *np.array(side["gap"]).T)
-    return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study["contact"]["mu"]))
 
 
 def own_pairs(study) -> ContactTable:
@@ -178,32 +142,6 @@ def check_positions(study, meshes, pairs: ContactTable) -> None:
             i = int(off.argmax())
             raise InputError(f"{study.path}: [contact] pairs, row {i + 1}: node {numbers[i]} of the {name} lies "
                              f"{off[i]:.3g} m from where the table has it, more than [contact] tolerance")
-
-
-def node_stiffness(study, pairs: ContactTable, materials: dict) -> tuple[np.ndarray, np.ndarray]:
-    """kn, kt (P,) N/m: as given, or from the half-space under the side's force, total / nodes of the full patch.
-
-    materials {side: [E, nu, E, nu]} of the two bodies, as `side_materials` finds them; only the half-space needs them.
-    """
-    from static_contact.equilibrium import side_forces, side_normals
-    from static_contact.halfspace import ContactSide, nodal_stiffness
-    from static_contact.moduli import MaterialPair
-
-    kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
-    damper = study[DAMPER]
-    forces = side_forces(side_normals(pairs), damper["pull"] * np.array(damper["pull_direction"]))
-    for name, side in study.sides.items():
-        mine = pairs.side == name
-        if study["contact"]["stiffness"] == "given":
-            kn[mine], kt[mine] = side["kn"], side["kt"]
-            continue
-        along = pairs.position[mine] @ np.array(damper["axis"])
-        contact = ContactSide(side["shape"], float(np.ptp(along)), MaterialPair(*materials[name]),
-                              radius=side["radius"] if side["shape"] == "cylinder" else None,
-                              width=side["width"] if side["shape"] == "flat" else None)
-        found = nodal_stiffness(contact, forces[name], int(mine.sum()))
-        kn[mine], kt[mine] = found.kn, found.kt
-    return kn, kt
 
 
 def reduced_model(study, store, tick) -> tuple:

@@ -24,6 +24,7 @@ AFRESH = "rm -rf .venv && ./dev setup"
 FROM_MATRICES = "statics, tuning and forced responses from matrices ([model]); not meshes"
 OWN_CELLS = "meshes too, more slowly: tipdamp assembles all cells by itself; and everything from matrices"
 OWN_FACTORS = "meshes too, more slowly, with SciPy's factors; not Newton on the full model; everything from matrices"
+NO_SHARED_MODES = "everything but modes of the full model that several processes share (mpirun)"
 NO_RIG = "everything but making the meshes of the two-blade rig; .msh files are read without it"
 NO_PAGE = "everything up to the forced responses; not the report, nor the page of inspect"
 NO_REPORT = "everything up to the forced responses; not the report"
@@ -157,8 +158,10 @@ def _works_without(facts: Facts, name: str) -> str:
 
     if name == "gmsh":
         return NO_RIG
-    if not absent(name) or (name == "slepc4py" and not absent("petsc4py")):
-        return FROM_MATRICES           # PETSc's factors find their modes with SLEPc
+    if name == "slepc4py" and not facts.modules["petsc4py"].error:
+        return NO_SHARED_MODES
+    if not absent(name):
+        return FROM_MATRICES
     return OWN_CELLS if name == "dolfinx" else OWN_FACTORS
 
 
@@ -174,8 +177,7 @@ def _h5py(facts: Facts) -> Check:
     if not module.error and (module.file.startswith(DEBIAN) or facts.modules["dolfinx"].error):
         return _present("h5py", module)
     if module.error.startswith("ModuleNotFoundError"):
-        return Check("h5py", "warn", "not found: meshes stored in HDF5 cannot be read",
-                     "./dev setup", "all with meshes of gmsh")
+        return Check("h5py", "ok", "not found, and not needed: no mesh is read from HDF5")
     what = module.error or f"{module.version} from {Path(module.file).parent} aborts beside dolfinx"
     return Check("h5py", "fail", what, f"{_pip('uninstall h5py')}; ./dev setup",
                  FROM_MATRICES)

@@ -16,11 +16,11 @@ from hbm.model import ReducedModel
 from hbm.response import contact_problem, follow_band
 from modal.truncation import Truncation
 from static_contact.carry import carry_scaled, carry_tangential, roll_springs, spring_rows, with_springs
-from static_contact.detachment import Detachment, StuckAssembly, detach_until, keep_stations
+from static_contact.detachment import Detachment, StuckAssembly, conserve_total, detach_until, keep_stations
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
 from static_contact.reduction_error import stuck_error_bound
-from tipdamp import bodies, friction, inspection, loads, pictures
+from tipdamp import bodies, friction, inspection, loads, pictures, stiffness
 
 BLADES, DAMPER = bodies.BLADES, bodies.DAMPER
 CHECK_BELOW_HZ = bodies.CHECK_BELOW_HZ
@@ -41,7 +41,13 @@ def line_of(study, pairs: ContactTable) -> ContactTable:
     """The line model: rows that the study does not keep get weight 0."""
     edge = [name for name, side in study.sides.items() if side["rows"] == "edge"]
     detached = np.isin(pairs.side, edge) & (pairs.row > 0)
-    return pairs.replace(weight=np.where(detached, 0.0, pairs.weight))
+    line = pairs.replace(weight=np.where(detached, 0.0, pairs.weight))
+    return conserve_total(line, pairs) if conserves(study) else line
+
+
+def conserves(study) -> bool:
+    """Whether the pairs that stay take over the stiffness of their whole side."""
+    return study["tune"]["stiffness"] == "conserved"
 
 
 def declared_springs(study, pairs: ContactTable) -> list:
@@ -50,7 +56,7 @@ def declared_springs(study, pairs: ContactTable) -> list:
     for name, side in study.sides.items():
         mine = pairs.select(pairs.side == name)
         one_row = len(np.unique(mine.row[mine.carrying])) == 1
-        if side["shape"] == "flat" and side["rows"] == "edge" and one_row and side["roll_stiffness"] != 0:
+        if side["shape"] != "cylinder" and side["rows"] == "edge" and one_row and side["roll_stiffness"] != 0:
             springs += roll_springs(pairs, name, side["width"], side["roll_stiffness"])
     return springs
 
@@ -154,8 +160,10 @@ def free_response(study, blades: ReducedModel) -> dict:
 def preload(study, store, tick):
     """Unilateral static contact of the whole patch under the pull: the preload map."""
     model = ReducedModel.load(store.path("model.npz"))
-    pairs = bodies.with_values(study, ContactTable.load(store.path("pairs.csv")),
-                               store.read_json("reduce.json").get("side_materials", {}))
+    pairs = ContactTable.load(store.path("pairs.csv"))
+    materials = store.read_json("reduce.json").get("side_materials", {})
+    made = stiffness.facts(study, stiffness.side_stiffness(study, pairs, materials))
+    pairs = stiffness.with_values(study, pairs, materials)
     forces = equilibrium(study, pairs)
     tick(0.2, f"{len(pairs)} pairs")
     statics = static_contact(study, model, pairs)
@@ -173,7 +181,8 @@ def preload(study, store, tick):
     store.write_json("preload.json", {
         "sides": side_figures(result.pairs, forces, found["balance"]), "residual": result.residual,
         "iterations": result.iterations, "method": found["method"], **more,
-        "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s][0], pairs.kt[pairs.side == s][0]] for s in pairs.sides},
+        "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()] for s in pairs.sides},
+        "stiffness": made,
         "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in found["motions"]],
         "cases": cases})
     files += [case["file"] for case in cases.values()]
@@ -258,9 +267,10 @@ def tune(study, store, tick):
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
     if study["tune"]["stations"]:
-        found = keep_stations(model, line, *study["tune"]["stations"], follow, springs=rows)
+        found = keep_stations(model, line, *study["tune"]["stations"], follow, springs=rows, conserve=conserves(study))
     else:
-        found = detach_until(model, line, study["tune"]["target_hz"], follow, springs=rows, progress=report)
+        found = detach_until(model, line, study["tune"]["target_hz"], follow, springs=rows, progress=report,
+                             conserve=conserves(study))
     assembly = StuckAssembly(model)
     sets = {"full_area": whole, "full_line": line, "tuned": found.pairs}
     stuck = {name: assembly.modes(pairs, follow, above_hz=2 * CHECK_BELOW_HZ, extra=rows(pairs))

@@ -8,8 +8,7 @@ _KINDS = {"texts": "list of texts", "one_or_more": "text or list of texts", "num
           "ratios": "number or list", "counts": "whole number or list", "count": "whole number", "vector": "[x, y, z]",
           "triple": "[x, y, z]", "group_values": "[[body, group, value], ...]",
           "group_vectors": "[[body, group, x, y, z], ...]", "band": "[first, last]",
-          "flag": "true or false", "table": "[[coordinate, value], ...]",
-          "roll": "'from_flat' or number", "choice": "one of the choices"}
+          "flag": "true or false", "table": "[[coordinate, value], ...]", "roll": "'from_flat' or number"}
 
 
 def reference() -> str:
@@ -35,7 +34,8 @@ def reference() -> str:
 
 
 def _table(title, keys):
-    rows = [f"| `{k}` | {_KINDS.get(s.kind, s.kind)} | {s.unit or ''} | {_default(s)} | {_range(s)} | {s.text} |"
+    rows = [f"| `{k}` | {', '.join(s.choices) or _KINDS.get(s.kind, s.kind)} | {s.unit or ''} | {_default(s)} | "
+            f"{_range(s)} | {s.text} |"
             for k, s in keys.items()]
     head = ["", f"## {title}", "", "| key | kind | unit | default | range | meaning |", "|---|---|---|---|---|---|"]
     return head + rows

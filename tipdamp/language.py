@@ -75,21 +75,37 @@ CONTACT = {
                      open_low=True),
     "distance": Key("choice", "of the two nodes of a pair along the normal: 'closed': they count as touching; 'gap': "
                     "it adds to the initial gap", "closed", choices=("closed", "gap")),
-    "stiffness": Key("choice", "'given': kn, kt of each side; 'halfspace': from the analytical model", "given",
-                     choices=("given", "halfspace")),
+    "stiffness": Key("choice", "of sides without kn and kt of their own: 'halfspace': smooth bodies in three "
+                     "dimensions; 'plane_depth': plane strain with depth; 'rough_series': halfspace in series with a "
+                     "rough interface; 'given': none, every side has its kn and kt. Given kn and kt win over every "
+                     "model", "given", choices=("given", "halfspace", "plane_depth", "rough_series")),
+    "kind": Key("choice", "of the stiffness from a model: 'tangent' at the side's force under the pull, or 'secant' "
+                "from zero force", "tangent", choices=("tangent", "secant")),
+    "scale": Key("number", "factor on all stiffness from a model, such as one found by calibration; given kn and kt "
+                 "are taken as they are", 1.0, low=0, open_low=True),
+    "shares": Key("choice", "nodes of a side share the stiffness from a model: 'equal', or by 'tributary' area, which "
+                  "gives end nodes half (needs every row at every station)", "equal", choices=("equal", "tributary")),
     "normal": Key("choice", "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)",
                   "springs", choices=("springs", "hard")),
 }
 SIDE = {
     "blade": Key("text", "node group of the blades' mesh", ""),
     "damper": Key("text", "node group of the damper's mesh", ""),
-    "shape": Key("choice", "form of the damper's side", choices=("cylinder", "flat")),
-    "kn": Key("number", "normal stiffness per node", None, unit="force/length", low=0, open_low=True),
+    "shape": Key("choice", "form of the damper's side",
+                 choices=("cylinder", "flat", "rounded")),
+    "kn": Key("number", "normal stiffness per node; with kt it wins over [contact] stiffness", None,
+              unit="force/length", low=0, open_low=True),
     "kt": Key("number", "tangential stiffness per node", None, unit="force/length", low=0, open_low=True),
-    "radius": Key("number", "radius of a cylindrical side, needed by stiffness = 'halfspace'", None, unit="length",
-                  low=0, open_low=True),
-    "width": Key("number", "width of a flat side, needed by stiffness = 'halfspace' and by the roll of an edge line",
-                 None, unit="length", low=0, open_low=True),
+    "radius": Key("number", "radius of a cylindrical side, or of the edges of a rounded one; a stiffness from a model "
+                  "needs it", None, unit="length", low=0, open_low=True),
+    "width": Key("number", "width of a flat side, or of the flat part of a rounded one; a stiffness from a model and "
+                 "the roll of an edge line need it", None, unit="length", low=0, open_low=True),
+    "depth": Key("numbers", "[blade, damper]: depths below the contact against which stiffness = 'plane_depth' counts "
+                 "the displacement", (), unit="length", low=0, open_low=True),
+    "h_rms": Key("number", "rms height of both surfaces combined, needed by stiffness = 'rough_series'", None,
+                 unit="length", low=0, open_low=True),
+    "gamma": Key("number", "of K_rough = N / (gamma h_rms), about 0.5, by the roughness spectrum; needed by stiffness "
+                 "= 'rough_series'", None, low=0, open_low=True),
     "rows": Key("choice", "rows kept in the line model: 'edge' (row 0, the lower edge line) or 'all'", "all",
                 choices=("edge", "all")),
     "roll_stiffness": Key("roll", "resistance to roll that the kept edge line lacks: 'from_flat' (sum kn w^2/12), "
@@ -125,6 +141,8 @@ TUNE = {
     "target_hz": Key("number", "measured stuck frequency that the kept stations must meet", None, low=0,
                      open_low=True),
     "stations": Key("counts", "[front, back]: stations kept at each end, instead of a target", (), low=1, high=9999),
+    "stiffness": Key("choice", "'kept': a node keeps its share of the full patch; 'conserved': the nodes that stay "
+                     "take over the stiffness of their whole side", "kept", choices=("kept", "conserved")),
     "follow": Key("choice", "free mode that is tracked", "out_of_phase", choices=("out_of_phase", "in_phase")),
     "preload": Key("choice", "'scaled': the whole map's part on the kept stations carries the whole pull; "
                    "'resolved': the static problem is solved again on them", "scaled", choices=("scaled", "resolved")),

@@ -26,6 +26,16 @@ from tipdamp.language import (
     UNITS,
     Key,
 )
+from tipdamp.stiffness import is_given
+from tipdamp.study_checks import (
+    check_contact,
+    check_history,
+    check_modes,
+    check_respond,
+    check_side,
+    check_tune,
+    refuse_beside_pairs,
+)
 from tipdamp.values import number, read
 
 
@@ -67,7 +77,7 @@ class Study:
         error of the stuck frequencies; 'sides', 'loads', 'materials', 'title', 'reference'.
         """
         points = {k: v for k, v in self.sections.get("respond", {}).items() if RESPOND[k].kind in POINTS}
-        groups = [{k: side[k] for k in ("blade", "damper")} for side in self.sides.values()]
+        groups = [{k: side[k] for k in ("blade", "damper")} | {"given": is_given(side)} for side in self.sides.values()]
         contact = {k: self.sections["contact"][k] for k in ("pairs", "tolerance", "distance", "stiffness")}
         own = {"sides": self.sides, "title": self.title, "reference": self.reference, "points": points,
                "materials": self.materials, "loads": self.loads,
@@ -123,19 +133,21 @@ def load_study(path) -> Study:
     if "model" in raw and not _own_pairs(raw):
         raise InputError(f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV")
     for name in ("blades", "damper"):
-        _check_modes(f"{path}: [{name}]", raw.get(name, {}))
+        check_modes(f"{path}: [{name}]", raw.get(name, {}))
     if "tune" in sections:
-        _check_tune(f"{path}: [tune]", sections["tune"])
+        check_tune(f"{path}: [tune]", sections["tune"])
     if _own_pairs(raw):
-        _refuse_beside_pairs(path, raw["contact"], sides)
+        refuse_beside_pairs(path, raw["contact"], sides)
+    else:
+        check_contact(f"{path}: [contact]", raw["contact"])
     if "respond" in sections:
-        _check_respond(f"{path}: [respond]", sections["respond"])
+        check_respond(f"{path}: [respond]", sections["respond"])
     sections.setdefault("free", _section(path, "free", {}, FREE, factors))
     sections.setdefault("preload", _section(path, "preload", {}, PRELOAD, factors))
     sides = {k: _side(path, k, v, factors, sections["contact"]) for k, v in sides.items()}
     materials = {k: _section(path, f"material.{k}", v, OTHER_MATERIAL, factors) for k, v in materials.items()}
     loads = {k: _load(path, k, v, factors, "model" in raw) for k, v in _table_of_cases(path, raw).items()}
-    _check_history(f"{path}: [preload]", sections["preload"], list(loads))
+    check_history(f"{path}: [preload]", sections["preload"], list(loads))
     reference = raw.get("reference", {})
     for key, value in reference.items():
         if key not in REFERENCE:
@@ -169,48 +181,6 @@ def _own_pairs(raw) -> bool:
     return isinstance(raw["contact"], dict) and bool(raw["contact"].get("pairs"))
 
 
-def _refuse_beside_pairs(path, contact, sides):
-    """What the table of pairs says is said there alone."""
-    own = ("blade", "damper", "kn", "kt", "gap")
-    for where, given, keys in [("[contact]", contact, ("mu", "stiffness")),
-                               *((f"[contact.{name}]", side, own) for name, side in sides.items())]:
-        for key in keys:
-            if key in given:
-                raise InputError(f"{path}: {where} {key}: leave it out, the table [contact] pairs = "
-                                 f"'{contact['pairs']}' says it for every pair")
-
-
-def _check_respond(where, respond):
-    for key in ("levels", "harmonics", "patches"):
-        names = [f"{v:g}" if isinstance(v, float) else str(v) for v in respond[key]]
-        double = [n for n in names if names.count(n) > 1]
-        if double:
-            raise InputError(f"{where} {key}: {double[0]} stands there twice")
-    if len(respond["patches"]) != 2:
-        raise InputError(f"{where} patches = {list(respond['patches'])}: two groups are needed, one on each blade")
-
-
-def _check_history(where, preload, cases):
-    if preload["history"] and not preload["friction"]:
-        raise InputError(f"{where} history: without friction the preload does not depend on it; set friction = true")
-    for name in preload["history"]:
-        if name not in cases:
-            raise InputError(f"{where} history: no load case [loads.{name}]; {nearest(name, cases)}")
-
-
-def _check_modes(where, body):
-    given = [k for k in ("modes", "modes_below_hz", "error") if k in body]
-    if len(given) > 1:
-        raise InputError(f"{where} {given[0]} and {given[1]} exclude each other: one of them says how many modes")
-
-
-def _check_tune(where, tune):
-    if (tune["target_hz"] is None) == (not tune["stations"]):
-        raise InputError(f"{where} needs either target_hz or stations = [front, back]")
-    if tune["stations"] and len(tune["stations"]) != 2:
-        raise InputError(f"{where} stations = {list(tune['stations'])}: must be two numbers [front, back]")
-
-
 def _units(path, given):
     factors = {}
     for key in given:
@@ -228,17 +198,7 @@ def _units(path, given):
 
 def _side(path, name, given, factors, contact):
     side = _section(path, f"contact.{name}", given, SIDE, factors)
-    where = f"{path}: [contact.{name}]"
-    matched = not contact["pairs"]
-    if matched and contact["stiffness"] == "given" and (side["kn"] is None or side["kt"] is None):
-        raise InputError(f"{where} kn and kt are missing; give them, or set [contact] stiffness = \"halfspace\"")
-    for key in ("blade", "damper"):
-        if matched and not side[key]:
-            raise InputError(f"{where} {key} is missing: {SIDE[key].text}")
-    needs = {"flat": "width", "cylinder": "radius"}[side["shape"]]
-    edge = side["shape"] == "flat" and side["rows"] == "edge"
-    if side[needs] is None and (contact["stiffness"] == "halfspace" or (edge and side["roll_stiffness"] is None)):
-        raise InputError(f"{where} {needs} is missing")
+    check_side(f"{path}: [contact.{name}]", side, contact)
     return side
 
 

@@ -99,6 +99,26 @@ REFUSED = {
     "no damping": ({"damping_ratio": None}, r"damping: neither C nor damping_ratio given"),
     "origin misspelt": ({"origin": "prelaoded"}, r"origin = 'prelaoded': must be 'preloaded' or 'unloaded'"),
     "start misspelt": ({"start": "zero"}, r"start = 'zero': must be 'zero_force', 'zero_slider' or"),
+    "K complex": (lambda: {"K": MODEL.K * (1 + 0.02j)}, r"K\[0, 0\] is .*j: matrices must be real; .* = eta/2"),
+    "M complex": (lambda: {"M": MODEL.M + 0.1j}, r"M\[0, 0\] is .*j: matrices must be real"),
+    "C complex": (lambda: {"C": 1e-5j * MODEL.K}, r"C\[0, 0\] is .*j: matrices must be real"),
+    "a record complex": (lambda: {"model": replace(MODEL, K=MODEL.K * (1 + 0.1j))}, r"K\[0, 0\] is .*must be real"),
+    "K a text": ({"K": "K.mtx"}, r"K = 'K\.mtx': must be a square matrix of numbers"),
+    "no law": ({"law": None}, r"law = None: must be a contact law, for example Jenkins1D\(\), DryFriction2T\(\)"),
+    "law a text": ({"law": "DryFriction2T"}, r"law = 'DryFriction2T': must be a contact law"),
+    "law not called": ({"law": DryFriction2T}, r"law = DryFriction2T: is what makes a law; call it: DryFriction2T\(\)"),
+    "no pair table": ({"pairs": None}, r"pairs = None: must be a ContactTable"),
+    "no model": ({"model": None}, r"model = None: must be a ReducedModel"),
+    "mu a text": (lambda: {"mu": ["rough"] * len(PAIRS)}, r"contact table: mu = .*must hold a number for each pair"),
+    "outputs a list": (lambda: {"outputs": [TIP]}, r"outputs = .*: must be a dict \{name: row of length"),
+    "outputs a text": ({"outputs": "tip"}, r"outputs = 'tip': must be a dict"),
+    "output a text": ({"outputs": {"tip": "y"}}, r"output 'tip' = 'y': must be a row of \d+ real numbers"),
+    "output complex": (lambda: {"outputs": {"tip": 1j * TIP}}, r"output 'tip' = .*: must be a row of \d+ real numbers"),
+    "damping a text": ({"damping_ratio": "2%"}, r"damping_ratio = '2%': must be a number .*\(2 % is 0\.02\)"),
+    "no forcing": ({"forcing": None}, r"forcing of harmonic 1 = None: must be \d+ numbers in N"),
+    "forcing of harmonic True": (lambda: {"forcing": {True: TIP}}, r"forcing of harmonic True: harmonics count from 1"),
+    "static a text": ({"static": "gravity", "origin": "unloaded"}, r"static = 'gravity': must be \d+ real numbers"),
+    "start a text list": ({"start": ["a"]}, r"start = \['a'\]: must be 'zero_force'"),
     "samples negative": ({"samples": -8}, r"samples = -8: must be a whole number"),
     "samples too few": ({"samples": 4, "harmonics": 5}, r"samples = 4: .*at least"),
     "at not a number": ({"at": ["x"]}, r"at = "),
@@ -113,7 +133,7 @@ def test_refused_by_forced_response(row, monkeypatch):
         raise AssertionError("something heavy has started")
     monkeypatch.setattr(continuation, "solve_at", heavy)
     monkeypatch.setattr(continuation, "follow", heavy)
-    if row not in ("a free body", "damping negative", "damping over-critical", "no damping"):
+    if row not in ("a free body", "damping negative", "damping over-critical", "no damping", "damping a text"):
         monkeypatch.setattr(residual, "stuck_receptance", heavy)
     else:
         monkeypatch.setattr(linear.la, "eigh", eigh_of_one(linear.la.eigh))

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hbm import aft, fourier, isotropic, laws, located
+from hbm import aft, compilation, fourier, isotropic, laws, located
 from hbm.errors import InputError
 from tests.hbm.conformance import LAWS, bracket, random_case
 
@@ -66,6 +66,25 @@ def test_excursions_inside_one_sample_are_found():
     assert bracket(law, pairs, x, samples=8).shares[0, 2] == pytest.approx(0.02, rel=1e-10)
 
 
+@pytest.mark.parametrize("shift", [0.1, 0.2, 0.3])
+def test_a_slip_that_pauses_inside_one_sample_is_found(shift):
+    """The rate of u falls below zero between two samples: the slider stops and starts again there."""
+    law, pairs = laws.Jenkins1D(), laws.PairSettings([0.0], [1.0], [1.0], [0.3])
+    x = fourier.to_real(np.array([[[0, np.exp(1j * shift), 0, 1.02 / 3 * np.exp(3j * shift)]]]))
+    coarse, fine = (bracket(law, pairs, x, samples=n).g for n in (16, 4096))
+    assert np.abs(coarse - fine).max() < 1e-14
+
+
+def test_no_transition_hangs_on_the_samples():
+    """4000 random cycles, among them pauses within a sample, and edges that leave the slider at re-contact."""
+    rng = np.random.default_rng(0)
+    P, H = 4000, 3
+    x = rng.normal(size=(P, 3, 2 * H + 1)) / np.r_[1, np.repeat(np.arange(1, H + 1), 2)]
+    pairs = laws.PairSettings(np.ones(P), np.ones(P), rng.uniform(0.1, 1, P), rng.uniform(0, 1, P))
+    coarse, fine = (bracket(laws.DryFriction2T(), pairs, x, samples=n).g for n in (64, 1024))
+    assert np.abs(coarse - fine).max() < 1e-13
+
+
 @pytest.mark.parametrize("column", ["kn", "kt", "mu"])
 def test_negative_settings_are_refused(column):
     values = dict(kn=[1.0], kt=[1.0], mu=[0.5], preload=[1.0]) | {column: [-1.0]}
@@ -75,12 +94,13 @@ def test_negative_settings_are_refused(column):
 
 def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog):
     source = Path(located.__file__)
-    kernel = SimpleNamespace(py_func=located.brackets.py_func, stats=SimpleNamespace(cache_path=tmp_path))
-    aft._announce_compilation(kernel)
+    kernel = SimpleNamespace(signatures=[], py_func=located.brackets.py_func,
+                             stats=SimpleNamespace(cache_path=tmp_path))
+    compilation.announce(kernel)
     assert "compiling the contact kernels" in caplog.text
     caplog.clear()
     stored = tmp_path / "located.brackets-1.py311.nbi"
     stored.touch()
     os.utime(stored, (source.stat().st_mtime + 5,) * 2)
-    aft._announce_compilation(kernel)
+    compilation.announce(kernel)
     assert not caplog.text

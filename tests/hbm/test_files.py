@@ -109,6 +109,64 @@ def test_a_file_that_cannot_be_read_says_so(rig, tmp_path):
         read_matrix(tmp_path / "K.hb")
 
 
+def refused(message, call, *arguments, **more):
+    with pytest.raises(InputError, match=message) as caught:
+        call(*arguments, **more)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".npy", ".mat", ".mtx", ".hb"])
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 cut off", b"\xff\xfe\x00binary"], ids=["empty", "cut", "binary"])
+def test_a_damaged_file_says_so(tmp_path, suffix, content):
+    path = tmp_path / f"K{suffix}"
+    path.write_bytes(content)
+    refused(f"K{suffix}", read_matrix, path, "K")
+    if suffix == ".npz":
+        refused("K.npz", ReducedModel.load, path)
+
+
+def test_a_truncated_archive_says_so(rig, tmp_path):
+    """Cut in the middle, and with a flipped byte in a matrix: found by the checksum of its member."""
+    whole = rig[0].save(tmp_path / "model.npz").read_bytes()
+    for name, content in (("half", whole[:len(whole) // 2]), ("flipped", whole[:3000] + b"\x7f" + whole[3001:])):
+        path = tmp_path / f"{name}.npz"
+        path.write_bytes(content)
+        refused(f"{name}.npz", ReducedModel.load, path)
+        refused(f"{name}.npz", read_matrix, path, "M")
+
+
+def test_what_is_no_square_matrix_is_refused(tmp_path):
+    np.save(tmp_path / "K.npy", np.ones(4))
+    refused(r"K\.npy holds an array of shape \(4,\), must be a square matrix", read_matrix, tmp_path / "K.npy", "K")
+    scipy.io.mmwrite(tmp_path / "K.mtx", np.eye(3) * (2 + 1j))
+    refused(r"M\[0, 0\] is 2\+1j: matrices must be real", model_from_files, tmp_path / "K.mtx", tmp_path / "K.mtx")
+
+
+def test_dof_tables_that_cannot_be_meant(rig, tmp_path):
+    """Not UTF-8, in another order than Abaqus' labels, with rotations of Ansys."""
+    model = rig[0].part("damper")
+    for name in "MK":
+        abaqus(tmp_path / f"{name}.mtx", getattr(model, name), model.node, model.direction)
+    dofs = dof_table(tmp_path / "dofs.csv", model)
+    files = dict(M=tmp_path / "M.mtx", K=tmp_path / "K.mtx", dofs=dofs)
+    assert np.array_equal(model_from_files(**files).node, model.node)
+    lines = dofs.read_text().splitlines()
+    dofs.write_text("\n".join([lines[0], lines[2], lines[1], *lines[3:]]))
+    refused(r"dofs\.csv, row 1: is node 1, y; .*M\.mtx has node 1, dof 1 there: order", model_from_files, **files)
+    dofs.write_text("\n".join(lines[:-1]))
+    refused(r"has 23 rows, .*M\.mtx names 24 dofs", model_from_files, **files)
+    dofs.write_bytes("\n".join(lines).replace("damper", "d\xe4mpfer").encode("latin-1"))
+    refused(r"dofs\.csv: is not a CSV text in UTF-8", model_from_files, **files)
+    (tmp_path / "K.mapping").write_text("Eqn Node DOF\n 1 7 UX\n 2 7 ROTX\n")
+    refused(r"equation 2 is ROTX of node 7, must be UX, UY or UZ", model_from_files, files["M"], files["K"],
+            dofs=tmp_path / "K.mapping")
+    dofs.write_text("node,direction\n7,ROTX\n")
+    for name in "MK":
+        np.save(tmp_path / f"{name}.npy", np.eye(1))
+    refused(r"direction 'rotx' is unknown; valid: x, y, z, mode", model_from_files, tmp_path / "M.npy",
+            tmp_path / "K.npy", dofs=dofs)
+
+
 def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_path):
     """A fresh process in which dolfinx, petsc4py, slepc4py and gmsh cannot be imported."""
     model, pairs, _ = rig

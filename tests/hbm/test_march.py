@@ -7,11 +7,14 @@ import pytest
 from hbm import fourier, integrator, shooting
 from hbm.comparison import compare
 from hbm.errors import InputError
+from hbm.laws import DryFriction2T
 from hbm.march import March
 from hbm.poles import poles
+from hbm.response import contact_problem
 from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
 from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tests.hbm.small_rig import small_rig
 
 BUILD = {"A1": jenkins, "C1": unilateral, "C2": unilateral, "D1": coupled, "D2": coupled}
 
@@ -103,6 +106,24 @@ def test_shooting_and_marching_end_on_the_same_orbit():
     marched = shooting.march_on(march, far, [Y2["y2"]])
     assert shot.periodic and marched.periodic and shot.multiplier < 1
     assert abs(shot.harmonics[0, 1] - marched.harmonics[0, 1]) < 1e-7 * abs(shot.harmonics[0, 1])
+
+
+@pytest.mark.parametrize("level", [12, 20])
+def test_newton_with_more_unknowns_than_columns(level):
+    """Three bodies, 230 unknowns, up to all 18 pairs slipping: GMRES solves (1 - J) step = map - state to 1e-3."""
+    model, pairs, tip = small_rig(stations=9)
+    problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.02)
+    q, point, balance = solve(problem, level * tip, 2 * np.pi * 1250, 3)
+    march = March(balance, point.parameter)
+    begin = march.periods(march.on_orbit(point), 3)
+    v = march.vector(begin)
+    base = shooting._map(march, v)
+    step, used, _ = shooting._by_krylov(march, v, base, march.size[0])
+    h = 1e-6 * march.size[0] / np.abs(step).max()
+    slope = (shooting._map(march, v + h * step) - base) / h
+    assert len(v) > shooting.MOST_COLUMNS and used < 40
+    assert np.linalg.norm(step - slope - (base - v)) < 2e-3 * np.linalg.norm(base - v)
+    assert shooting.shoot(march, begin, [tip]).periodic
 
 
 def test_balance_against_integration_from_its_orbit():

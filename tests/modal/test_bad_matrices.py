@@ -100,6 +100,76 @@ def test_b27_not_finite(good, label, value):
             make(A["K"], A["M"])
 
 
+def bent(good, place, among):
+    """K minus a little more than the energy that it takes to bend three neighbours on one line, at the place of the
+    first, when only the dofs `among` move: a motion with negative stiffness that no rigid motion and no diagonal shows.
+    """
+    x = np.unique(good.position[:, 0])[place]
+    line = np.lexsort((good.position[:, 1], good.position[:, 2], np.abs(good.position[:, 0] - x).round(9)))[:3]
+    step = np.diff(good.position[line], axis=0)
+    assert step[0] == pytest.approx(step[1])
+    v = np.zeros(good.dofs)
+    for node, amount in zip(line, (1.0, -2.0, 1.0), strict=True):
+        v[(good.dof_node == node) & (good.dof_direction == 2)] = amount
+    K = good.K.toarray()
+    K -= 1.2 / (v[among] @ np.linalg.solve(K[np.ix_(among, among)], v[among])) * np.outer(v, v)
+    assert K.diagonal().min() > 0 and np.linalg.eigvalsh(K)[0] < 0
+    return sp.csr_matrix((K + K.T) / 2)
+
+
+@pytest.mark.parametrize("petsc", [True, False])
+@pytest.mark.parametrize("modes", [0, 3])
+@pytest.mark.parametrize("place, where", [(-1, "in a motion mostly of dof|with the other masters held"),
+                                          (3, "1 motion with the masters held")])
+def test_b26_indefinite_stiffness(good, monkeypatch, place, where, modes, petsc):
+    """Among the masters, and among the others, where it would come out as a mode that is nan."""
+    if not petsc:
+        monkeypatch.setattr("modal.petsc.start", lambda: None)
+    tip = good.node_dofs(good.groups["tip"])
+    among = np.arange(good.dofs) if place < 0 else np.setdiff1d(np.arange(good.dofs), tip)
+    body = given(good, K=bent(good, place, among))
+    with pytest.raises(InputError, match=f"negative stiffness, .*({where}).*; K is indefinite"):
+        craig_bampton(body, good.groups["tip"], modes)
+
+
+def test_b26_stiffness_with_a_zero_row_or_a_wrong_sign(good):
+    keep = sp.diags(np.where(np.arange(good.dofs) == 12, 0.0, 1.0))
+    with pytest.raises(InputError, match="K has a row of zeros at dof 12 .*nothing holds it"):
+        check_support(given(good, K=(keep @ good.K @ keep).tocsr()))
+    with pytest.raises(InputError, match="negative stiffness, K is -.* on its diagonal at dof"):
+        check_support(given(good, K=-good.K))
+    with pytest.raises(InputError, match="negative stiffness, a rigid motion meets it"):
+        check_support(given(good, K=altered(good.K, 12, 12, 0.1 * good.K[12, 12])))
+
+
+def test_mass_by_direction(good):
+    """Ten times the mass along y; and the same of a free body whose M couples the directions."""
+    def heavy(body):
+        scale = sp.diags(np.where(body.dof_direction == 1, np.sqrt(10.0), 1.0))
+        return (scale @ body.M @ scale).tocsr()
+
+    with pytest.raises(InputError, match="its mass along x, y, z is .* must be the same to 1e-06"):
+        given(good, M=heavy(good))
+    free = elastic_body(block("hexahedron20", (2, 1, 1)), STEEL, "pin", free=True)
+    M = heavy(free).tolil()
+    M[0, 1] = M[1, 0] = 1e-3 * M[0, 0]
+    with pytest.raises(InputError, match="its mass along x, y, z is"):
+        given(free, M=M.tocsr(), free=True)
+
+
+def test_nodes_that_are_none(good):
+    number = np.where(good.node == good.node[5], good.node[2], good.node)
+    with pytest.raises(InputError, match=f"node {good.node[2]} is in the table of nodes 2 times"):
+        given(good, node=number)
+    position = good.position.copy()
+    position[4, 1] = np.nan
+    with pytest.raises(InputError, match=rf"node {good.node[4]} is at \[.*nan.*\]: every position must be finite"):
+        given(good, position=position)
+    for column in ("node", "dof_node", "dof_direction"):
+        with pytest.raises(InputError, match=f"{column} is an array of float64, .* whole numbers"):
+            given(good, **{column: getattr(good, column).astype(float)})
+
+
 def test_b28_free_body(good):
     """Declared free: six rigid modes. Undeclared: refused. Declared free and held: refused."""
     mesh = block("hexahedron20", (2, 1, 1))

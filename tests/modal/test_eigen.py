@@ -1,5 +1,6 @@
 """Modes: none is missed, none is made up, whatever repeats; every back-solve answers for its residual."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -117,17 +118,58 @@ def test_solves_after_modes():
     assert K @ factor.solve(np.ones(K.shape[0])) == pytest.approx(np.ones(K.shape[0]), abs=1e-8)
 
 
-def test_factors_do_not_stay_in_memory():
-    """Resident memory after ten counts and factors of 5 000 dofs is that after two, to less than one factor (4 MB)."""
+def resident():
+    """Memory of this process, kB."""
+    status = Path("/proc/self/status").read_text()
+    return int(next(line for line in status.splitlines() if line.startswith("VmRSS")).split()[1])
+
+
+def grid(n, width=70):
+    """A five-point stencil: n dofs in rows of `width`."""
+    k = sp.diags([np.full(n - 1, -1.0), np.full(n, 4.0), np.full(n - 1, -1.0)], [-1, 0, 1])
+    return (k + sp.diags([np.full(n - width, -1.0)] * 2, [-width, width], (n, n))).tocsr()
+
+
+@pytest.fixture
+def with_petsc():
     if petsc.start() is None:
         pytest.skip("SuperLU frees itself")
-    n = 5000
-    k = sp.diags([np.full(n - 1, -1.0), np.full(n, 4.0), np.full(n - 1, -1.0)], [-1, 0, 1])
-    K = (k + sp.diags([np.full(n - 70, -1.0)] * 2, [-70, 70], (n, n))).tocsr()
-    M, used = sp.identity(n, format="csr"), []
+
+
+def test_factors_do_not_stay_in_memory(with_petsc):
+    """Resident memory after ten counts and factors of 5 000 dofs is that after two, to less than one factor (4 MB)."""
+    K = grid(5000)
+    M, used = sp.identity(5000, format="csr"), []
     for _ in range(10):
         modes_below(K, M, 0.1)
         Factor(K)
-        status = Path("/proc/self/status").read_text()
-        used.append(int(next(line for line in status.splitlines() if line.startswith("VmRSS")).split()[1]))
+        used.append(resident())
     assert used[-1] - used[2] < 4000
+
+
+def test_a_count_gives_its_memory_back_at_once(with_petsc):
+    """40 000 dofs: the factor of the count has over 1e6 entries (8 MB), and its matrices 4 MB."""
+    K, M = grid(40000, 200), sp.identity(40000, format="csr")
+    modes_below(K, M, 0.1)
+    before = resident()
+    modes_below(K, M, 0.1)
+    block = np.ones(3 * 10**7)
+    del block
+    assert resident() - before < 4000
+
+
+def test_a_matrix_of_petsc_outlives_its_arrays(with_petsc):
+    """It lies on the memory of SciPy's arrays and must hold on to them."""
+    PETSc = petsc.start()
+    matrix = petsc.matrix(PETSc, grid(5000))
+    others = [np.full(25000, 7.0) for _ in range(20)]  # where the arrays were, if they are gone
+    x, y = matrix.createVecs()
+    x.set(1.0)
+    matrix.mult(x, y)
+    assert y.getArray()[2500] == 0.0 and y.getArray()[0] == 2.0 and len(others) == 20
+
+
+def test_modes_do_not_need_slepc(monkeypatch):
+    monkeypatch.setitem(sys.modules, "slepc4py", None)
+    K, M, lam = random_body(2)
+    assert Factor(K).lowest_modes(M, 5)[0] ** 2 == pytest.approx(lam[:5], rel=1e-9)

@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from hbm.errors import InputError  # noqa: E402
+from modal.craig_bampton import craig_bampton  # noqa: E402
 from modal.eigen import Factor  # noqa: E402
 from modal.elasticity import Material, elastic_body  # noqa: E402
 from modal.isoparametric import stress_stiffness  # noqa: E402
@@ -152,3 +153,19 @@ def test_free_body_is_refused(beam):
     free = elastic_body(mesh, BEAM, "pin", free=True)
     with pytest.raises(InputError, match="'pin' is free"):
         rotating_body(free, mesh, BEAM, Rotation(1.0))
+
+
+def test_above_the_critical_speed():
+    """A short thick block that turns about an axis through its tip: the tip is pressed inwards and softens. Up to where
+    that is more than the elastic stiffness it is reduced; beyond, refused by name and not as badly held."""
+    mesh = blocks.block("hexahedron", (12, 4, 4))
+    steel = Material(207e9, 0.3, 7850.0)
+    body = elastic_body(mesh, steel, "blade", clamp="clamp")
+    for speed, stable in ((3e3, True), (1e4, False), (1e5, False)):
+        turning = rotating_body(body, mesh, steel, Rotation(speed, (0, 1, 0), (0.05, 0.05, 0)))
+        assert stable == (np.linalg.eigvalsh(turning.K.toarray())[0] > 0)
+        if stable:
+            assert craig_bampton(turning, mesh.group("tip"), 3).omega.min() > 0
+        else:
+            with pytest.raises(InputError, match=f"negative stiffness, .* unstable at this speed \\({speed:g} rad/s"):
+                craig_bampton(turning, mesh.group("tip"), 3)

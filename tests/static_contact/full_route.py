@@ -12,7 +12,7 @@ from static_contact.full import full_stuck_hz  # noqa: E402
 from static_contact.newton import full_preload  # noqa: E402
 from static_contact.pull import pull_forces  # noqa: E402
 from static_contact.shares import Part, shared_bodies  # noqa: E402
-from tipdamp import bodies  # noqa: E402
+from tipdamp import bodies, stiffness  # noqa: E402
 from tipdamp.study import load_study  # noqa: E402
 
 
@@ -20,7 +20,7 @@ def rig(path, assembled=True):
     """Bodies (None where they are not to be assembled here), meshes, pairs and study of the two-blade rig."""
     study = load_study(path)
     meshes = bodies.read_meshes(study)
-    pairs = bodies.with_values(study, bodies.matched_pairs(study, meshes), {})
+    pairs = stiffness.with_values(study, bodies.matched_pairs(study, meshes), {})
     return bodies.assemble_bodies(study, meshes, lambda *_: None) if assembled else None, meshes, pairs, study
 
 

@@ -106,6 +106,9 @@ def test_given_values_win():
     assert (found.kn, found.kt, found.kt_along, found.kt_across) == pytest.approx((3.32e6, 3.02e6, 3.02e6, 3.02e6))
     assert (found.model, found.depth, found.load) == ("given", None, FORCE)
     assert nodal_stiffness(ROUND, FORCE, 31, given=(4.0, 1.0, 2.0)).kt == pytest.approx(1.5)
+    assert found.size is None and nodal_stiffness(ROUND, 1e9, 31, given=(3.32e6, 3.02e6)).kn == 3.32e6  # no theory
+    with pytest.raises(InputError, match="scale = 0.5 with given values: they are taken as they are"):
+        nodal_stiffness(ROUND, FORCE, 31, given=(3.32e6, 3.02e6), scale=0.5)
     for wrong in ((1.0,), (1.0, -1.0), (np.nan, 1.0), "ab", None):
         with pytest.raises(InputError, match="given"):
             nodal_stiffness(ROUND, FORCE, 31, model="given", given=wrong)

@@ -8,7 +8,15 @@ from hbm.errors import InputError
 from static_contact.ellipse import ellipse_stiffness
 from static_contact.halfspace import ContactSide, side_compliance
 from static_contact.moduli import MaterialPair
-from static_contact.partial_slip import loop_energy, masing_loop, slip_displacement, stick_load
+from static_contact.partial_slip import (
+    displacement_loop,
+    displacement_loop_energy,
+    loop_energy,
+    masing_loop,
+    slip_displacement,
+    slip_force,
+    stick_load,
+)
 from static_contact.plane import plane_stiffness
 from static_contact.punch import punch_half_width
 
@@ -80,3 +88,36 @@ def test_stick_region_shrinks_to_nothing_at_gross_slip():
             stick_load(LOAD, MU, wrong)
     with pytest.raises(InputError, match="mu"):
         stick_load(LOAD, 0.0, 0.0)
+
+
+@BODIES
+@pytest.mark.parametrize("q", [1e-4, 0.05, 0.5, 0.9, 0.999])
+def test_force_of_a_displacement_and_back(compliance, q):
+    """Q(delta_t(Q)) = Q to 1e-10; mu P at and beyond gross slip."""
+    force = q * MU * LOAD
+    found = slip_force(compliance, LOAD, MU, slip_displacement(compliance, LOAD, MU, force))
+    assert found == pytest.approx(force, rel=1e-10)
+    gross = slip_displacement(compliance, LOAD, MU, MU * LOAD)
+    assert slip_force(compliance, LOAD, MU, 1.5 * gross) == MU * LOAD and slip_force(compliance, LOAD, MU, 0.0) == 0
+    with pytest.raises(InputError, match="displacement = -1"):
+        slip_force(compliance, LOAD, MU, -1.0)
+
+
+@BODIES
+@pytest.mark.parametrize("part", [0.4, 2.5])
+def test_loop_over_displacement(compliance, part):
+    """Below gross slip it is the loop over the force, point by point; its area is the loss, with the sliding beyond."""
+    gross = slip_displacement(compliance, LOAD, MU, MU * LOAD)
+    delta, force = displacement_loop(compliance, LOAD, MU, part * gross, points=80)
+    loss = displacement_loop_energy(compliance, LOAD, MU, part * gross)
+    assert np.trapz(force, delta) == pytest.approx(loss, rel=2e-3)
+    assert delta[79] == pytest.approx(part * gross) and abs(force).max() <= MU * LOAD * (1 + 1e-14)
+    assert force[79] == pytest.approx(slip_force(compliance, LOAD, MU, part * gross), rel=1e-12)
+    if part < 1:
+        others, way = masing_loop(compliance, LOAD, MU, force[79], points=60)
+        top = np.interp(way[:60], delta[:80], force[:80])
+        assert top == pytest.approx(others[:60], abs=1e-3 * MU * LOAD)
+        assert loss == pytest.approx(loop_energy(compliance, LOAD, MU, force[79]), rel=1e-9)
+    else:
+        assert loss == pytest.approx(loop_energy(compliance, LOAD, MU, MU * LOAD)
+                                     + 4 * MU * LOAD * (part - 1) * gross, rel=1e-9)

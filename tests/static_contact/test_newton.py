@@ -21,7 +21,7 @@ from static_contact.preload import StaticContact  # noqa: E402
 from static_contact.shares import own_rows, shared_bodies  # noqa: E402
 from tests.static_contact.full_route import crown, parts, solve, stuck_hz, with_hard_pairs  # noqa: E402
 from tests.static_contact.full_route import rig as rig_parts  # noqa: E402
-from tipdamp import bodies  # noqa: E402
+from tipdamp import bodies, stiffness  # noqa: E402
 from tipdamp.study import load_study  # noqa: E402
 
 
@@ -97,7 +97,7 @@ def test_ranks_agree(rig, alone, hard_alone, hz_alone, ranks, tmp_path):
 def test_refusals(rig):
     study = load_study(rig / "rig.toml")
     meshes = bodies.read_meshes(study)
-    pairs = bodies.with_values(study, bodies.matched_pairs(study, meshes), {})
+    pairs = stiffness.with_values(study, bodies.matched_pairs(study, meshes), {})
     both = bodies.assemble_bodies(study, meshes, lambda *_: None)
     along = both[1].rigid_motions()[:, 1]
     with pytest.raises(InputError, match=r"slide along y is loaded: 2.08e\+03 N"):      # 6231 dofs / 3

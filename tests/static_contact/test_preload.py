@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
+from static_contact.pairing import join
 from static_contact.preload import StaticContact, preload
 from tests.benchmarks.preload_random_beams import compare
 from tests.static_contact.beams import beam, random_case, supports
@@ -116,3 +117,33 @@ def test_solution_that_does_not_balance_is_an_error():
     statics.factor = (statics.factor[0] * (1 + 1e-6), statics.factor[1])
     with pytest.raises(InputError, match=r"leaves \S+ of the load unbalanced \(allowed: 1e-08\)"):
         statics.solve(np.full(5, 3.0))
+
+
+@pytest.mark.parametrize("kn", [1e6, np.inf])
+def test_without_load_and_with_overlaps(kn):
+    """A floating beam backs off from whatever overlaps: no forces, nothing overlaps. Held between supports above and
+    below it cannot: 1 um too long for both springs of 1 N/um each, in series, 0.5 N each."""
+    x = np.linspace(0, 0.07, 9)
+    random = np.random.default_rng(4)
+    for gap in (np.zeros(9), np.full(9, -1e-6), random.uniform(-1e-5, 0, 9), random.uniform(-1e-5, 1e-5, 9)):
+        found = preload(beam(x, 5.0), supports(x, np.full(9, kn), gap), np.zeros(9))
+        assert (found.force == 0).all() and found.method == "unloaded" and found.residual < 1e-9
+        assert found.opening.min() > -1e-11
+        assert found.pairs.preload.max() <= 1e-5          # open, or touching
+    if kn == 1e6:
+        above, below = (supports(x, np.full(9, kn), np.full(9, -0.5e-6)) for _ in range(2))
+        below = below.replace(frame=-below.frame * np.array([1.0, -1, 1])[:, None])
+        between = join(above, below.replace(side=np.full(9, "down"), blade_node=below.blade_node + 9))
+        found = preload(beam(x, 5.0), between, np.zeros(9))
+        assert found.force == pytest.approx(np.full(18, 0.5), rel=1e-9) and found.residual < 1e-9
+
+
+@pytest.mark.parametrize("what, values, message", [
+    ("gap", np.full(5, np.nan), "gap: nan among them; allowed are 5 finite numbers, one for each of the pairs"),
+    ("load", np.full(5, np.inf), "load: inf among them; allowed are 5 finite numbers, one for each of the dofs"),
+    ("gap", np.zeros(3), r"gap: shape \(3,\)"), ("load", np.ones((5, 1)), r"load: shape \(5, 1\)")])
+def test_loads_and_gaps_at_the_door(what, values, message):
+    x = np.linspace(0, 0.07, 5)
+    statics = StaticContact(beam(x, 5.0), supports(x, np.full(5, 1e6), np.zeros(5)))
+    with pytest.raises(InputError, match=message):
+        statics.solve(**{"load": np.ones(5), what: values})

@@ -12,6 +12,7 @@ from tipdamp.doctor import (
     FROM_MATRICES,
     MODULES,
     NO_RIG,
+    NO_SHARED_MODES,
     OURS,
     OWN_CELLS,
     OWN_FACTORS,
@@ -84,13 +85,13 @@ def test_numpy_may_be_new_where_debian_has_none():
 
 
 @pytest.mark.parametrize("name, works", [("dolfinx", OWN_CELLS), ("petsc4py", OWN_FACTORS), ("gmsh", NO_RIG),
-                                         ("slepc4py", FROM_MATRICES)])       # beside PETSc, whose modes need it
+                                         ("slepc4py", NO_SHARED_MODES)])
 def test_what_works_without_a_library_of_the_meshes(name, works):
     check = only(with_module(name, error=f"ModuleNotFoundError: No module named '{name}'"))
     assert (check.name, check.status, check.works, check.repair) == (name, "warn", works, "./dev setup")
 
 
-@pytest.mark.parametrize("name", ["dolfinx", "petsc4py", "slepc4py"])
+@pytest.mark.parametrize("name", ["dolfinx", "petsc4py"])
 def test_with_a_broken_library_matrices_still_work(name):
     assert only(with_module(name, error="ImportError: libsomething.so: cannot open")).works == FROM_MATRICES
 
@@ -109,6 +110,10 @@ sys.exit(max(main([verb, str(path), "--quiet"]) for verb in ("inspect", "reduce"
     assert child.returncode == 0, child.stderr
 
 
+def test_slepc_is_needed_under_mpirun_alone():
+    assert only(with_module("slepc4py", error="ImportError: libsomething.so: cannot open")).works == NO_SHARED_MODES
+
+
 def test_another_python_does_not_see_debians_packages():
     facts = replace(with_module("dolfinx", error="ModuleNotFoundError: No module named 'dolfinx'"), python="/opt/py")
     assert only(facts).repair.startswith("rm -rf .venv")
@@ -117,6 +122,11 @@ def test_another_python_does_not_see_debians_packages():
 def test_h5py_from_pip_beside_dolfinx():
     check = only(with_module("h5py", file="/home/anna/tipdamp/.venv/lib/python3.11/site-packages/h5py/__init__.py"))
     assert check.status == "fail" and "pip uninstall h5py" in check.repair
+
+
+def test_h5py_is_not_missed():
+    """No reader of ours opens HDF5."""
+    assert troubles(with_module("h5py", error="ModuleNotFoundError: No module named 'h5py'")) == {}
 
 
 def test_complex_petsc():

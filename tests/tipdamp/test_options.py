@@ -9,9 +9,12 @@ import pytest
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from modal.mesh import Mesh
+from static_contact.halfspace import ContactSide, nodal_stiffness
+from static_contact.moduli import MaterialPair
 from static_contact.pull import pull_forces
+from static_contact.rough import Roughness
 from tests.conftest import STUDY
-from tipdamp import bodies
+from tipdamp import bodies, stiffness
 from tipdamp.cli import main
 from tipdamp.study import load_study
 
@@ -124,21 +127,117 @@ def test_own_tables_are_checked(run, tmp_path, capsys, change, message):
     assert message in capsys.readouterr().err
 
 
-def test_half_space_stiffness_is_the_modules_own(rig_results, tmp_path):
-    from static_contact.halfspace import ContactSide, nodal_stiffness
-    from static_contact.moduli import MaterialPair
+RADIUS = ('shape = "cylinder"', 'shape = "cylinder"\nradius = 2e-3')
+NO_LEFT, NO_RIGHT = ("kn = 3.32e6\nkt = 3.02e6\n", ""), ("kn = 1.03e6\nkt = 0.94e6\n", "")
 
-    text = STUDY.replace("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"').replace('shape = "cylinder"',
-                                                                                 'shape = "cylinder"\nradius = 2e-3')
+
+def stiffness_of(rig_results, tmp_path, *changes):
+    """(pairs with their stiffness, what each side's was made from) of the rig's study with changes."""
+    text = STUDY
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
     (tmp_path / "s.toml").write_text(text)
-    pairs = ContactTable.load(rig_results.path("preload.csv"))
-    kn, kt = bodies.node_stiffness(load_study(tmp_path / "s.toml"), pairs, dict.fromkeys(pairs.sides, STEEL))
+    study, pairs = load_study(tmp_path / "s.toml"), ContactTable.load(rig_results.path("preload.csv"))
+    materials = dict.fromkeys(pairs.sides, STEEL)
+    return (stiffness.with_values(study, pairs, materials),
+            stiffness.facts(study, stiffness.side_stiffness(study, pairs, materials)))
+
+
+@pytest.mark.parametrize("words, left, right, how", [
+    ('stiffness = "halfspace"', "", "", {}),
+    ('stiffness = "halfspace"\nkind = "secant"\nscale = 0.1', "", "", {"kind": "secant", "scale": 0.1}),
+    ('stiffness = "plane_depth"', "depth = [5e-3, 1e-3]", "depth = [5e-3, 1e-3]",
+     {"model": "plane_depth", "depth": (5e-3, 1e-3)}),
+    ('stiffness = "rough_series"', "h_rms = 1e-6\ngamma = 0.5", "h_rms = 1e-6\ngamma = 0.5",
+     {"model": "rough_series", "roughness": Roughness(1e-6, 0.5)}),
+])
+def test_stiffness_from_a_model_is_the_modules_own(rig_results, tmp_path, words, left, right, how):
+    """Every model, kind and factor of static_contact.halfspace can be asked for in a study, and says what it is."""
+    pairs, facts = stiffness_of(rig_results, tmp_path, NO_LEFT, NO_RIGHT, ("mu = 0.6", f"mu = 0.6\n{words}"),
+                                (RADIUS[0], f"{RADIUS[1]}\n{left}"), ("width = 1.6e-3", f"width = 1.6e-3\n{right}"))
     steel = MaterialPair(*STEEL)
     for name, side, nodes in (("left", ContactSide("cylinder", 0.07, steel, radius=2e-3), 31),
                               ("right", ContactSide("flat", 0.07, steel, width=1.6e-3), 62)):
-        own = nodal_stiffness(side, EACH_SIDE, nodes)
-        assert kn[pairs.side == name] == pytest.approx(np.full(nodes, own.kn), rel=1e-6)
-        assert kt[pairs.side == name] == pytest.approx(np.full(nodes, own.kt), rel=1e-6)
+        own, made = nodal_stiffness(side, EACH_SIDE, nodes, **how), facts[name]
+        assert pairs.kn[pairs.side == name] == pytest.approx(np.full(nodes, own.kn), rel=1e-6)
+        assert pairs.kt[pairs.side == name] == pytest.approx(np.full(nodes, own.kt), rel=1e-6)
+        assert (made["model"], made["kind"], made["scale"], made["nodes"]) == (own.model, own.kind, own.scale, nodes)
+        assert made["depth_m"] == own.depth and (made["roughness"] is None) == (own.roughness is None)
+        assert (made["load_N"], made["half_width_m"], made["length_m"], made["E_star_Pa"]) == pytest.approx(
+            (EACH_SIDE, own.size, 0.07, steel.E_star), rel=1e-6)
+
+
+def test_rounded_side(rig_results, tmp_path):
+    pairs, facts = stiffness_of(rig_results, tmp_path, NO_RIGHT, ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"'),
+                                ('shape = "flat"', 'shape = "rounded"\nradius = 1e-3'))
+    own = nodal_stiffness(ContactSide("rounded", 0.07, MaterialPair(*STEEL), width=1.6e-3, radius=1e-3), EACH_SIDE, 62)
+    assert pairs.kn[pairs.side == "right"] == pytest.approx(np.full(62, own.kn), rel=1e-6)
+    assert facts["right"]["half_width_m"] == pytest.approx(own.size, rel=1e-6) and own.size > 0.8e-3
+
+
+def test_given_values_win_over_the_model(rig_results, tmp_path):
+    """Of the side that has them, and untouched by the factor on what the model gives; they need no radius."""
+    pairs, facts = stiffness_of(rig_results, tmp_path, NO_RIGHT,
+                                ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"\nscale = 0.5'))
+    left = pairs.side == "left"
+    assert (pairs.kn[left] == 3.32e6).all() and (pairs.kt[left] == 3.02e6).all()
+    assert facts["left"]["model"] == "given" and facts["left"]["half_width_m"] is None
+    own = nodal_stiffness(ContactSide("flat", 0.07, MaterialPair(*STEEL), width=1.6e-3), EACH_SIDE, 62, scale=0.5)
+    assert pairs.kn[~left] == pytest.approx(np.full(62, own.kn), rel=1e-6)
+
+
+def test_shares_by_tributary_area(rig_results, tmp_path):
+    """The total stays; a node at the end of the line, or at a corner of the flat, has half or a quarter of the most."""
+    words = ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"\nshares = "tributary"')
+    pairs, _ = stiffness_of(rig_results, tmp_path, NO_LEFT, NO_RIGHT, RADIUS, words)
+    equal, _ = stiffness_of(rig_results, tmp_path, NO_LEFT, NO_RIGHT, RADIUS, (words[0], words[1].rpartition("\n")[0]))
+    for side in pairs.sides:
+        mine = pairs.side == side
+        end = mine & (pairs.station == 0)
+        inner = mine & (pairs.station == 3)
+        assert pairs.kn[mine].sum() == pytest.approx(equal.kn[mine].sum())
+        assert pairs.kn[end].sum() == pytest.approx(pairs.kn[inner].sum() / 2, rel=0.02)
+
+
+def test_conserved_total(run):
+    """The stations that stay carry the stiffness of the whole side: more than their share, the stuck mode higher."""
+    kept = read(run("tune"), "tune.json")["stuck_hz"]
+    folder = run("tune", ("[tune]", '[tune]\nstiffness = "conserved"'))
+    table, full = (ContactTable.load(folder / f"{name}.csv") for name in ("kept", "preload"))
+    for side in table.sides:
+        mine = table.carrying & (table.side == side)
+        assert table.kn[mine].sum() == pytest.approx(full.kn[full.side == side].sum())
+        assert table.kt[mine].sum() == pytest.approx(full.kt[full.side == side].sum())
+    whole = read(folder, "tune.json")["stuck_hz"]
+    assert whole["tuned"] > kept["tuned"] and whole["full_line"] > kept["full_line"]
+    assert whole["full_area"] == pytest.approx(kept["full_area"], rel=1e-12)
+
+
+@pytest.mark.parametrize("changes, message", [
+    ([("kt = 3.02e6\n", "")], r"\[contact.left\] kn and kt are missing"),
+    ([("kt = 3.02e6\n", ""), ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"')],
+     r"\[contact.left\] kt is missing: kn is given, and only both win over the model"),
+    ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"')], r"\[contact.left\] radius is missing"),
+    ([NO_LEFT, RADIUS, ("mu = 0.6", 'mu = 0.6\nstiffness = "plane_depth"')], r"\[contact.left\] depth is missing"),
+    ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "plane_depth"'), (RADIUS[0], RADIUS[1] + "\ndepth = [1e-3]")],
+     r"\[contact.left\] depth = \[0.001\]: must be two numbers"),
+    ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "rough_series"'), (RADIUS[0], RADIUS[1] + "\nh_rms = 1e-6")],
+     r"\[contact.left\] gamma is missing"),
+    ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"'), (RADIUS[0], RADIUS[1] + "\nh_rms = 1e-6")],
+     r"\[contact.left\] h_rms: leave it out, it belongs to \[contact\] stiffness = \"rough_series\""),
+    ([("mu = 0.6", 'mu = 0.6\nstiffness = "rough_series"\nkind = "secant"')], "has a tangent only"),
+    ([("mu = 0.6", "mu = 0.6\nscale = 0.5")], r"\[contact\] scale: leave it out, stiffness = \"given\" has no model"),
+    ([("mu = 0.6", "mu = 0.6\nshares = \"area\"")], r"\[contact\] shares = 'area': .*equal, tributary"),
+])
+def test_stiffness_keys_that_do_not_fit(tmp_path, changes, message):
+    text = STUDY
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "s.toml").write_text(text)
+    with pytest.raises(InputError, match=message):
+        load_study(tmp_path / "s.toml")
 
 
 def test_gap_profile_reaches_the_pairs(rig, tmp_path):
@@ -147,7 +246,7 @@ def test_gap_profile_reaches_the_pairs(rig, tmp_path):
     for mesh in rig.glob("*.msh"):
         shutil.copy(mesh, tmp_path)
     study = load_study(tmp_path / "s.toml")
-    pairs = bodies.with_values(study, bodies.matched_pairs(study, bodies.read_meshes(study)), {})
+    pairs = stiffness.with_values(study, bodies.matched_pairs(study, bodies.read_meshes(study)), {})
     left = pairs.select(pairs.side == "left")
     assert left.gap == pytest.approx(60e-6 * (1 - np.abs(left.position[:, 1] / 0.035 - 1)), abs=1e-12)
     assert (pairs.gap[pairs.side == "right"] == 0).all()

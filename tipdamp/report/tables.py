@@ -138,15 +138,38 @@ def _contact(results):
     if table is not None:
         mu = np.unique(table.mu)
         yield "friction coefficient mu", f"{mu[0]:g}" if len(mu) == 1 else f"{mu[0]:g} to {mu[-1]:g}"
-    origin = {"given": "given", "halfspace": "from half-space theory"}[study["contact"]["stiffness"]]
-    origin = f"from {study['contact']['pairs']}" if study["contact"]["pairs"] else origin
     for side, (kn, kt) in results["preload"]["kn_kt_N_per_m"].items():
         said = study.sides.get(side, {})
         rows = results["reduce"]["rows"][side]
         kept = f", {_LINE[said['rows']]}" if rows > 1 and said else ""
         yield (f"side '{side}'", f"{said.get('shape', 'given pairs')}; kn = {kn / 1e6:.3g}, kt = {kt / 1e6:.3g} N/µm "
-               f"per node, {origin}; {rows} row{'s' * (rows > 1)} in the patch{kept}"
+               f"per node, {_origin(results, side)}; {rows} row{'s' * (rows > 1)} in the patch{kept}"
                + ("; initial gap given along the axis" if said.get("gap") else ""))
+
+
+def _origin(results, side) -> str:
+    """Where the stiffness of a side comes from: the table of pairs, given, or the model with what it was made from."""
+    made = results["preload"].get("stiffness", {}).get(side)
+    if not made:
+        return f"from {results.study['contact']['pairs']}"
+    if made["model"] == "given":
+        return "given"
+    theory = {"halfspace_3d": "smooth half-spaces", "plane_depth": "plane strain", "rough_series": "half-spaces in "
+              "series with a rough interface"}[made["model"]]
+    parts = [f"{theory} ({made['model']})",
+             f"{made['kind']} at {number(made['load_N'])} N on {1e3 * made['length_m']:g} mm",
+             f"half-width of contact {micro(made['half_width_m'])} µm",
+             f"E* = {number(made['E_star_Pa'] / 1e9)} GPa",
+             f"kt along {made['kt_along_N_per_m'] / 1e6:.3g}, across {made['kt_across_N_per_m'] / 1e6:.3g} N/µm"]
+    if made["depth_m"]:
+        parts.append(f"depths {listing(f'{1e3 * d:g}' for d in made['depth_m'])} mm")
+    if made["roughness"]:
+        parts.append(f"h_rms {micro(made['roughness']['h_rms_m'])} µm, gamma {made['roughness']['gamma']:g}")
+    if made["scale"] != 1:
+        parts.append(f"times {made['scale']:g}")
+    if made["shares"] == "tributary":
+        parts.append("shared by tributary area (mean)")
+    return ", ".join(parts)
 
 
 def _tuning(results):

@@ -1,0 +1,143 @@
+"""What matrices must be to be those of an elastic body: at the door, and the stiffness again once it is condensed."""
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+
+from hbm.errors import InputError
+
+SYMMETRY = 1e-10  # of the largest entry
+ISOTROPY = 1e-6   # of the mass: matrices from text files have eight digits
+NEGATIVE = 1e-9   # of the stiffness of a dof held alone: above it a negative stiffness is no rounding
+
+
+def negative_stiffness(body, what: str) -> InputError:
+    """The error that says what meets negative stiffness, and that it is the speed where the body turns."""
+    speed = body.provenance.get("speed")
+    cause = (f"unstable at this speed ({speed}): spin softening and compression exceed the elastic stiffness" if speed
+             else "K is indefinite")
+    return InputError(f"body '{body.name}': negative stiffness, {what}; {cause}")
+
+
+def check_stiffness_diagonal(body):
+    """Every dof meets a stiffness when all others are held."""
+    diagonal = body.K.diagonal()
+    if (diagonal < 0).any():
+        raise negative_stiffness(body, f"K is {diagonal.min():.3g} on its diagonal at "
+                                       f"{_dof(body, int(diagonal.argmin()))}")
+    if (diagonal == 0).any():
+        i = int((diagonal == 0).argmax())
+        empty = not abs(body.K[i]).sum()
+        raise InputError(f"body '{body.name}': K has {'a row of zeros' if empty else 'a zero on its diagonal'} at "
+                         f"{_dof(body, i)}: nothing holds it ({int((diagonal == 0).sum())} such dofs)")
+
+
+def check_condensed(body, boundary, S):
+    """The stiffness S (b, b) condensed on the dofs `boundary` has no motion with negative stiffness, scaled to a unit
+    diagonal and to rounding. With a definite stiffness of the other dofs that makes the whole of K semidefinite."""
+    diagonal = S.diagonal()
+    if (diagonal <= 0).any():
+        i = int(diagonal.argmin())
+        raise negative_stiffness(body, f"{diagonal[i]:.3g} N/m at {_dof(body, boundary[i])} with the other masters "
+                                       "held")
+    scaled = S / np.sqrt(np.outer(diagonal, diagonal))
+    try:
+        sl.cholesky(scaled + NEGATIVE * np.eye(len(S)), check_finite=False)
+    except np.linalg.LinAlgError:
+        lam, shape = sl.eigh(scaled, subset_by_index=(0, 0))
+        raise negative_stiffness(body, f"{lam[0]:.1e} of the stiffness of single dofs, in a motion mostly of "
+                                       f"{_dof(body, boundary[int(np.abs(shape).argmax())])}") from None
+
+
+def _dof(body, i) -> str:
+    return f"dof {i} (node {body.node[body.dof_node[i]]}, {'xyz'[body.dof_direction[i]]})"
+
+
+def check_nodes(body):
+    """Whole numbers, each node once, each at a place."""
+    for label in ("node", "dof_node", "dof_direction"):
+        column = getattr(body, label)
+        if column.dtype.kind not in "iu" or column.ndim != 1:
+            raise InputError(f"body '{body.name}': {label} is an array of {column.dtype}, {column.shape}: allowed is "
+                             "one column of whole numbers")
+    number, count = np.unique(body.node, return_counts=True)
+    if (count > 1).any():
+        raise InputError(f"body '{body.name}': node {number[count > 1][0]} is in the table of nodes "
+                         f"{count[count > 1][0]} times ({int((count > 1).sum())} such nodes)")
+    lost = ~np.isfinite(body.position).all(axis=1)
+    if lost.any():
+        i = int(lost.argmax())
+        raise InputError(f"body '{body.name}': node {body.node[i]} is at {body.position[i].tolist()}: every position "
+                         f"must be finite ({int(lost.sum())} such nodes)")
+
+
+def check_table(body):
+    """Every dof is a direction 0..2 of a node that is there, and none stands there twice."""
+    for label, column, size in (("node index", body.dof_node, len(body.node)), ("direction", body.dof_direction, 3)):
+        wrong = (column < 0) | (column >= size)
+        if wrong.any():
+            raise InputError(f"body '{body.name}': dof {int(wrong.argmax())} has {label} {column[wrong][0]}, which "
+                             f"does not exist or is eliminated; allowed: 0 to {size - 1}")
+    key = 3 * body.dof_node.astype(np.int64) + body.dof_direction
+    unique, count = np.unique(key, return_counts=True)
+    if (count > 1).any():
+        raise InputError(f"body '{body.name}': {_dof(body, int((key == unique[count > 1][0]).argmax()))} is in the "
+                         "dof table twice")
+
+
+def check_matrix(body, label, A):
+    """Finite and symmetric."""
+    entries = A.tocoo()
+    bad = ~np.isfinite(entries.data)
+    if bad.any():
+        i, j = int(entries.row[bad][0]), int(entries.col[bad][0])
+        raise InputError(f"body '{body.name}': {label}[{i}, {j}] is {entries.data[bad][0]}: not a finite number, at "
+                         f"{_dof(body, i)}")
+    gap, scale = abs(A - A.T).tocoo(), max(abs(A).max(), 1e-300)
+    if gap.nnz and gap.data.max() > SYMMETRY * scale:
+        worst = int(gap.data.argmax())
+        i, j = int(gap.row[worst]), int(gap.col[worst])
+        raise InputError(f"body '{body.name}': {label} is not symmetric: |{label}[{i}, {j}] - {label}[{j}, {i}]| is "
+                         f"{gap.data[worst] / scale:.1e} of its largest entry, allowed {SYMMETRY:g}; at "
+                         f"{_dof(body, i)}")
+
+
+def check_mass(body):
+    """Scaled to a unit diagonal a mass matrix is well conditioned: its lowest eigenvalue comes without a factor."""
+    diagonal = body.M.diagonal()
+    if (diagonal <= 0).any():
+        i = int((diagonal <= 0).argmax())
+        empty = not abs(body.M[i]).sum()
+        raise InputError(f"body '{body.name}': M has "
+                         f"{'a row of zeros' if empty else f'{diagonal[i]:g} on its diagonal'} at "
+                         f"{_dof(body, i)}: every dof must have mass ({int((diagonal <= 0).sum())} such dofs)")
+    scale = sp.diags(1 / np.sqrt(diagonal))
+    lowest, shape = _lowest((scale @ body.M @ scale).tocsr())
+    if lowest < -1e-8:
+        raise InputError(f"body '{body.name}': M is indefinite: a motion mostly of "
+                         f"{_dof(body, int(np.abs(shape).argmax()))} "
+                         f"has negative mass ({lowest:.1e} of its diagonal)")
+
+
+def check_mass_by_direction(body):
+    """The same mass along x, y and z: of a free body, and of nodes with all three dofs where M couples no directions,
+    as the M of finite elements does not. (The M of a clamped body condensed on some nodes may differ.)"""
+    whole = np.bincount(body.dof_node, minlength=len(body.node)) == 3
+    dofs = np.flatnonzero(whole[body.dof_node])
+    M, direction = body.M[dofs][:, dofs].tocoo(), body.dof_direction[dofs]
+    across = direction[M.row] != direction[M.col]
+    coupled = np.abs(M.data[across]).max(initial=0.0) > SYMMETRY * np.abs(M.data).max(initial=0.0)
+    if not len(dofs) or (coupled and not body.free):
+        return
+    mass = np.bincount(direction[M.row[~across]], M.data[~across], minlength=3)
+    if np.ptp(mass) > ISOTROPY * mass.max():
+        raise InputError(f"body '{body.name}': its mass along x, y, z is {', '.join(f'{m:.7g}' for m in mass)} kg: "
+                         f"must be the same to {ISOTROPY:g}; are the directions of the dof table those of M?")
+
+
+def _lowest(A):
+    if A.shape[0] <= 600:
+        value, vector = np.linalg.eigh(A.toarray())
+        return value[0], vector[:, 0]
+    value, vector = sp.linalg.eigsh(A, k=1, which="SA", tol=1e-3, v0=np.ones(A.shape[0]))
+    return value[0], vector[:, 0]

@@ -1,0 +1,117 @@
+"""Stiffness, friction and initial gaps of matched pairs: the study's own values, or from half-space theory."""
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+
+BLADES, DAMPER = "blades", "damper"
+MODELS = {"halfspace": "halfspace_3d"}      # names in a study file that are others than those of `halfspace.MODELS`
+
+
+def is_given(side: dict) -> bool:
+    """Whether a side of the study brings its own kn and kt, which win over every model."""
+    return side["kn"] is not None
+
+
+def with_values(study, pairs: ContactTable, materials: dict) -> ContactTable:
+    """The pairs with stiffness, friction and initial gap of the study; an own table brings its own."""
+    if study["contact"]["pairs"]:
+        return pairs
+    kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials))
+    along = pairs.position @ np.array(study.driver["axis"])
+    gap = pairs.gap.copy()
+    for name, side in study.sides.items():
+        if side["gap"]:
+            mine = pairs.side == name
+            gap[mine] += np.interp(along[mine], *np.array(side["gap"]).T)
+    return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study["contact"]["mu"]))
+
+
+def side_stiffness(study, pairs: ContactTable, materials: dict) -> dict:
+    """{side: NodalStiffness} under its part of the pull, with all that it was made from; {} with an own table.
+
+    materials {side: [E, nu, E, nu]} of the two bodies, as `side_materials` finds them; only theory needs them.
+    """
+    from static_contact.equilibrium import side_forces, side_normals
+    from static_contact.halfspace import ContactSide, given_stiffness, nodal_stiffness
+    from static_contact.moduli import MaterialPair
+    from static_contact.rough import Roughness
+
+    contact, damper, found = study["contact"], study.driver, {}
+    if contact["pairs"]:
+        return found
+    forces = side_forces(side_normals(pairs), damper["pull"] * np.array(damper["pull_direction"]))
+    for name, side in study.sides.items():
+        mine = pairs.side == name
+        count, length = int(mine.sum()), float(np.ptp(pairs.position[mine] @ np.array(damper["axis"])))
+        if is_given(side):
+            found[name] = given_stiffness((side["kn"], side["kt"]), count, forces[name], length)
+            continue
+        one = ContactSide(side["shape"], length, MaterialPair(*materials[name]),
+                          radius=None if side["shape"] == "flat" else side["radius"],
+                          width=None if side["shape"] == "cylinder" else side["width"])
+        found[name] = nodal_stiffness(
+            one, forces[name], count, model=MODELS.get(contact["stiffness"], contact["stiffness"]),
+            kind=contact["kind"], depth=side["depth"] or None, scale=contact["scale"],
+            roughness=Roughness(side["h_rms"], side["gamma"]) if contact["stiffness"] == "rough_series" else None)
+    return found
+
+
+def node_stiffness(study, pairs: ContactTable, sides: dict) -> tuple[np.ndarray, np.ndarray]:
+    """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by tributary area."""
+    from static_contact.nodal import nodal_values, tributary_shares
+
+    kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
+    for name, one in sides.items():
+        mine = pairs.side == name
+        kn[mine], kt[mine] = one.kn, one.kt
+        if study["contact"]["shares"] == "tributary" and one.model != "given":
+            across = pairs.frame[mine][:, 1].mean(axis=0)
+            try:
+                shares = tributary_shares(pairs.position[mine] @ np.array(study.driver["axis"]),
+                                          pairs.position[mine] @ across)
+            except InputError as error:
+                raise InputError(f"{study.path}: [contact.{name}], shares = 'tributary': {error}") from None
+            kn[mine], kt[mine] = (nodal_values(one.n_nodes * k, shares) for k in (one.kn, one.kt))
+    return kn, kt
+
+
+def facts(study, sides: dict) -> dict:
+    """{side: what its stiffness was made from} for the result file, in SI units."""
+    found = {}
+    for name, one in sides.items():
+        theory = one.model != "given"
+        found[name] = {
+            "model": one.model, "kn_N_per_m": one.kn, "kt_N_per_m": one.kt, "kt_along_N_per_m": one.kt_along,
+            "kt_across_N_per_m": one.kt_across, "nodes": one.n_nodes, "load_N": one.load, "length_m": one.length,
+            "kind": one.kind if theory else None, "half_width_m": one.size, "depth_m": one.depth,
+            "roughness": {"h_rms_m": one.roughness.h_rms, "gamma": one.roughness.gamma} if one.roughness else None,
+            "scale": one.scale, "shares": study["contact"]["shares"] if theory else "equal",
+            "moduli": vars(one.pair) if one.pair else None, "E_star_Pa": one.pair.E_star if one.pair else None}
+    return found
+
+
+def side_materials(study, meshes, pairs: ContactTable) -> dict:
+    """{side: [E, nu of the blade, E, nu of the damper]} of the cells in contact, where a model makes the stiffness."""
+    found = {}
+    for name, side in () if study["contact"]["pairs"] else study.sides.items():
+        if is_given(side):
+            continue
+        mine = pairs.side == name
+        one, two = (material_at(study, meshes[body], getattr(pairs, column)[mine], f"[contact.{name}]")
+                    for body, column in ((BLADES, "blade_node"), (DAMPER, "damper_node")))
+        found[name] = [one["E"], one["nu"], two["E"], two["nu"]]
+    return found
+
+
+def material_at(study, mesh, nodes, where: str) -> dict:
+    """The material section of the cells that hold the nodes; InputError when they are of several."""
+    numbers = np.concatenate([mesh.number[kind][np.isin(cells, mesh.index(nodes)).any(axis=1)]
+                              for kind, cells in mesh.cells.items()])
+    own = [m for m in study.materials.values()
+           if np.isin(numbers, mesh.cell_groups.get(m["group"], ())).any()]
+    whole = own and np.isin(numbers, mesh.cell_groups[own[0]["group"]]).all()
+    if len(own) > 1 or (own and not whole):
+        raise InputError(f"{study.path}: {where}: its cells are of several materials; one is needed for the half-space")
+    return own[0] if own else study["material"]
