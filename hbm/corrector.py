@@ -60,11 +60,12 @@ class Metric:
         return self.weights**2 * dx * (unit / self.size**2), dp * unit / self.length**2
 
 
-def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
-    """Newton on the plane through (x, p) with normal (row, corner).
+def correct(evaluate, x, p, row, corner, metric, settings, last=None) -> Point:
+    """Newton on the plane through (x, p) with normal (row, corner), the next point after x = last of a branch.
 
     A step that by the contraction so far leads below the tolerance is the last one: it is taken without evaluating
     again, and with the matrix of the step before where that is good enough [Deuflhard 2004, section 2.1].
+    The first step leaves at `last` what the equations do not determine (see `pull` in continuation).
     """
     x0, p0, before, least, held, stalls = x, p, np.inf, np.inf, None, 0
     for iteration in range(1, settings.most_iterations + 1):
@@ -79,7 +80,10 @@ def correct(evaluate, x, p, row, corner, metric, settings) -> Point:
         rate = error / before if held is not None else 1.0
         chord = held is not None and SAFE * rate * error <= settings.tolerance
         value = -(row @ (x - x0) + corner * (p - p0))
-        dx, dp = (held if chord else e).solve(row, corner, value, e.residual)
+        residual = e.residual
+        if iteration == 1 and last is not None and hasattr(e, "pull"):
+            residual = residual + e.pull(x - last)
+        dx, dp = (held if chord else e).solve(row, corner, value, residual)
         x, p = x + dx, p + dp
         if not np.isfinite(p) or not np.isfinite(x).all():
             break

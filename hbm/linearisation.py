@@ -51,6 +51,18 @@ class Linearisation:
             modal = modal - self.factors * real_times(columns.T, fourier.to_complex(dg.reshape(-1, hb.nh)))
         return replace(self, x=self.x + dx, modal=modal, bracket=replace(b, g=g))
 
+    def pull(self, away):
+        """To add to the residual where x has come `away` from a point: brings back what is held by the trace alone.
+
+        One Newton step with it undoes the part of the way in a mean motion that no force holds, and to the size of the
+        trace nothing else.
+        """
+        b, hb = self.bracket, self.balance
+        push = np.zeros((hb.n_components, hb.nh))
+        push[:, 0] = hb.trace(b) * away.reshape(-1, hb.nh)[:, 0]
+        rows = np.flatnonzero(push[:, 0])
+        return self._respond(push, rows) if len(rows) else np.zeros_like(away)
+
     def forget(self):
         """Drop the matrices; they come back when they are asked for."""
         self.parts.clear()

@@ -22,6 +22,7 @@ from hbm.model import symmetric
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
 SERIES_TERMS = 18        # 4^-18 is below 1e-10
+HELD = 1e-8              # share of its stuck stiffness that Newton's matrix leaves the mean position of a moving pair
 ORDER_ZERO_WEIGHT = 0.01     # the mean position is nearly indeterminate in slip: it counts little in the arc length
 SETTINGS = ("preload", "mu", "kn", "kt")      # of the pairs, that may be a parameter of the continuation
 
@@ -139,7 +140,7 @@ class HarmonicBalance:
         """
         p = self.problem
         u = x.reshape(len(p.pairs), self.nd, self.nh)
-        bracket = self._bracket(u, by, factor)
+        bracket = self._held(self._bracket(u, by, factor))
         d, d_rate = self._factors(w)
         push = self.force_at(level)
         rows = np.flatnonzero(np.any(bracket.g.reshape(-1, self.nh) != 0, axis=1))
@@ -175,6 +176,22 @@ class HarmonicBalance:
         if name == "kn" and not p.preloaded:
             changed["preload"] = factor * p.pairs.preload          # -kn gap
         return replace(p.pairs, **changed)
+
+    def _held(self, bracket):
+        """The bracket with a trace of the stuck springs in the derivative by the mean position.
+
+        Where every pair moves its slider in each cycle, no force depends on the mean position of a free body along the
+        sliding direction: it may stand anywhere, and Newton's matrix is singular in that motion though the rest is well
+        determined. With the trace the body stays where it was; the residual, and so the solution, is not touched.
+        """
+        trace = self.trace(bracket).reshape(-1, self.nd)[bracket.pair]
+        for d in range(self.nd):
+            bracket.D[:, d, 0, d, 0] += trace[:, d]
+        return bracket
+
+    def trace(self, bracket) -> np.ndarray:
+        """(P nd,) N/m that Newton's matrix adds to the mean positions: a trace of the stuck springs of moving rows."""
+        return HELD * (self.problem.law.stuck_stiffness(self.problem.pairs) * bracket.row).ravel()
 
     def _bracket(self, u, by, factor):
         p = self.problem

@@ -110,7 +110,7 @@ class Walk:
         last, metric = self.run[-1], self.metric()
         x, p = predict(self.run, metric, self.step, self.order, self.sign)
         row, corner = metric.border(x - last.x, p - last.parameter)
-        new = correct(self.evaluate, x, p, row, corner, metric, self.settings)
+        new = correct(self.evaluate, x, p, row, corner, metric, self.settings, last.x)
         self.branch.calls += new.iterations
         if new.converged and on_branch(new, last, x, p, metric, self.step, self.sign):
             return new
@@ -198,7 +198,7 @@ class Walk:
                 continue
             for reach in (self.step, 4 * self.step):
                 tried = correct(self.evaluate, last.x + reach * tx, last.parameter + reach * tp,
-                                *metric.border(tx, tp), metric, self.settings)
+                                *metric.border(tx, tp), metric, self.settings, last.x)
                 self.branch.calls += tried.iterations
                 if not tried.converged:
                     continue
