@@ -12,6 +12,9 @@ at folds, where J alone is not. A system once factorised should be kept: it may 
 R need not be smooth: the sign of det [J, R_p; t'] for a tangent t stays the same along a branch through folds and
 kinks alike, so that it tells forward from backward where the direction itself jumps.
 
+Optional: `pull(away)` - what to add to the residual so that one Newton step brings back what R does not determine, where
+x has come `away` from the last point. The polynomials through noise there would run off.
+
 `weights` (n,) say how much each unknown counts in the arc length. Lengths are relative: a step of 0.1 changes the
 weighted unknowns by a tenth of their size, or the parameter by a hundredth of the way.
 
@@ -24,6 +27,7 @@ import numpy as np
 from hbm import leaps
 from hbm.corrector import DEFAULT, Metric, Point, Settings, between, correct, solve_at
 from hbm.walk import ENDS, Branch, Walk
+from hbm.work import Spent
 
 __all__ = ["DEFAULT", "ENDS", "Branch", "Metric", "Point", "Settings", "between", "correct", "follow", "solve_at"]
 
@@ -36,9 +40,18 @@ def follow(evaluate, start: Point, end: float, weights, settings=DEFAULT, on_poi
     steps and lower predictors, then across the gap at fixed parameters; what cannot be had stays in the branch as
     failed. A branch that folds again and again without getting on is left for solutions ahead; the leap is recorded.
     A branch that folds out of the band where it began is followed there until it comes back; the points outside are
-    not kept, and the branch is solved where it leaves and comes back.
+    not kept, and the branch is solved where it leaves and comes back. Where `evaluate` raises Spent the branch ends.
     """
     walk = Walk(evaluate, start, end, weights, settings, restart)
+    try:
+        _go(walk, on_point)
+    except Spent:
+        walk.branch.finish("work", walk.run[-1].parameter)
+    _cut(walk)
+    return walk.branch
+
+
+def _go(walk, on_point):
     while not walk.branch.end:
         new = walk.next_point()
         if new is not None:
@@ -47,8 +60,6 @@ def follow(evaluate, start: Point, end: float, weights, settings=DEFAULT, on_poi
                 leaps.leap(walk, follow)
         elif walk.lost:
             leaps.cross(walk)
-    _cut(walk)
-    return walk.branch
 
 
 def _cut(walk):
@@ -56,7 +67,7 @@ def _cut(walk):
     branch, kept, before = walk.branch, [], None
     for point in branch.points:
         out = walk.outside(point.parameter) > 0
-        if before is not None and out != (walk.outside(before.parameter) > 0) and before.converged and point.converged:
+        if branch.end != "work" and before is not None and out != (walk.outside(before.parameter) > 0) and before.converged and point.converged:
             border = walk.solve_between(before, point, walk.begin)
             if border.converged and not any(_same(border, known, walk) for known in (before, point)):
                 kept.append(border)

@@ -10,17 +10,23 @@ BLIND = 1e-4                                     # length of a step that may be 
 
 @dataclass(frozen=True)
 class Settings:
-    """Numbers of the method. `parameter_share`: a unit step moves the parameter by this share of the way."""
+    """Numbers of the method; `replace(DEFAULT, most_calls=500)` changes one.
+
+    Steps are lengths of arc: a step of 0.1 changes the unknowns by a tenth of their size, or the parameter by a tenth
+    of `parameter_share` of the way.
+    """
 
     first_step: float = 0.05
     largest_step: float = 0.25
     smallest_step: float = 1e-5
-    parameter_share: float = 0.1
+    parameter_share: float = 0.1  # of the way, by which a unit step moves the parameter
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
     aim: float = 2.5e-3             # error of a predicted point, to which the steps are fitted
     highest_order: int = 5        # of the predicting polynomials
     most_iterations: int = 12
     most_points: int = 5000
+    most_calls: int = 2000        # of the residual, and as many more for each point as the next line says
+    calls_per_point: int = 12
     most_gaps: int = 3
     most_leaps: int = 12
     runaway: float = 1e8          # unknowns this many times those of the start mean that no solution exists further on

@@ -107,7 +107,7 @@ class HarmonicBalance:
         for k, F in forces.items():
             self.force[:, k] = self.receptance.shapes.T @ F
         self.weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(self.nh - 1)], self.n_components)
-        self._series = None
+        self._series, self.on_call = None, None      # on_call(): told of each evaluation
 
     def _static_parts(self):
         """Modal constant force: given, and that by which the preload pushes the stuck springs."""
@@ -138,6 +138,8 @@ class HarmonicBalance:
 
         by : parameter of the derivative - 'w', 'level', or 'preload', 'mu', 'kn' or 'kt' of all pairs, times `factor`
         """
+        if self.on_call:
+            self.on_call()
         p = self.problem
         u = x.reshape(len(p.pairs), self.nd, self.nh)
         bracket = self._held(self._bracket(u, by, factor))
@@ -168,7 +170,9 @@ class HarmonicBalance:
         problem = replace(self.problem, pairs=self._scaled_pairs(name, value))
         if name in ("preload", "mu"):
             problem.__dict__["_receptance"] = self.receptance          # these do not change it
-        return HarmonicBalance(problem, self.forces, self.H, self.given_start, len(self.grid[0]) - 1)
+        other = HarmonicBalance(problem, self.forces, self.H, self.given_start, len(self.grid[0]) - 1)
+        other.on_call = self.on_call
+        return other
 
     def _scaled_pairs(self, name, factor):
         p = self.problem

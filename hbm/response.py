@@ -25,8 +25,10 @@ from hbm.model import ReducedModel
 from hbm.peaks import refine_peaks
 from hbm.residual import ContactProblem, HarmonicBalance
 from hbm.solutions import Passages, first_of, solve_passages, starts
+from hbm.work import Spent, Work
 
 NOISE = 1e-9             # of the motion of the whole model: an output below that is rounding
+LEFT = ("left", "closed")        # ends of branches that leave the band for good
 PARAMETERS = ("level", "preload", "mu", "kn", "kt")
 
 
@@ -46,8 +48,13 @@ def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ra
     start : where the sliders stand before the first of two marched periods: 'zero_slider' (T = 0 at q = 0, the default
         of 'preloaded'), 'zero_force' (T = 0 at the position of t = 0, the default of 'unloaded') or positions (P, 2)
     at : frequencies in Hz at which every passage of the curve is solved, for `solutions_at`
+    samples : of a cycle, at least 8 and 4 H; None takes 64 or 12 H. They separate the transitions, which are located,
+        and do not change the result; a law of sampled forces is as good as its samples (256 or 12 H)
     contact : whether to keep the harmonics of force and relative motion of every pair too
-    progress : function (frequency_hz, step, iterations), called at each point
+    progress : function (frequency_hz, step, calls), called at each point with the residual calls that it took, and at
+        every 20 calls between points with step 0 and the calls since
+    settings : numbers of the continuation, of steps, points and work; the default is hbm.continuation.DEFAULT, and
+        replace(DEFAULT, most_calls=500) ends the curve sooner (see hbm.continuation.Settings)
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays in the result.
     """
     if origin not in ("preloaded", "unloaded"):
@@ -124,7 +131,7 @@ def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, har
     name : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt'
     between : (from, to) of the factor; both positive
     at : values of the factor at which every passage of the curve is solved, for `solutions_at`
-    progress : function (factor, step, iterations), called at each point
+    progress : function (factor, step, calls), as in forced_response
     Everything else as in forced_response.
     """
     began = time.perf_counter()
@@ -196,35 +203,47 @@ def _noise(branch, rows, balance):
 
 
 def _branch(task, first, last, progress):
-    """The first branch from a solution at `first` that does not leave the band for good; else the first of all."""
-    passed, best, known, calls = [], None, [], 0
+    """The branch from `first` to `last`; progress is told of its points, and of the work between them."""
+    work = Work(task.settings, progress, first / task.parameter.scale)
+    task.balance.on_call = work.call
+    found = []
+    try:
+        _first_staying(task, first, last, work, found)
+    except Spent:                           # while further first points were looked for
+        pass
+    finally:
+        task.balance.on_call = None
+    if not found:
+        none = continuation.Point(np.full(len(task.balance.weights), np.nan), first, False, 0)
+        found.append(continuation.Branch([none]))
+        found[0].finish("no start", first)
+    best = found[-1] if found[-1].end not in LEFT else found[0]
+    best.calls = work.calls
+    return best
+
+
+def _first_staying(task, first, last, work, found):
+    """Fill `found` with branches from `first`, up to the first one that does not leave the band for good."""
+    passed, known = [], []
 
     def report(point, step):
         for before in passed:
             before.detail.forget()          # what Newton needed there: too large to keep over a whole curve
         passed[:] = [point] if point.detail is not None else []
-        if progress:
-            progress(point.parameter / task.parameter.scale, step, point.iterations)
+        work.point(point.parameter / task.parameter.scale, step, point.iterations)
 
     for begin in task.starts(first, True):
-        calls += begin.iterations
         if not begin.converged or any(_same(begin, other, task.balance.weights) for other in known):
             continue
         known.append(begin)
         if not task.balance.force.any():
-            return _static(task, begin, last)
+            found.append(_static(task, begin, last))
+            return
         report(begin, 0.0)
-        branch = continuation.follow(task.evaluate, begin, last, task.balance.weights, task.settings, report,
-                                     lambda value: first_of(task.starts(value, False)))
-        calls += branch.calls - begin.iterations
-        best = best if best is not None and branch.end in ("left", "closed") else branch
-        if branch.end not in ("left", "closed"):
-            break
-    if best is None:
-        best = continuation.Branch([begin])
-        best.finish("no start", first)
-    best.calls = calls
-    return best
+        found.append(continuation.follow(task.evaluate, begin, last, task.balance.weights, task.settings, report,
+                                         lambda value: first_of(task.starts(value, False))))
+        if found[-1].end not in LEFT:
+            return
 
 
 def _static(task, begin, last):

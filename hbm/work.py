@@ -1,0 +1,32 @@
+"""The work spent on a branch: shown between its points too, and bounded."""
+
+TICK = 20                # residual calls without a new point, after which progress is told of
+
+
+class Spent(Exception):
+    """A branch has cost more residual calls than its settings allow."""
+
+
+class Work:
+    """Counts residual calls and points; `progress(value, step, calls)` or None is told of both.
+
+    Between points progress comes with the value of the last one, step 0 and the calls since.
+    """
+
+    def __init__(self, settings, progress, first):
+        self.settings, self.progress, self.value = settings, progress, first
+        self.calls, self.points, self.since = 0, 0, 0
+
+    def point(self, value, step, calls):
+        """A point is taken into the branch."""
+        self.points, self.value, self.since = self.points + 1, value, 0
+        if self.progress:
+            self.progress(value, step, calls)
+
+    def call(self):
+        """The residual is evaluated once more; raises Spent where that is too often, then and from then on."""
+        self.calls, self.since = self.calls + 1, self.since + 1
+        if self.progress and self.since % TICK == 0:
+            self.progress(self.value, 0.0, self.since)
+        if self.calls > self.settings.most_calls + self.settings.calls_per_point * self.points:
+            raise Spent

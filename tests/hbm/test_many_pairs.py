@@ -1,0 +1,77 @@
+"""A free bar along the axis under a stretching blade: many pairs that slip and lift off, mirrored about the middle.
+
+Mirrored pairs change state at once. When the last two that hold the bar along its axis begin to slide in each cycle, no
+force depends on where it stands on average: the periodic state exists, by symmetry, but its mean position is free.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hbm.continuation import DEFAULT
+from hbm.laws import DryFriction2T, PairSettings
+from hbm.residual import ContactProblem
+from hbm.response import follow_band
+from hbm.work import TICK, Spent, Work
+
+N = 16                                # pairs
+BAND = (80, 180)                      # Hz, around the blade's 100 Hz alone and its resonance with the bar stuck to it
+CHAIN = {"t1": 1e6, "t2": 1e5, "n": 1e5}      # N/m between neighbouring nodes of the bar
+
+
+def curve_of_bar(level, half=False, **more):
+    """Response of the blade's mode, which stretches the surface, turns it and lifts it; or of one half of the bar.
+
+    The halves move against each other along the axis and across it, so that the middle of each spring between them
+    stands still, and alike along the normal.
+    """
+    law = DryFriction2T()
+    x = np.linspace(-1, 1, N)[N // 2 if half else 0:]
+    n, share = len(x), 0.5 if half else 1.0
+    shape = {"t1": x, "t2": 0.2 * x, "n": 0.3 + 0.06 * x**2}
+    M, K, B = np.diag(np.r_[share, np.full(3 * n, 0.002)]), np.zeros((1 + 3 * n,) * 2), np.zeros((3 * n, 1 + 3 * n))
+    K[0, 0] = share * (2 * np.pi * 100.0) ** 2
+    for d, name in enumerate(law.components):
+        dof = 1 + 3 * np.arange(n) + d
+        for a, b in zip(dof[:-1], dof[1:], strict=True):
+            K[np.ix_([a, b], [a, b])] += CHAIN[name] * np.array([[1, -1], [-1, 1]])
+        if half and name != "n":
+            K[dof[0], dof[0]] += 2 * CHAIN[name]
+        B[dof - 1, dof] = 1.0
+        B[dof - 1, 0] = -shape[name]
+    pairs = PairSettings(np.full(n, 3e4), np.full(n, 2e4), np.full(n, 0.4), 1 + 0.3 * x**2)
+    problem, tip = ContactProblem(M, None, K, B, law, pairs, damping_ratio=0.01), np.eye(1 + 3 * n)[0]
+    return follow_band(problem, share * level * tip, BAND, harmonics=3, outputs={"tip": tip}, **more)
+
+
+@pytest.mark.parametrize("level", [20.0, 40.0])      # every pair slides; and every pair lifts off too
+def test_a_free_bar_is_followed_to_the_end_and_is_twice_its_half(level):
+    whole, half = curve_of_bar(level), curve_of_bar(level, half=True)
+    assert whole.complete and half.complete, (whole.ended, half.ended)
+    assert (whole.share_slip + whole.share_open).max(axis=0).min() > 0
+    assert (whole.share_open.max(axis=0) > 0).all() == (level == 40.0)
+    assert whole.residual_calls < 4 * len(whole.frequency)
+    assert whole.peak("tip") == pytest.approx(half.peak("tip"), rel=1e-6)
+
+
+def test_work_is_bounded():
+    """The same with an allowance that it cannot keep: it ends with the reason and what to do, and keeps its points."""
+    settings = replace(DEFAULT, most_calls=50, calls_per_point=1)
+    curve = curve_of_bar(40.0, settings=settings)
+    assert not curve.complete and "more evaluations of the residual than allowed" in curve.ended
+    assert "most_calls" in curve.ended
+    points = len(curve.frequency)
+    assert 10 < points and curve.converged.all() and curve.residual_calls <= 50 + points + 40      # and the peaks'
+
+
+def test_progress_is_told_of_work_without_points():
+    told = []
+    work = Work(replace(DEFAULT, most_calls=5 * TICK, calls_per_point=1), lambda *what: told.append(what), 80.0)
+    work.point(81.0, 0.1, 3)
+    for _ in range(5 * TICK + 1):
+        work.call()
+    assert told == [(81.0, 0.1, 3)] + [(81.0, 0.0, k * TICK) for k in range(1, 6)]
+    for _ in range(2):
+        with pytest.raises(Spent):
+            work.call()
