@@ -207,9 +207,12 @@ def reduce_bodies(study, whole, masters, loads, pairs, tick) -> list:
     for body, share in zip(whole, (0.15, 0.75), strict=True):
         tick(share, f"reducing the {body.name}, {body.dofs} dofs")
         parts.append(reduced(body, 4 * CHECK_BELOW_HZ if study[body.name]["error"] else None))
+    def error(i):
+        return own_error(parts, i, len(parts[i].omega) - parts[i].load_modes, pairs, CHECK_BELOW_HZ)
+
     for i, target in enumerate(targets):
         cut = 4 * CHECK_BELOW_HZ
-        while target and own_error(parts, i, len(parts[i].omega) - parts[i].load_modes, pairs, CHECK_BELOW_HZ) > target and cut < 1e6:
+        while target and error(i) > target and cut < 1e6:
             cut *= 2
             tick(0.85, f"{whole[i].name}: modes up to {cut:g} Hz")
             parts[i] = reduced(whole[i], cut)
