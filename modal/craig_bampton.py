@@ -17,8 +17,11 @@ from hbm.errors import InputError
 from hbm.model import DIRECTIONS, ReducedModel
 from modal.body import Body, check_support
 from modal.eigen import Factor, SingularStiffness
+from modal.elasticity import Material
 from modal.inertia import modes_below
 from modal.matrix_checks import check_condensed, negative_stiffness
+from modal.mesh import Mesh
+from modal.stress import nodal_stress
 from modal.truncation import Truncation
 
 _COUNTED = 5000     # dofs up to which negative modes are counted at once: it takes less than 0.1 s
@@ -61,6 +64,12 @@ class Reduction:
         out = np.zeros((len(self.body.node), 3), dtype=full.dtype)
         out[self.body.dof_node, self.body.dof_direction] = full
         return out
+
+    def stress(self, q: np.ndarray, mesh: Mesh, material: Material, other_materials=None) -> np.ndarray:
+        """Stress at every node of the mesh that the body was made of, (n, 6) Pa as in `modal.stress`, from (b + m,)."""
+        if not np.array_equal(mesh.node, self.body.node):
+            raise InputError(f"body '{self.body.name}': the mesh {mesh.source} is not the one that it was made of")
+        return nodal_stress(mesh, material, self.recover(q), other_materials)
 
     def fewer(self, count: int) -> "Reduction":
         """The same reduction with only its `count` lowest fixed-interface modes; load modes stay."""
