@@ -7,6 +7,7 @@ import numpy as np
 
 from hbm import fourier
 from hbm.errors import InputError, nearest
+from hbm.linear import mostly
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 RIPPLE = 1e-3          # a local maximum that stands out less, relative to its height, is none
@@ -239,7 +240,7 @@ def _dissipated(point, balance, tangents):
 def explain(branch, problem, parameter) -> str:
     """Why the curve ends, where points failed or the branch was left, and the motion that no force holds."""
     ended, named = branch.sentence(parameter.named), parameter.named
-    good, failed = ([p for p in branch.points if p.converged is wanted] for wanted in (True, False))
+    good, failed = ([p for p in branch.points if p.converged == wanted] for wanted in (True, False))
     if not good:
         return ended
     if branch.outside is not None and branch.complete:
@@ -260,9 +261,10 @@ def _what_nothing_holds(last, problem) -> str:
     if q is None or value >= 1e-4 or np.abs(q[:, 0]).max() <= 0.9 * np.abs(q).max():
         return ""
     motion = q[:, 0].real
-    named = problem.describe(motion) if problem.describe else f"mostly dof {np.abs(motion).argmax() + 1}"
-    verb = "the damper rolls" if "rotates" in named else "a mean motion is held by nothing"
-    return f"; {verb} ({named}): no periodic state exists there, give that motion a stiffness that holds it"
+    named = problem.describe(motion) if problem.describe else None
+    verb = "the damper rolls" if named and named.turns else "a mean motion is held by nothing"
+    return (f"; {verb} ({named or mostly(motion)}): no periodic state exists there, give that motion a stiffness that "
+            "holds it")
 
 
 def parabola(s, y):

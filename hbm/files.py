@@ -3,8 +3,9 @@
     model = ReducedModel.from_files(M="mass.mtx", K="stiffness.mtx", dofs="dofs.csv")
 
 The dof table is a CSV with a line per row of the matrices: body, node, direction (x, y, z or mode) and, where known,
-x, y, z in m; or the .mapping file that Ansys writes beside its Harwell-Boeing matrices. Abaqus' text names node and
-dof of each entry itself.
+x, y, z in m, a column `load NAME` in N for each load, a column `group NAME` (not empty on its nodes) for each group of
+nodes, as `hbm.exports` writes them; or the .mapping file that Ansys writes beside its Harwell-Boeing matrices. Abaqus'
+text names node and dof of each entry itself.
 """
 
 import csv
@@ -25,7 +26,8 @@ ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z"}
 def model_from_files(M, K, C=None, dofs=None, body="body", groups=None, loads=None) -> ReducedModel:
     """ReducedModel from one file per matrix and a dof table; `body` names the body where the table does not.
 
-    groups, loads : as in ReducedModel. Raises InputError where a file cannot be read or they do not fit each other.
+    groups, loads : as in ReducedModel, beside those of the dof table. Raises InputError where a file cannot be read or
+    they do not fit each other.
     """
     labels = None
     matrices = {}
@@ -40,8 +42,9 @@ def model_from_files(M, K, C=None, dofs=None, body="body", groups=None, loads=No
     table = _table_of_labels(labels, body) if labels and dofs is None else read_dofs(dofs, body) if dofs else {}
     if labels and dofs is not None:
         _check_labels(labels, table, dofs, M)
-    return ReducedModel.from_matrices(matrices["M"], matrices["K"], matrices["C"],
-                                      groups=groups, loads=loads, **({"body": body} | table),
+    table["groups"] = table.get("groups", {}) | (groups or {})
+    table["loads"] = table.get("loads", {}) | (loads or {})
+    return ReducedModel.from_matrices(matrices["M"], matrices["K"], matrices["C"], **({"body": body} | table),
                                       provenance={"M": str(M), "K": str(K), "C": str(C)})
 
 
@@ -80,7 +83,7 @@ def read_matrix(path, name="matrix"):
 
 
 def read_dofs(path, body="body") -> dict:
-    """Columns body, node, direction, position of a dof table, in the order of the rows of the matrices."""
+    """Columns body, node, direction, position and loads of a dof table, in the order of the matrices; and groups."""
     path = Path(path)
     if not path.is_file():
         raise InputError(f"dof table: no such file: {path}")
@@ -97,10 +100,17 @@ def read_dofs(path, body="body") -> dict:
     try:
         position = [[float(row.get(k) or "nan") for k in DIRECTIONS] for row in rows]
         node = [int(row["node"]) for row in rows]
+        loads = {name: [float(row[key] or 0) for row in rows] for name, key in _named(rows[0], "load ")}
     except ValueError as error:
         raise InputError(f"{path}: {error}") from None
     return dict(body=np.array([row.get("body") or body for row in rows]), node=node, position=position,
-                direction=[row["direction"].lower() for row in rows])
+                direction=[row["direction"].lower() for row in rows], loads=loads,
+                groups={name: list(dict.fromkeys(n for n, row in zip(node, rows, strict=True) if row[key]))
+                        for name, key in _named(rows[0], "group ")})
+
+
+def _named(row, prefix):
+    return [(key.removeprefix(prefix), key) for key in row if key.startswith(prefix)]
 
 
 def harwell_boeing(path) -> sp.csc_matrix:

@@ -17,7 +17,9 @@ from hbm.contact import relative_motion
 from hbm.errors import InputError
 from hbm.inputs import brief, check_forcing, check_outputs
 
-HELD = 1e-13     # smallest eigenvalue of the stiffness, scaled to a unit diagonal, that is not rounding
+NOISE = 50.0     # times the rounding of the stiffness: what a motion that is held must store
+LOOSE = 1e-13    # share of the stiffness, for each dof, that a body held as a whole must store: reduction rounds too
+RIGID = 0.05     # of a motion: what is left of it beside a rigid one of its body
 
 
 @dataclass(frozen=True)
@@ -105,12 +107,18 @@ def _ratios(damping_ratio, r):
 
 
 def _check_held(K, describe):
+    """InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole."""
     scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(K)), np.abs(K).max() * 1e-30))
-    values, vectors = la.eigh(scale[:, None] * K * scale, subset_by_index=[0, 0])
-    if values[0] < HELD * K.shape[0]:
-        motion = scale * vectors[:, 0]
-        named = describe(motion) if describe else f"mostly dof {np.abs(motion).argmax() + 1}"
-        raise InputError(f"a motion is held by nothing even when every pair sticks: {named}; "
+    scaled = scale[:, None] * K * scale
+    values, vectors = la.eigh(scaled, subset_by_index=[0, 0])
+    softest = np.abs(vectors[:, 0])
+    noise = NOISE * np.finfo(float).eps * (softest @ np.abs(scaled) @ softest)
+    if values[0] >= max(noise, LOOSE * K.shape[0]):
+        return
+    motion = scale * vectors[:, 0]
+    named = describe(motion) if describe else None
+    if values[0] < noise or named is not None and named.rigid:
+        raise InputError(f"a motion is held by nothing even when every pair sticks: {named or mostly(motion)}; "
                          "keep more contact pairs or support the body")
 
 
@@ -161,13 +169,26 @@ def linear_response(model, pairs, forcing, frequencies, damping_ratio=None, outp
     return receptance.respond(rows, forcing, 2 * np.pi * np.asarray(frequencies, dtype=float))
 
 
-def describe_motion(model, motion: np.ndarray) -> str:
-    """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis."""
+@dataclass(frozen=True)
+class NamedMotion:
+    """A motion in words: the body that it belongs to, whether that moves as a whole, and whether it turns then."""
+
+    said: str
+    body: str
+    rigid: bool
+    turns: bool
+
+    def __str__(self) -> str:
+        return self.said
+
+
+def describe_motion(model, motion: np.ndarray) -> NamedMotion:
+    """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis, or deforms."""
     share = {body: np.sum(motion[model.body == body] ** 2) for body in dict.fromkeys(model.body.tolist())}
     body = max(share, key=share.get)
     rows = np.flatnonzero((model.body == body) & (model.direction != "mode") & np.isfinite(model.position[:, 0]))
     if len(rows) < 3:
-        return f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}"
+        return NamedMotion(f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False)
     axis = np.array(["xyz".index(d) for d in model.direction[rows]])
     arm = model.position[rows] - model.position[rows].mean(axis=0)
     rigid = np.zeros((len(rows), 6))
@@ -177,12 +198,19 @@ def describe_motion(model, motion: np.ndarray) -> str:
     size = np.linalg.norm(rigid, axis=0)
     size[size == 0] = 1.0
     part = np.linalg.lstsq(rigid / size, motion[rows], rcond=None)[0]
+    left = np.linalg.norm(motion[rows] - (rigid / size) @ part) / max(np.linalg.norm(motion[rows]), 1e-300)
     slide, turn = np.linalg.norm(part[:3]), np.linalg.norm(part[3:])
-    turns = turn > 0.3 * slide              # rolling on an edge moves the centre too
+    turns = bool(turn > 0.3 * slide)              # rolling on an edge moves the centre too
     vector = (part / size)[3:] if turns else part[:3]
-    vector = vector / max(np.linalg.norm(vector), 1e-300)
+    vector = vector / (np.linalg.norm(vector) * np.sign(vector[np.abs(vector).argmax()]) or 1.0)
     verb = "rotates about" if turns else "slides along"
-    return f"body '{body}' {verb} ({', '.join(f'{v + 0.0:.2f}' for v in vector)})"
+    words = ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in vector)
+    return NamedMotion(f"body '{body}' {verb} ({words})", body, bool(left < RIGID), turns)
+
+
+def mostly(motion) -> str:
+    """The name of a motion of which nothing but the numbers of its dofs is known."""
+    return f"mostly dof {np.abs(motion).argmax() + 1}"
 
 
 def _dof_name(model, i) -> str:

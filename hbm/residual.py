@@ -35,7 +35,7 @@ class ContactProblem:
     preloaded : True when q = 0 is the preloaded state (the force sum B_n' preload is implied), False when q = 0 is the
         unloaded one and `static` carries all static loads
     damping_ratio : of the modes of the stuck system; None takes C
-    describe : names a motion (r,) for messages, or None
+    describe : motion (r,) -> NamedMotion for messages (see `linear.describe_motion`), or None
     """
 
     M: np.ndarray

@@ -119,6 +119,8 @@ def rigid_modes(body: Body) -> int:
 
 def parts(body: Body) -> np.ndarray:
     """(d,) int - which piece each dof belongs to; pieces share no entry of K, not even through a third."""
+    if sp.csgraph.connected_components(body.K, connection="strong")[0] == 1:  # K is symmetric: no need to turn it over
+        return np.zeros(body.dofs, dtype=int)
     count = len(body.node)
     K = body.K.tocoo()
     links = body.dof_node[K.row], body.dof_node[K.col]

@@ -17,8 +17,11 @@ from hbm.errors import InputError
 from hbm.model import DIRECTIONS, ReducedModel
 from modal.body import Body, check_support
 from modal.eigen import Factor, SingularStiffness
+from modal.elasticity import Material
 from modal.inertia import modes_below
 from modal.matrix_checks import check_condensed, negative_stiffness
+from modal.mesh import Mesh
+from modal.stress import nodal_stress
 from modal.truncation import Truncation
 
 _COUNTED = 5000     # dofs up to which negative modes are counted at once: it takes less than 0.1 s
@@ -62,6 +65,12 @@ class Reduction:
         out[self.body.dof_node, self.body.dof_direction] = full
         return out
 
+    def stress(self, q: np.ndarray, mesh: Mesh, material: Material, other_materials=None) -> np.ndarray:
+        """Stress at every node of the mesh that the body was made of, (n, 6) Pa as in `modal.stress`, from (b + m,)."""
+        if not np.array_equal(mesh.node, self.body.node):
+            raise InputError(f"body '{self.body.name}': the mesh {mesh.source} is not the one that it was made of")
+        return nodal_stress(mesh, material, self.recover(q), other_materials)
+
     def fewer(self, count: int) -> "Reduction":
         """The same reduction with only its `count` lowest fixed-interface modes; load modes stay."""
         b, true = len(self.boundary), len(self.omega) - self.load_modes
@@ -84,8 +93,8 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
 
     modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
-    loads : [(node numbers, (n, 3) forces)] on interior nodes, of which the static shape is kept beside the modes: the
-    quasi-static response to them is then exact on the whole mesh, not only on the masters.
+    loads : [(node numbers, (n, 3) forces) or (d,) N on the free dofs], of which the static shape is kept beside the
+    modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
     Raises InputError when a master does not exist or is clamped, when the body's support is not as declared, and when
     a motion meets negative stiffness, as above the critical speed of a rotating body.
     """
@@ -178,7 +187,8 @@ def _with_load_modes(body, interior, factor, M_II, found, loads):
     """
     if not loads:
         return found.omega, found.phi
-    f = np.column_stack([nodal_load(body, *load)[interior] for load in loads])
+    f = np.column_stack([(load if isinstance(load, np.ndarray) else nodal_load(body, *load))[interior]
+                         for load in loads])
     Z = factor.solve(f)
     size = np.sqrt(np.einsum("ij,ij->j", Z, f))  # 0 for a load on master nodes alone
     Z, f = Z[:, size > 0] / size[size > 0], f[:, size > 0] / size[size > 0]

@@ -3,23 +3,24 @@
 import numpy as np
 
 from modal.cells import CELLS, tables
+from modal.elasticity import Material, blocks
 from modal.mesh import Mesh
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 _CHUNK = 5000  # cells at a time
 
 
-def nodal_stress(mesh: Mesh, material, displacement: np.ndarray) -> np.ndarray:
+def nodal_stress(mesh: Mesh, material: Material, displacement: np.ndarray, other_materials=None) -> np.ndarray:
     """Stress at every node, (n, 6) Pa in the order of COMPONENTS; displacement (n, 3) m, real or complex.
 
-    Linear elastic and isotropic (material.E in Pa, material.nu), where an isolated node has NaN. In each cell the
-    stress at the integration points is fitted by the field of a cell without middle nodes, which is where
-    isoparametric cells are most accurate [Barlow 1976], continued to the nodes, and averaged over the cells that meet
-    there, by volume.
+    Linear elastic and isotropic; other_materials {cell group: Material} as in `elastic_body`. An isolated node has NaN.
+    In each cell the stress at the integration points is fitted by the field of a cell without middle nodes, which is
+    where isoparametric cells are most accurate [Barlow 1976], continued to the nodes, and averaged over the cells that
+    meet there, by volume; also where two materials meet, on whose sides the stress differs.
     """
     total = np.zeros((len(mesh.node), 6), dtype=np.result_type(displacement, float))
     share = np.zeros(len(mesh.node))
-    for kind, cells in mesh.cells.items():
+    for kind, cells, of in blocks(mesh, material, other_materials or {}):
         _, dN, weight = tables(kind)
         to_nodes = _continuation(kind)
         for first in range(0, len(cells), _CHUNK):
@@ -28,7 +29,7 @@ def nodal_stress(mesh: Mesh, material, displacement: np.ndarray) -> np.ndarray:
             volume = np.linalg.det(J) @ weight
             gradient = np.linalg.solve(J, np.broadcast_to(dN, (len(part), *dN.shape)))  # dN/dx: (c, q, 3, n)
             slope = np.einsum("cqjn,cni->cqij", gradient, displacement[part], optimize=True)
-            at_nodes = np.einsum("nq,cqs->cns", to_nodes, _stress(material, slope))
+            at_nodes = np.einsum("nq,cqs->cns", to_nodes, _stress(of, slope))
             np.add.at(total, part, at_nodes * volume[:, None, None])
             np.add.at(share, part, np.broadcast_to(volume[:, None], part.shape))
     with np.errstate(invalid="ignore"):
@@ -48,8 +49,7 @@ def _continuation(kind):
 
 
 def _stress(material, slope):
-    lame = material.E * material.nu / ((1 + material.nu) * (1 - 2 * material.nu))
-    shear = material.E / (2 * (1 + material.nu))
     strain = (slope + slope.swapaxes(-1, -2)) / 2
-    stress = 2 * shear * strain + lame * np.trace(strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    volume = np.trace(strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    stress = 2 * material.shear * strain + material.lame * volume
     return np.stack([stress[..., i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))], axis=-1)

@@ -4,7 +4,9 @@
 
 Nothing is condensed: the dofs of all bodies are the unknowns, shared out over the ranks, and with them p of the hard
 pairs. Their second line is the augmented Lagrangian of the unilateral condition: its solution does not depend on
-k > 0, and Newton's matrix stays symmetric, though indefinite. Every rank needs only its own rows of K (`shares.py`);
+k > 0, and Newton's matrix stays symmetric, though indefinite. Where SNES ends without an answer, because a set of
+closed pairs on its way holds nothing or the sets cycle, pivoting and the proximal point method of `complementarity.py`
+go on with the same matrices. Every rank needs only its own rows of K (`shares.py`);
 factors and vectors are distributed (CHOLMOD alone; MUMPS under MPI and for hard pairs).
 """
 
@@ -18,6 +20,7 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from modal import petsc
 from modal.body import Body
+from static_contact.complementarity import Normal, NotHeld, closed_pairs
 from static_contact.free_motions import name_motions
 from static_contact.full import sparse_relative_motion
 from static_contact.shares import own_rows
@@ -29,7 +32,7 @@ _ITERATIONS = 60
 @dataclass(frozen=True)
 class FullPreload:
     """pairs - with the preload, the same on every rank (hard pairs: the contact force, 0 = open); force : (P,) N
-    iterations - Newton steps; residual - of the equations, of |f|."""
+    iterations - Newton steps, or matrices factored where these did not end; residual - of the equations, of |f|."""
 
     pairs: ContactTable
     force: np.ndarray
@@ -41,7 +44,8 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPr
     """Signed preload of every pair under nodal forces {body: (d,) N}; to be called on all ranks.
 
     bodies - whole, or with the rows of this rank only (`shares.shared_bodies`). Raises InputError when a load acts
-    along a motion that no contact resists, and RuntimeError when Newton does not converge.
+    along a motion that no contact resists, NotHeld (an InputError) when it lifts the damper off, and RuntimeError when
+    the residual stays above 1e-8 of the load.
     """
     PETSc = petsc.start()
     if PETSc is None:
@@ -61,6 +65,11 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPr
     system = _Newton(PETSc, (low, high), K.tocsr(), C, k, pairs.gap, np.concatenate([f, np.zeros(len(hard))]),
                      definite=not len(hard))
     u, iterations, residual = system.solve()
+    if not residual <= 1e-8:
+        sets = _Sets(system, B, pairs.carrying & (k > 0))
+        u, residual = sets.solve()
+        iterations += sets.factored
+    system.destroy()
     if not residual <= 1e-8:
         raise RuntimeError(f"Newton on the full model ended at a residual of {residual:.1e} of the load")
     signed = k * (u - pairs.gap)
@@ -127,6 +136,13 @@ class _Newton:
         """This rank's rows of K + C' k C with the pairs' `closed`, 0 or 1."""
         return (self.K + self.C_own.T @ sp.diags(closed * self.k) @ self.C).tocsr()
 
+    def direct(self, ksp):
+        """The linear solver: one factorisation each."""
+        ksp.setType("preonly")
+        ksp.getPC().setType("cholesky")
+        ksp.getPC().setFactorSolverType("cholmod" if self.comm.size == 1 and self.definite else "mumps")
+        return ksp
+
     def motion(self, x):
         """C x of all pairs, on every rank."""
         return self.comm.tompi4py().allreduce(self.C_own @ x.getArray(readonly=True))
@@ -139,9 +155,10 @@ class _Newton:
     def jacobian(self, _, x, J, __):
         self._set(J, self.motion(x) > self.gap)
 
-    def _set(self, J, closed):
-        """New values in the old pattern: what is open, or cancels, stays there as zero."""
-        rows = self._rows(closed)
+    def _set(self, J, closed, more=None):
+        """New values in the old pattern: what is open, or cancels, stays there as zero. more - rows to be added."""
+        rows = self._rows(closed) if more is None else (self._rows(closed) + more).tocsr()
+        rows.sort_indices()
         index = self.PETSc.IntType
         J.zeroEntries()
         J.setValuesCSR(rows.indptr.astype(index), rows.indices.astype(index), rows.data)
@@ -158,18 +175,75 @@ class _Newton:
         self.PETSc.Options()["tipdamp_full_snes_linesearch_type"] = "basic"
         snes.setFromOptions()
         snes.setTolerances(rtol=0.0, atol=_RESIDUAL * self.load, stol=0.0, max_it=_ITERATIONS)
-        ksp = snes.getKSP()
-        ksp.setType("preonly")
-        ksp.getPC().setType("cholesky")
-        ksp.getPC().setFactorSolverType("cholmod" if self.comm.size == 1 and self.definite else "mumps")
+        ksp = self.direct(snes.getKSP())
         start = F.duplicate()
         start.getArray()[:] = self.f + self.C_own.T @ (self.k * self.gap)
         self._set(self.tangent, np.ones(len(self.k)))
         ksp.setOperators(self.tangent)
         ksp.solve(start, self.x)
-        snes.solve(None, self.x)
-        self.residual(None, self.x, F)
-        out = self.motion(self.x), snes.getIterationNumber(), F.norm() / self.load
-        for one in (snes, F, start, self.x, self.base, self.tangent):     # on all ranks alike: the collector is not
+        try:
+            snes.solve(None, self.x)
+            self.residual(None, self.x, F)
+            left = F.norm() / self.load
+        except self.PETSc.Error:         # no factor: the pairs that are closed hold nothing
+            left = np.inf
+        out = self.motion(self.x), snes.getIterationNumber(), left
+        for one in (snes, F, start):     # on all ranks alike: the collector is not
             one.destroy()
         return out
+
+    def destroy(self):
+        for one in (self.x, self.base, self.tangent):
+            one.destroy()
+
+
+class _Sets:
+    """The same problem as sets of closed pairs, in the form that `closed_pairs` asks for: one factor for each set.
+
+    B : (P, n) motion of the pairs, without the multipliers of hard ones; free : (P,) bool - pairs that may close
+    """
+
+    wrong = Normal.wrong          # the conditions are the same
+
+    def __init__(self, newton, B, free):
+        self.newton, self.free, self.k0, self.factored = newton, free, newton.k, 0
+        B = sp.hstack([B, sp.csr_matrix((B.shape[0], newton.C.shape[1] - B.shape[1]))]).tocsr()
+        low, high = newton.x.getOwnershipRange()
+        self.B, self.B_own = B, B[:, low:high].tocsr()
+        self.found = {}
+
+    def solve(self):
+        """k (C x - gap) of closed pairs and k (u - gap) of open ones as motions C x, and the residual."""
+        gap = self.newton.gap
+        u, N, closed, *_ = closed_pairs(self, None, gap)
+        residual = self.found[u.tobytes()]
+        return gap + np.divide(np.where(closed, N, self.k0 * (u - gap)), self.k0, out=np.zeros(len(gap)),
+                               where=self.k0 > 0), residual
+
+    def on_set(self, closed, _, gap, anchor=0.0, at=0.0):
+        """u, N (P,) on a set, as `complementarity.Normal.on_set`."""
+        newton, k = self.newton, self.k0
+        anchors = anchor * (self.B_own.T @ sp.diags(k) @ self.B)
+        newton._set(newton.tangent, closed.astype(float), anchors)
+        self.factored += 1
+        right, x, F = newton.x.duplicate(), newton.x.duplicate(), newton.x.duplicate()
+        right.getArray()[:] = newton.f + newton.C_own.T @ (closed * k * gap) + self.B_own.T @ (anchor * k * at)
+        ksp = newton.direct(newton.PETSc.KSP().create(newton.comm))
+        ksp.setOptionsPrefix("tipdamp_full_")
+        ksp.setOperators(newton.tangent)
+        try:
+            ksp.solve(right, x)
+            newton.tangent.mult(x, F)
+            F.axpy(-1.0, right)
+            held = F.norm() <= 1e-8 * right.norm()        # not so where it is no number
+        except newton.PETSc.Error:
+            held = False
+        if not held:
+            raise NotHeld(f"the {int(closed.sum())} pairs that stay closed do not hold the damper")
+        u = newton.comm.tompi4py().allreduce(self.B_own @ x.getArray(readonly=True))
+        N = np.where(closed, k * (newton.motion(x) - gap), 0.0)
+        newton.residual(None, x, F)
+        self.found[u.tobytes()] = F.norm() / newton.load
+        for one in (ksp, right, x, F):
+            one.destroy()
+        return u, N

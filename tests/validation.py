@@ -2,12 +2,12 @@
 
     OMP_NUM_THREADS=1 python -m tests.validation                 all sections (a few minutes)
     OMP_NUM_THREADS=1 python -m tests.validation oscillator e    these sections, the others as they stand
-    OMP_NUM_THREADS=1 python -m tests.validation --front         the front page alone, from the pages that stand
+    OMP_NUM_THREADS=1 python -m tests.validation --front         benchmarks and front page alone, rows as they stand
 
 A section is a page of rows (case, H or '', ours, reference, relative error, against); its worst row for each kind of
 reference goes to the front page beside what is allowed. Sections live with their tests: the modules of MODULES hold
-them. Benchmarks write their own figures into tests/benchmarks/results, from which `tests/validation_figures.py` makes
-the tables of speed and robustness.
+them. Benchmarks write their figures into tests/benchmarks/results; `tests/validation_figures.py` makes their pages,
+`tests/validation_targets.py` the front page's table of everything that was promised.
 """
 
 import datetime
@@ -32,6 +32,8 @@ class Section:
     key : name of the page; title, text : what is compared, in which quantity, and the source of the reference
     rows : function without arguments that yields (case, H or '', ours, reference, relative error, against)
     allowed : {against: largest error}; a key may be the beginning of an `against`
+    when : date, versions and machine of figures that a benchmark measured; None: the rows are computed now
+    notes : function without arguments that gives markdown to stand below the text
     """
 
     key: str
@@ -39,6 +41,8 @@ class Section:
     text: str
     rows: object
     allowed: dict = field(default_factory=dict)
+    when: str | None = None
+    notes: object = None
 
     def limit(self, against):
         """What is allowed against a kind of reference; None where nothing is asked."""
@@ -73,12 +77,30 @@ def processor() -> str:
         return platform.machine()
 
 
+def stored_when(run: dict | None) -> str:
+    """Section.when of the figures that a benchmark recorded."""
+    if not run:
+        return "never"
+    return "; ".join(run[key] for key in ("date", "versions", "processor") if key in run)
+
+
 def page(section: Section, rows, when: str) -> str:
-    """Markdown of a section: its worst rows, then all."""
-    lines = [f"# {section.title}", "", section.text, "", f"Computed {when}. [All sections](../validation.md)", "",
-             "Worst of each kind:", "", HEADER, "|---|---|---|---|---|---|", *map(_line, worst(rows)), "", "All rows:",
-             "", HEADER, "|---|---|---|---|---|---|", *map(_line, rows)]
+    """Markdown of a section: its worst rows beside what is promised, then all."""
+    lines = [f"# {section.title}", "", section.text, "", f"Computed {when}. [All sections](../validation.md)", ""]
+    if section.notes:
+        lines += [section.notes(), ""]
+    if not rows:
+        return "\n".join([*lines, "Not measured.", "", "All rows:"]) + "\n"
+    lines += ["Worst of each kind:", "", HEADER + " promised | held |", "|---" * 8 + "|"]
+    lines += [_line(row) + _promise(section, row) for row in worst(rows)]
+    lines += ["", "All rows:", "", HEADER, "|---" * 6 + "|", *map(_line, rows)]
     return "\n".join(lines) + "\n"
+
+
+def _promise(section, row):
+    """Two cells: what is promised against this kind of reference, and whether it is held."""
+    limit = section.limit(row[5])
+    return " |  |" if limit is None else f" {limit:.2g} | {'yes' if float(row[4]) <= limit else '**NO**'} |"
 
 
 def _line(row):
@@ -113,42 +135,59 @@ def read_page(key: str):
 
 def front() -> str:
     """The front page, from the pages and benchmark figures that stand."""
-    from tests import validation_figures
-    lines, missed, promises = [], [], 0
+    from tests import validation_figures, validation_targets
+    targets = {"The harmonic-balance core": validation_targets.hbm(),
+               "Statics and reduction": validation_targets.statics()}
+    every = [t for part in targets.values() for t in part]
+    short = validation_targets.short(every)
+    held = sum(t.held is True for t in every)
+    tables = [line for title, part in targets.items() for line in (f"### {title}", "", *validation_targets.lines(part))]
+    return "\n".join([
+        FRONT_TEXT, "## What falls short", "", f"Of {sum(t.held is not None for t in every)} promises that were "
+        f"measured {held} are held.", "", *(short or ["- nothing"]), "", "## Promises", "", *tables, "## Sections", "",
+        SECTIONS_TEXT, "", "| section | against | worst case | H | error | allowed | computed |",
+        "|---|---|---|---|---|---|---|", *_section_lines(), "",
+        f"Benchmarks: {_links(validation_figures.pages())}.", "", *_pages_of_their_own(), DISAGREEMENTS])
+
+
+def _section_lines():
+    """The worst rows of every section; one that has no rows says so."""
     for s in sections():
         when, rows = read_page(s.key) or ("", [])
         title, date = f"[{s.title}](validation/{s.key}.md)", when[:10]
-        shown = [row for row in worst(rows) if s.limit(row[5]) is not None] or worst(rows)
-        for case, H, _, _, error, against in shown:
+        for case, H, _, _, error, against in [r for r in worst(rows) if s.limit(r[5]) is not None] or worst(rows):
             limit = s.limit(against)
-            met = limit is None or float(error) <= limit
-            allowed = "" if limit is None else f"{limit:.2g}" if met else f"**{limit:.2g}**"
-            lines.append(f"| {title} | {against} | {case} | {H} | {error} | {allowed} | {date} |")
+            allowed = "" if limit is None else f"{limit:.2g}" if float(error) <= limit else f"**{limit:.2g}**"
+            yield f"| {title} | {against} | {case} | {H} | {error} | {allowed} | {date} |"
             title = date = ""
-            promises += limit is not None
-            if not met:
-                missed.append(f"- {s.title}, against {against}: {error}, promised {limit:.2g} ({case})")
         if not rows:
-            lines.append(f"| {s.title} | not computed yet | | | | | |")
-    misses, figures = validation_figures.front()
+            yield f"| {s.title} | **not measured** | | | | | |"
+
+
+def _pages_of_their_own():
+    """A line that links the pages that no section makes."""
+    from tests import validation_figures
     known = {s.key for s in sections()} | set(validation_figures.pages())
-    others = sorted(path for path in PAGES.glob("*.md") if path.stem not in known)
-    links = "; ".join(f"[{path.read_text(encoding='utf-8').split(chr(10))[0].lstrip('# ')}](validation/{path.name})"
-                      for path in others)
-    return "\n".join([
-        FRONT_TEXT, f"Of {promises} promises on accuracy and those on speed and robustness these are missed:", "",
-        *(missed + misses or ["- none"]), "", "## Accuracy", "",
-        "| section | against | worst case | H | error | allowed | computed |", "|---|---|---|---|---|---|---|", *lines,
-        *(["", f"Pages of their own: {links}."] if links else []), "", figures, DISAGREEMENTS])
+    others = [path.stem for path in sorted(PAGES.glob("*.md")) if path.stem not in known]
+    return [f"Pages of their own: {_links(others)}.", ""] if others else []
+
+
+def _links(keys):
+    titles = {key: (PAGES / f"{key}.md").read_text(encoding="utf-8").split("\n")[0].lstrip("# ") for key in keys
+              if (PAGES / f"{key}.md").exists()}
+    return "; ".join(f"[{title}](validation/{key}.md)" for key, title in titles.items())
 
 
 FRONT_TEXT = """# Validation
 
-Made by `python -m tests.validation`, from the cases of the tests; not edited by hand. Each line is the **worst** row of
-its section against one kind of reference, as a relative error; the title leads to the page with all rows, its date, its
-versions and the source of the reference. *allowed* is what is promised; bold: the worst row exceeds it. Comparisons
-without a promise (fewer harmonics, coarser meshes) are on the pages.
+Made by `python -m tests.validation`, from the cases of the tests and the last run of the benchmarks; not edited by
+hand. Every promise stands below with what was measured; the link leads to the page with all rows, its date, its
+versions and the source of the reference. Where only the suite holds a promise, the link leads to its test.
 """
+
+SECTIONS_TEXT = """Each line is the **worst** row of a section against one kind of reference, as a relative error;
+*allowed* is the limit that the suite holds this page to, bold where the row exceeds it. Comparisons without a limit
+(fewer harmonics, coarser meshes) are on the pages."""
 
 DISAGREEMENTS = """## Where a reference and two of our own routes disagree
 
@@ -168,11 +207,15 @@ def main(arguments):
     if unknown:
         sys.exit(f"no section '{unknown.pop()}'; there are: {', '.join(s.key for s in chosen)}")
     for s in chosen:
-        if "--front" in arguments or (keys and s.key not in keys):
-            continue
-        print(s.key, flush=True)
-        rows = list(s.rows())
-        (PAGES / f"{s.key}.md").write_text(page(s, rows, made()), encoding="utf-8")
+        when, rows = s.when, []
+        if s.when is not None:                  # a benchmark's figures are only read
+            rows = list(s.rows())
+        elif "--front" in arguments or (keys and s.key not in keys):
+            when, rows = read_page(s.key) or ("never", [])
+        else:
+            print(s.key, flush=True)
+            when, rows = made(), list(s.rows())
+        (PAGES / f"{s.key}.md").write_text(page(s, rows, when), encoding="utf-8")
     from tests import validation_figures
     for key, text in validation_figures.pages().items():
         (PAGES / f"{key}.md").write_text(text, encoding="utf-8")

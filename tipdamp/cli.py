@@ -69,6 +69,11 @@ def _parser() -> argparse.ArgumentParser:
         verb.add_argument("--force", action="store_true", help="run even when nothing has changed")
         verb.add_argument("--quiet", action="store_true", help="no progress")
         verb.set_defaults(run=run)
+    export = verbs.add_parser("export", help="the reduced model of a study as .npz, .mat or Matrix Market")
+    export.add_argument("study", help="study file (.toml), reduced before")
+    export.add_argument("--out", help="results folder, as for the other verbs")
+    export.add_argument("--format", default="mtx", help="npz, mat or mtx (default)")
+    export.set_defaults(run=_export)
     doctor = verbs.add_parser("doctor", help="what is missing or wrong on this machine, with the repair")
     doctor.set_defaults(run=_doctor)
     keys = verbs.add_parser("keys", help="every key of a study file: unit, default, range and meaning")
@@ -80,6 +85,21 @@ def _keys(_) -> int:
     from tipdamp.keys import reference
 
     print(reference(), end="")
+    return 0
+
+
+def _export(arguments) -> int:
+    from hbm.exports import write_model
+    from hbm.model import ReducedModel
+    from tipdamp.stages import results_folder
+    from tipdamp.study import load_study
+
+    study = load_study(arguments.study)
+    store = results_folder(study, arguments.out)
+    if not store.path("model.npz").is_file():
+        raise InputError(f"{arguments.study}: nothing to export yet; run: tipdamp reduce {arguments.study}")
+    for path in write_model(ReducedModel.load(store.path("model.npz")), store.path("export"), arguments.format):
+        print(path)
     return 0
 
 

@@ -1,110 +1,116 @@
 """The two-blade rig's tuned set against time integration: at the peak and within 50 Hz of it, H = 1, 5 and 9.
 
-    tipdamp run docs/studies/two_blade_rig/asymmetric.toml --out RIG
-    OMP_NUM_THREADS=1 PYTHONPATH=. .venv/bin/python tests/benchmarks/hbm_truth_rig.py RIG [--levels 12 20 40]
+    OMP_NUM_THREADS=1 PYTHONPATH=. .venv/bin/python tests/benchmarks/hbm_truth_rig.py [--minutes 10] [--fresh]
 
-Every point starts the integration at its own displacement, velocity and sliders: pairs that stick all through keep
-their sliders where they are, so that there is a continuum of steady states, and each orbit has its own. H = 1 at the
-peak only. Modes above 50 times the excitation follow statically; at the peak the integration is repeated with 150
-times. The first output is compared, harmonic 1. The figures go to results/truth_rig.json beside this file; what is
-there is not computed again.
+Every H has its own curve; its points at the frequencies are solved on it, and each starts the integration at its own
+displacement, velocity and sliders: pairs that stick all through keep their sliders where they are, so that there is a
+continuum of steady states, and each orbit has its own. Where a curve passes a frequency several times, the largest
+amplitude is taken. Modes above 50 times the excitation follow statically; at the peak the integration is repeated with
+150 times. The first output is compared, harmonic 1.
+
+results/truth_rig.json beside this file, with day, versions and code. A run that was cut off, or stopped after
+--minutes, goes on where it stopped as long as the code of hbm is the same; with other code it refuses, and --fresh
+begins anew.
 """
 
 import argparse
 import json
 import time
-from pathlib import Path
 
 import numpy as np
 
 from hbm import continuation
 from hbm.comparison import compare
-from hbm.contact import ContactTable
-from hbm.laws import DryFriction2T
-from hbm.model import ReducedModel
 from hbm.residual import HarmonicBalance
-from hbm.response import contact_problem, follow_band
-from static_contact.carry import with_springs
-from tipdamp import jobs
-from tipdamp.study import load_study
+from hbm.response import follow_band
+from tests.benchmarks.record import RESULTS, fingerprint, made
+from tests.hbm.cases import rig
 
-AROUND = (-50.0, -35.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 35.0, 50.0)      # Hz from the peak
-STUDY = Path(__file__).parents[2] / "docs" / "studies" / "two_blade_rig" / "asymmetric.toml"
-RESULTS = Path(__file__).parent / "results" / "truth_rig.json"
-
-
-def rig(folder):
-    """(problem, force per newton, {name: row}) of the kept pairs of a run of the study."""
-    study = load_study(STUDY)
-    model, table = ReducedModel.load(folder / "model.npz"), ContactTable.load(folder / "kept.csv")
-    model = with_springs(model, table, jobs.declared_springs(study, table))
-    problem, _ = contact_problem(model, table.select(table.carrying), DryFriction2T(),
-                                 damping_ratio=jobs.ratio(study["respond"]["damping_ratio"]))
-    rows = jobs.outputs(study, model)
-    name = next(iter(rows))
-    return problem, jobs.excitation(study, model), {name: rows[name]}
+LEVELS, HARMONICS, BAND = (12.0, 20.0, 40.0), (5, 9, 1), (2300, 3300)
+AROUND = (0.0, -50.0, -35.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 35.0, 50.0)      # Hz from the peak at H = 5
+STORE = RESULTS / "truth_rig.json"
 
 
-def solve(problem, force, w, H, guess, H_guess):
-    """(balance, point) at H from the harmonics of another H."""
-    balance = HarmonicBalance(problem, {1: force}, H, "zero_slider")
-    x = np.zeros((balance.n_components, balance.nh))
-    n = min(balance.nh, 2 * H_guess + 1)
-    x[:, :n] = guess.reshape(len(x), -1)[:, :n]
-    return balance, continuation.solve_at(balance.evaluate, x.ravel(), w, balance.weights)
-
-
-def point_on(curve, problem, force, hz):
-    """(balance, point) of the curve (with contact motion) at a frequency, solved from the nearest point."""
-    i = int(np.abs(np.where(curve.converged, curve.frequency, np.inf) - hz).argmin())
+def on_curve(curve, problem, force, hz):
+    """(balance, point, passages) of a curve (with contact motion) at a frequency; point None where it has none."""
+    at = np.flatnonzero(curve.converged & (np.abs(curve.frequency - hz) < 1e-6))
+    if not len(at):
+        return None, None, 0
+    i = at[curve.amplitude("harmonic")[at, 0].argmax()]
     motion = curve.contact_motion[i].reshape(-1, curve.H + 1)
     x = np.empty((len(motion), 2 * curve.H + 1))
     x[:, 0], x[:, 1::2], x[:, 2::2] = motion[:, 0].real, motion[:, 1:].real, motion[:, 1:].imag
-    return solve(problem, force, 2 * np.pi * hz, curve.H, x, curve.H)
+    balance = HarmonicBalance(problem, {1: force}, curve.H, "zero_slider")
+    point = continuation.solve_at(balance.evaluate, x.ravel(), 2 * np.pi * hz, balance.weights)
+    return balance, point if point.converged else None, len(at)
 
 
-def against(problem, force, outputs, balance, point, **settings):
+def against(balance, point, row, **settings) -> dict:
     """Figures of one point of one H: amplitudes by harmonic balance and by integration from its own orbit."""
-    if not point.converged:
-        return {"said": "the harmonic balance did not converge"}
-    rows, began = np.array(list(outputs.values())), time.process_time()
-    c = compare(balance, point, rows, tolerance=1e-5, most_periods=500, **settings)
-    truth = abs(c.steady.harmonics[0, 1])
-    ours = abs((rows @ (balance.receptance.shapes @ point.detail.modal))[0, 1])
-    return {"balance": ours, "integration": truth, "error": ours / truth - 1, "periodic": c.steady.periodic,
-            "left": c.left, "said": c.said, "periods": c.steady.periods, "change": c.steady.period_change,
-            "seconds": time.process_time() - began}
+    began = time.process_time()
+    c = compare(balance, point, row[None], tolerance=1e-5, most_periods=500, **settings)
+    truth = float(abs(c.steady.harmonics[0, 1]))
+    ours = float(abs((row @ (balance.receptance.shapes @ point.detail.modal))[1]))
+    return {"balance": ours, "integration": truth, "error": ours / truth - 1, "periodic": bool(c.steady.periodic),
+            "left": bool(c.left), "unstable": bool(c.steady.multiplier > 1 + 1e-6), "said": c.said,
+            "periods": c.steady.periods, "change": float(c.steady.period_change),
+            "seconds": round(time.process_time() - began, 2)}
 
 
-def level(problem, force, Fe, outputs, rows, save):
-    """Fill rows {place: {H or 'masses to 150': figures}} of a level, those that are not there."""
-    curve = follow_band(problem, Fe * force, (2300, 3300), harmonics=5, outputs=outputs, contact=True)
-    peak, _ = curve.peak(curve.output_names[0], "harmonic")
-    for H in (5, 9, 1):
-        for step in (0.0, *AROUND) if H != 1 else (0.0,):
-            row = rows.setdefault(f"{step:+g} Hz", {"hz": peak + step})
-            if str(H) in row:
-                continue
-            middle, point = point_on(curve, problem, Fe * force, peak + step)
-            balance, point = (middle, point) if H == 5 else solve(
-                problem, Fe * force, point.parameter, H, point.x, 5)
-            row[str(H)] = against(problem, Fe * force, outputs, balance, point)
-            if H == 5 and step == 0:
-                row["5, masses to 150"] = against(problem, Fe * force, outputs, balance, point, massless_above=150.0)
-            print(Fe, step, H, row[str(H)], flush=True)
-            save()
+def at_place(curve, problem, force, hz, row, save):
+    """Fill what is to be known of one H at one frequency."""
+    balance, point, passages = on_curve(curve, problem, force, hz)
+    if point is None:
+        save({"said": f"no solution: {curve.ended}"})
+        return
+    found = against(balance, point, row) | {"passages": passages}
+    if curve.H == 5 and curve.peak(curve.output_names[0], "harmonic")[0] == hz:
+        found["masses_to_150"] = against(balance, point, row, massless_above=150.0)
+    save(found)
+
+
+def one_level(case, Fe, level, save, late):
+    """Fill level {"peak": Hz, "rows": {Hz from it: {H: figures}}}; False where it became too late."""
+    problem, force, outputs = case
+    name, row = next(iter(outputs.items()))
+    force = Fe * force
+    if "peak" not in level:
+        level["peak"] = follow_band(problem, force, BAND, harmonics=5, outputs=outputs).peak(name, "harmonic")[0]
+    rows = level.setdefault("rows", {f"{step:+g}": {} for step in AROUND})
+    for H in HARMONICS:
+        missing = [step for step in AROUND if str(H) not in rows[f"{step:+g}"]]
+        if not missing:
+            continue
+        curve = follow_band(problem, force, BAND, harmonics=H, outputs={name: row}, contact=True,
+                            at=level["peak"] + np.array(missing))
+        for step in missing:
+            if late():
+                return False
+            def put(figures, at=rows[f"{step:+g}"], H=H):
+                at[str(H)] = figures
+                save()
+            at_place(curve, problem, force, level["peak"] + step, row, put)
+            print(Fe, step, H, rows[f"{step:+g}"][str(H)], flush=True)
+    return True
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("rig", type=Path)
-    parser.add_argument("--levels", type=float, nargs="+", default=[12.0, 20.0, 40.0])
+    parser.add_argument("--levels", type=float, nargs="+", default=LEVELS)
+    parser.add_argument("--minutes", type=float, default=np.inf, help="stop after so many, to go on in another call")
+    parser.add_argument("--fresh", action="store_true", help="begin anew")
     arguments = parser.parse_args()
-    problem, force, outputs = rig(arguments.rig)
-    figures = json.loads(RESULTS.read_text()) if RESULTS.is_file() else {}
+    figures = json.loads(STORE.read_text()) if STORE.is_file() and not arguments.fresh else made() | {
+        "code": fingerprint("hbm"), "levels": {}}
+    if figures.get("code") != fingerprint("hbm"):
+        parser.error(f"{STORE.name} is of other code of hbm; --fresh begins anew")
+    began, case = time.monotonic(), rig()
     for Fe in arguments.levels:
-        rows = figures.setdefault(f"{Fe:g}", {})
-        level(problem, force, Fe, outputs, rows, lambda: RESULTS.write_text(json.dumps(figures, indent=1) + "\n"))
+        if not one_level(case, Fe, figures["levels"].setdefault(f"{Fe:g}", {}),
+                         lambda: STORE.write_text(json.dumps(figures, indent=1) + "\n"),
+                         lambda: time.monotonic() - began > 60 * arguments.minutes):
+            print("stopped; the next call goes on")
+            break
 
 
 if __name__ == "__main__":

@@ -2,11 +2,13 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
 from hbm import continuation, fourier
 from hbm.laws import DryFriction2T, Jenkins1D, PairSettings, UnilateralSpring
+from hbm.linear import describe_motion
 from hbm.residual import ContactProblem, HarmonicBalance
 from hbm.solutions import first_point
 
@@ -56,7 +58,8 @@ def rig(roll=True):
     """(problem, force per newton, outputs) of the two-blade rig with its tuned set of 18 pairs, in stuck modes.
 
     Made by docs/studies/two_blade_rig, asymmetric damper, and reduced once more, exactly, to the 651 modes of the stuck
-    system: K is what is left of the unit matrix without the stuck springs. `roll` : whether the flat resists to roll.
+    system: K is what is left of the unit matrix without the stuck springs (tests/reference/hbm/README.md).
+    roll : whether the flat resists to roll.
     """
     d = np.load(REFERENCE / "model_rig.npz")
     pairs = PairSettings(d["kn"], d["kt"], d["mu"], d["preload"])
@@ -64,7 +67,13 @@ def rig(roll=True):
     K = np.eye(B.shape[1]) - (B.T * law.stuck_stiffness(pairs).ravel()) @ B
     if not roll:
         K -= d["roll"].T @ d["roll"]
-    return ContactProblem(np.diag(d["mass"]), None, K, B, law, pairs, damping_ratio=0.022), d["force"], \
+    nodes = SimpleNamespace(**{name: d[name] for name in ("body", "node", "direction", "position")})
+    rows = d["motion"].astype(float)
+
+    def describe(motion):
+        return describe_motion(nodes, rows @ motion)
+    problem = ContactProblem(np.diag(d["mass"]), None, K, B, law, pairs, damping_ratio=0.022, describe=describe)
+    return problem, d["force"], \
         dict(zip(d["names"].tolist(), d["outputs"], strict=True))
 
 

@@ -151,6 +151,43 @@ def eigh_of_one(eigh):
     return only
 
 
+def beam_matrices(n):
+    """Bernoulli beam of n elements, free at both ends: deflection and rotation of each node."""
+    h, K = 1 / n, np.zeros((2 * n + 2,) * 2)
+    k = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+                  [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]]) / h**3
+    for i in range(n):
+        K[2 * i:2 * i + 4, 2 * i:2 * i + 4] += k
+    return K
+
+
+@pytest.mark.parametrize("elements", [24, 384, 768])
+def test_a_slender_body_that_is_clamped_is_held_and_a_free_one_is_not(elements):
+    """The softest motion of the clamped beam of 768 elements stores 1.5e-12 of its stiffness, rounding 4e-16."""
+    K = beam_matrices(elements)
+    linear._check_held(K[2:, 2:], None)
+    for free in (K, K[1:, 1:], np.delete(np.delete(K, 1, 0), 1, 1)):
+        with pytest.raises(InputError, match="held by nothing even when every pair sticks: mostly dof"):
+            linear._check_held(free, None)
+
+
+def test_motions_in_words():
+    """A turn about the axis with a little noise, a slide, and a motion that deforms; no minus in front of a zero."""
+    x = MODEL.position[MODEL.body == "damper"]
+    axis = np.tile([0, 1, 2], len(x) // 3)
+    motion = np.zeros(MODEL.size)
+    noise = 1e-3 * np.cross([0, -1.0, -1.0], x - x.mean(axis=0))
+    turn = np.cross([1.0, 0, 0], x - x.mean(axis=0)) + noise
+    motion[MODEL.body == "damper"] = turn[np.arange(len(x)), axis]
+    said = linear.describe_motion(MODEL, motion)
+    assert str(said) == "body 'damper' rotates about (1.00, 0.00, 0.00)" and said.rigid and said.turns
+    motion[MODEL.body == "damper"] = np.array([0, 1.0, -1e-4])[axis]
+    said = linear.describe_motion(MODEL, motion)
+    assert str(said) == "body 'damper' slides along (0.00, 1.00, 0.00)" and said.rigid and not said.turns
+    motion[MODEL.body == "damper"] = (x[:, 0] ** 2)[:] * (axis == 2)
+    assert not linear.describe_motion(MODEL, motion).rigid
+
+
 def test_a_record_whose_mass_is_negative_is_refused():
     """Found with the modes of the stuck system: the one fault that their computation shows first."""
     with pytest.raises(InputError, match=r"M is not positive: a motion mostly of dof \d+ has negative mass"):

@@ -181,3 +181,16 @@ def test_residual_calls_and_points_of_the_rig():
     problem, force, outputs = rig()
     curve = follow_band(problem, 20 * force, (2300, 3300), harmonics=5, outputs=outputs)
     assert curve.complete and curve.residual_calls <= 3 * len(curve.frequency) and len(curve.frequency) <= 300
+
+
+@pytest.mark.parametrize("H", [1, 3])
+def test_the_damper_of_the_rig_rolls_at_40_newton_where_nothing_resists(H):
+    """With the flat's roll stiffness the curve is complete; without it it ends in words: the damper lies along y."""
+    problem, force, outputs = rig(roll=True)
+    held = follow_band(problem, 40 * force, (2300, 3300), harmonics=H, outputs=outputs)
+    assert held.complete and held.converged.all() and "rolls" not in held.ended
+    problem, force, outputs = rig(roll=False)
+    free = follow_band(problem, 40 * force, (2300, 3300), harmonics=H, outputs=outputs)
+    assert not free.complete and len(free.frequency) < 300
+    assert "the damper rolls (body 'damper' rotates about (0.00, 1.00, 0.00))" in free.ended
+    assert "no periodic state exists there" in free.ended

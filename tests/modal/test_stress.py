@@ -1,8 +1,11 @@
 """Stresses at the nodes: exact where theory is linear in space, on every cell type, and from a reduced model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hbm.errors import InputError
 from modal.cells import CELLS
 from modal.craig_bampton import craig_bampton
 from modal.elasticity import Material, elastic_body
@@ -42,6 +45,20 @@ def test_pure_bending_is_exact_at_second_order(tmp_path, hexahedra):
     assert von_mises(stress) == pytest.approx(STEEL.E * c * z, abs=1e-6 * largest)
 
 
+@pytest.mark.parametrize("kind", ["hexahedron", "tetra10", "wedge15"])
+def test_two_materials_in_a_row_carry_one_stress(kind):
+    """nu = 0: sigma_xx is the same on both sides of the joint, where the strain jumps as 1 / E."""
+    mesh = block(kind)
+    soft, stiff = Material(1e9, 0.0, 1.0), Material(4e9, 0.0, 1.0)
+    x, middle = mesh.position[:, 0], mesh.position[:, 0].max() / 2
+    right = {k: mesh.position[c][..., 0].mean(axis=1) > middle for k, c in mesh.cells.items()}
+    mesh = replace(mesh, cell_groups={"right": np.concatenate([mesh.number[k][m] for k, m in right.items()])})
+    u = np.zeros((len(x), 3))
+    u[:, 0] = 1e6 * (np.minimum(x, middle) / soft.E + np.maximum(x - middle, 0) / stiff.E)
+    found = nodal_stress(mesh, soft, u, {"right": stiff})
+    assert found == pytest.approx(np.outer(np.ones(len(x)), [1e6, 0, 0, 0, 0, 0]), abs=1e-3)
+
+
 def test_von_mises_of_pure_shear():
     """sqrt(3) tau."""
     assert von_mises(np.array([[0, 0, 0, 2.0, 0, 0]])) == pytest.approx([2 * np.sqrt(3)])
@@ -62,7 +79,10 @@ def test_tension_recovered_from_a_reduced_model(bar):
     found = {}
     for name, masters, loads in (("masters", tip, ()), ("interior", bar.node[middle][:4], [(tip, force)])):
         reduction = craig_bampton(body, masters, 4, loads=loads)
-        u = reduction.recover(np.linalg.solve(reduction.model.K, reduction.condense(tip, force)))
-        found[name] = nodal_stress(bar, STEEL, u)
+        q = np.linalg.solve(reduction.model.K, reduction.condense(tip, force))
+        found[name] = reduction.stress(q, bar, STEEL)
+        assert np.array_equal(found[name], nodal_stress(bar, STEEL, reduction.recover(q)))
         assert found[name][middle, 0] == pytest.approx(np.full(middle.sum(), 1e6), rel=2e-3)
     assert np.abs(found["interior"] - found["masters"]).max() < 1e-6 * 1e6
+    with pytest.raises(InputError, match="is not the one that it was made of"):
+        reduction.stress(q, block("hexahedron"), STEEL)

@@ -16,9 +16,11 @@ pytest.importorskip("petsc4py")
 from hbm.contact import ContactTable  # noqa: E402
 from hbm.errors import InputError  # noqa: E402
 from hbm.model import ReducedModel  # noqa: E402
+from static_contact.complementarity import NotHeld  # noqa: E402
 from static_contact.newton import full_preload  # noqa: E402
 from static_contact.preload import StaticContact  # noqa: E402
 from static_contact.shares import own_rows, shared_bodies  # noqa: E402
+from tests.static_contact.corner import SHARES, corner, pulls, random_pairs  # noqa: E402
 from tests.static_contact.full_route import crown, parts, solve, stuck_hz, with_hard_pairs  # noqa: E402
 from tests.static_contact.full_route import rig as rig_parts  # noqa: E402
 from tipdamp import bodies, stiffness  # noqa: E402
@@ -57,6 +59,23 @@ def test_same_preload_with_hard_pairs(rig_results, hard_alone):
     found = StaticContact(model, pairs).solve(113 * model.loads["pull"], gap=crown(pairs))
     assert ((found.force > 0) == (hard_alone.force > 0)).all() and (hard_alone.force == 0).sum() > 5
     assert hard_alone.pairs.preload == pytest.approx(found.pairs.preload, abs=1e-8 * found.force.max())
+
+
+@pytest.mark.parametrize("name", SHARES)
+def test_random_corners_by_both_routes(name):
+    """Pairs that face two ways, random gaps, every third case hard: where Newton alone cycles, or meets a set that
+    holds nothing, the full route goes on as the condensed one does. Forces to 1e-7 of the largest."""
+    both, reduced, model, pairs = corner()
+    full, load = pulls(both, reduced, name)
+    random = np.random.default_rng(0)
+    for i in range(40):
+        case = random_pairs(pairs, random, hard=i % 3 == 0)
+        found = StaticContact(model, case).solve(load)
+        other = full_preload(both, case, {"damper": full})
+        assert other.force == pytest.approx(found.force, abs=1e-7 * found.force.max()), i
+    for kn in (1e6, np.inf):
+        with pytest.raises(NotHeld, match="do not hold the damper"):
+            full_preload(both, case.replace(kn=np.full(len(case), kn)), {"damper": -full})
 
 
 def test_rows_of_a_share_are_those_of_the_whole(rig):

@@ -1,0 +1,237 @@
+"""Everything that was promised of hbm and of the statics, one row each: what is asked, what was measured, whether held.
+
+A row takes its figure from the pages of rows or from results/ of tests/benchmarks; without either it says "not
+measured". What only the suite holds names its test file.
+"""
+
+from dataclasses import dataclass
+
+from tests.benchmarks.hbm_truth_robustness import stored, summary
+from tests.benchmarks.record import recorded
+
+NOT_MEASURED = "not measured"
+NOTHING_HOLDS = "a mean motion is held by nothing"    # "the damper rolls" where the model names its bodies
+
+
+@dataclass(frozen=True)
+class Target:
+    """what, asked : the promise; measured : the figure; held : True, False, or None where nothing was asked or
+    measured; page : key of the page, or a path of the project
+    """
+
+    what: str
+    asked: str
+    measured: str
+    held: bool | None
+    page: str
+
+
+def worst(keys, against, exactly=False):
+    """(error, case, H) of the worst row of some pages against some kind of reference; None where there is none."""
+    from tests.validation import read_page
+    rows = [row for key in keys.split() for row in (read_page(key) or ("", []))[1]
+            if (row[5] == against if exactly else row[5].startswith(against))]
+    bad = [row for row in rows if row[4] == "nan"]
+    return max(((float(row[4]), row[0], row[1]) for row in bad or rows), default=None)
+
+
+def accuracy(what, asked, keys, against, limit, exactly=False) -> Target:
+    found = worst(keys, against, exactly)
+    if found is None:
+        return Target(what, asked, NOT_MEASURED, None, keys.split()[0])
+    error, case, H = found
+    return Target(what, asked, f"{error:.1e} ({case}{f', H = {H}' if H else ''})",
+                  None if limit is None else bool(error <= limit), keys.split()[0])
+
+
+def figure(what, asked, value, bound, page, layout=".3g", unit="", least=False) -> Target:
+    """A benchmark's figure against its bound; value None: not measured; bound None: reported."""
+    if bound is not None:
+        asked = f"at {'least' if least else 'most'} {asked}"
+    if value is None:
+        return Target(what, asked, NOT_MEASURED, None, page)
+    held = None if bound is None else bool(value >= bound if least else value <= bound)
+    return Target(what, asked, f"{value:{layout}}{unit}", held, page)
+
+
+def suite(what, asked, path) -> Target:
+    return Target(what, asked, "held by the suite", True, path)
+
+
+def hbm() -> list[Target]:
+    return [*reference_targets(), *rig_targets(), *robustness_targets(), *speed_targets()]
+
+
+def reference_targets():
+    tables = "table at equal H"
+    yield accuracy("A, C, D: tables at equal H", "5e-6", "a c d", tables, 5e-6, exactly=True)
+    yield accuracy("D1 at Om = 1.5: table, dof that moves more", "4e-5", "d", f"{tables}, Om = 1.5, larger", 4e-5)
+    yield accuracy("D1 at Om = 1.5: table, the other dof (the table is off, see below)", "4e-5", "d",
+                   f"{tables}, Om = 1.5, smaller", 4e-5)
+    yield accuracy("closed forms", "1e-9", "a c", "closed form", 1e-9)
+    for H in (20, 31, 40):
+        yield accuracy(f"exact orbits, H = {H}", "5e-6", "a c d", f"exact orbit, H = {H}", 5e-6)
+    yield accuracy("exact orbits, H = 5", "0.05 %", "a c d", "exact orbit, H = 5", 5e-4)
+    yield accuracy("C1 at Om = 1.15: solutions on one curve", "three", "c", "number of solutions", 0.0)
+    yield accuracy("B1 falls as kt^-1/2: error of the exponent", "to be reported", "b", "kt^-1/2", None)
+    yield accuracy("E1, coupled friction, 256 samples, of the limit force", "1e-3", "e",
+                   "ODE, per limit force, 256", 1e-3)
+    yield accuracy("change between 64 and 1024 samples, of the largest harmonic", "1e-6", "samples", "1024", 1e-6)
+    yield accuracy("planar oscillator: tables, H = 1, 3, 5, 9", "0.02 %", "oscillator", tables, 2e-4)
+    yield accuracy("planar oscillator: time integration, H = 9", "0.15 %", "oscillator", "time integration", 1.5e-3)
+    yield accuracy("planar oscillator: amplitude of the peaks", "0.05 %", "oscillator", "peak", 5e-4)
+    yield accuracy("planar oscillator: frequency of the peaks", "0.1 Hz of 163", "oscillator", "frequency", 0.1 / 163)
+    yield accuracy("frictional beam: tables at equal H", "1e-5", "beam", tables, 1e-5)
+    yield accuracy("frictional beam: share of points that failed, any curve", "none", "beam", "complete curve", 0.0)
+    yield accuracy("light contact nodes in time integration, C1 and D1", "stated", "contact_nodes", "exact orbit", None)
+
+
+def rig_targets():
+    rows = (recorded("rig") or {}).get("rows", ())
+    for roll, label in ((True, "with roll stiffness: complete"),
+                        (False, "without: complete, or what nothing holds is said")):
+        these = [r for r in rows if r["roll"] == roll]
+        good = [r for r in these if r["complete"] or (not roll and NOTHING_HOLDS in r["ended"])]
+        said = sum(not r["complete"] for r in good)
+        yield Target(f"rig's curves {label}", f"all {len(these) or 24}", f"{len(good)} of {len(these)}" + (
+            f", {said} of them by saying so" if said else "") if these else NOT_MEASURED,
+            len(good) == len(these) if these else None, "rig")
+    for Fe in (12, 20):
+        for kind, H, asked, limit in (("at the peak", 5, "0.3 %", 3e-3), ("within 50 Hz of it", 5, "1.5 %", 1.5e-2),
+                                      ("at the peak", 9, "0.5 %", 5e-3), ("within 50 Hz of it", 9, "0.5 %", 5e-3)):
+            yield accuracy(f"rig against time integration, {Fe} N, H = {H}, {kind}", asked, "rig_truth",
+                           f"time integration {kind}, {Fe} N, H = {H}", limit, exactly=True)
+    for Fe, H in ((12, 1), (20, 1), (40, 1), (40, 5), (40, 9)):
+        yield accuracy(f"rig against time integration, {Fe} N, H = {H}, at the peak", "to be reported", "rig_truth",
+                       f"time integration at the peak, {Fe} N, H = {H}", None, exactly=True)
+
+
+def robustness_targets():
+    r = recorded("robustness")
+    yield figure("random oscillators complete, of 200", "198", r and r["complete"], 198, "robustness", least=True)
+    yield figure("of these one branch from end to end", "to be reported", r and r["one_branch"], None, "robustness")
+    header, rows = stored()
+    if header is None:
+        yield Target("5 % of their points against time integration", "0.5 %", NOT_MEASURED, None, "robustness_truth")
+        return
+    s = summary(rows)
+    for kind in ("stable", "unstable"):
+        n, agree = s["states"][kind], s["agree"][kind]
+        yield Target(f"5 % of their points against time integration: {kind} orbits within 0.5 %", f"all {n}",
+                     f"{agree} of {n}, worst {s['worst'][kind] or 0:.1e}", agree == n, "robustness_truth")
+    rest = {k: v for k, v in s["states"].items() if k not in ("stable", "unstable")}
+    yield Target("the points that could not be compared", "listed",
+                 ", ".join(f"{v} {k}" for k, v in rest.items()) + f", of {s['points']}", None, "robustness_truth")
+    yield figure("oscillators whose points were drawn", "200", s["oscillators"], 200, "robustness_truth", least=True)
+
+
+def speed_targets():
+    found = recorded("speed") or {}
+    rows = {(r["case"], r["H"]): r for r in found.get("rows", ())}
+
+    def ratio(case):
+        r = rows.get((case, 7), {})
+        return r["peer_ms"] / r["ms"] if r.get("peer_ms") else None
+
+    def ms(case):
+        return rows.get((case, 7), {}).get("ms")
+
+    rig = recorded("rig") or {}
+    forty = next((r["ms"] for r in rig.get("rows", ()) if r["roll"] and (r["Fe"], r["H"]) == (40, 5)), None)
+    yield figure("B8, H = 7: times faster than pyHarm-os", "10", ratio("B8, 20 N"), 10, "speed", least=True)
+    yield figure("the same with 32 contacts", "20", ratio("B8 with 32 contacts, 20 N"), 20, "speed", least=True)
+    for level in (40, 200):
+        yield figure(f"C8, {level} N, H = 7", "6 ms a point", ms(f"C8, {level} N"), 6, "speed", unit=" ms")
+    yield figure("rig, H = 5, mean of 1, 6, 10, 12 and 20 N", "5 ms a point", rig.get("mean_ms_H5"), 5, "rig",
+                 unit=" ms")
+    yield figure("rig, H = 5, 40 N", "20 ms a point", forty, 20, "rig", unit=" ms")
+    curves = [*rows.values(), *(r for r in rig.get("rows", ()) if r["roll"]), *rig.get("beam", ())]
+    yield figure("residual calls a point, most of all curves of beam and rig", "3",
+                 max((r["calls"] for r in curves), default=None), 3, "rig")
+    yield figure("points of a curve, most of these", "300", max((r["points"] for r in curves), default=None), 300,
+                 "rig", layout="d")
+    r = recorded("robustness")
+    yield figure("residual calls a point over all random oscillators", "3", r and r["residual_calls_per_point"], 3,
+                 "robustness")
+    sizes = found.get("growth_held_sizes", [8, 256])
+    yield figure(f"exponent of the time per point, {sizes[0]} to {sizes[-1]} contacts, 8 slip, 1-D", "1.3",
+                 found.get("growth_held"), 1.3, "speed")
+    sizes = found.get("growth_eighth_sizes", [8, 128])
+    yield figure(f"the same with one in eight slipping, 3-D, {sizes[0]} to {sizes[-1]}", "to be reported",
+                 found.get("growth_eighth"), None, "speed")
+    yield figure(f"{found.get('memory_contacts', 256)} contacts in 3-D, H = 7", "1 GiB", found.get("memory_GiB"), 1,
+                 "speed", unit=" GiB")
+    yield figure("first curve in a fresh process, kernels compiled before", "3 s", found.get("first_curve_warm_s"), 3,
+                 "speed", unit=" s")
+    yield figure("the same with nothing compiled", "30 s", found.get("first_curve_cold_s"), 30, "speed", unit=" s")
+    these = rig.get("damping", ())
+    yield figure("rig with a damping matrix that couples the modes: times the modal one", "to be reported",
+                 these[-1]["ms"] / these[0]["ms"] if these else None, None, "damping")
+
+
+def statics() -> list[Target]:
+    return [*static_accuracy(), *static_cost()]
+
+
+def static_accuracy():
+    yield accuracy("ten stiffness cases, in their tolerances", "1", "stiffness", "case", 1.0)
+    yield suite("limits continuous to 1e-6, dP/d(delta) = K(a) to 1e-10", "1e-6, 1e-10",
+                "tests/static_contact/test_halfspace_punch.py")
+    yield suite("rectangles, length/width 1 to 5000", "1e-5", "tests/static_contact/test_halfspace_rectangle.py")
+    yield accuracy("F1, F2: forces", "1e-8", "f", "closed form", 1e-8)
+    yield accuracy("F1, F2: same detached set", "same", "f", "detached set", 0.0)
+    yield accuracy("G1", "1e-8", "reduction", "table", 1e-8)
+    yield accuracy("G1: bound of the reduction error falls short by", "never", "reduction", "bound", 1e-10)
+    yield accuracy("rig, every stuck mode below 5 kHz: the bound falls short by", "never", "stuck_bound", "bound", 0.0)
+    yield accuracy("H1: frequencies and tuning", "1e-6", "h", "table", 1e-6)
+    yield accuracy("5 000 random beams: same set", "all", "random_beams", "detached set", 0.0)
+    yield accuracy("5 000 random beams: forces", "1e-8", "random_beams", "Macaulay", 1e-8)
+    r = recorded("random_bodies")
+    yield Target("modes missed in 500 random bodies", "none", f"{r['missed']} in {r['bodies']}" if r else NOT_MEASURED,
+                 r["missed"] == 0 and r["bodies"] >= 500 if r else None, "missed")
+    yield accuracy("Hertz: peak and half width, 16 elements and more", "0.5 %", "hertz", "Hertz, 16", 5e-3)
+    yield accuracy("NAFEMS FV32", "0.1 %", "fv32", "published", 1e-3, exactly=True)
+    yield accuracy("NAFEMS FV52", "0.1 %", "fv52", "exact", 1e-3, exactly=True)
+    yield accuracy("CalculiX, same mesh: modes", "1e-6", "calculix_modes", "CalculiX", 1e-6)
+    yield accuracy("CalculiX, same mesh: preload, of the pull", "1e-4", "calculix_preload", "CalculiX", 1e-4)
+    yield accuracy("CalculiX, same mesh: detached set", "same", "calculix_preload", "detached set", 0.0)
+    yield accuracy("1, 2 and 4 ranks: preloads and frequencies", "1e-9", "mpi_ranks", "one rank", 1e-9)
+
+
+def static_cost():
+    p, m = recorded("calculix") or {}, recorded("calculix_modes") or {}
+    size = f"{p['dofs']} dofs" if p else "100k dofs"
+    yield figure(f"preload, {size}: times faster than CalculiX", "4",
+                 p["ccx_s"] / (p["prepared_s"] + p["each_s"]) if p else None, 4, "calculix_preload", least=True)
+    yield figure("each further load case", "20 ms", 1e3 * p["each_s"] if p else None, 20, "calculix_preload",
+                 unit=" ms")
+    size = f"{m['dofs']} dofs" if m else "100k dofs"
+    yield figure(f"20 modes, {size}: times faster than CalculiX", "5", m.get("ratio"), 5, "calculix_modes", least=True)
+    c = recorded("cost_floor") or {}
+    yield figure("assembly, reduction and preload, of their floor", "1.3 times", c.get("ratio"), 1.3, "cost_floor",
+                 unit=" times")
+    g = (recorded("growth") or {}).get("rows", ())
+    largest = max(g, key=lambda r: r["dofs"], default=None)
+    if largest is None or largest["dofs"] < 290_000:
+        reached = f" (only up to {largest['dofs']} dofs)" if largest else ""
+        yield Target("300k dofs: largest memory", "8 GiB", NOT_MEASURED + reached, None, "growth")
+    else:
+        yield figure(f"{largest['dofs']} dofs: largest memory", "8 GiB", largest["peak_GiB"], 8, "growth", unit=" GiB")
+
+
+def lines(targets) -> list[str]:
+    """Markdown table of targets; what is not held is bold and says so."""
+    said = {True: "yes", False: "**NO**", None: ""}
+    out = ["| target | asked | measured | held |", "|---|---|---|---|"]
+    for t in targets:
+        link = f"../{t.page}" if "/" in t.page else f"validation/{t.page}.md"
+        measured = f"**{t.measured}**" if t.held is False or t.measured.startswith(NOT_MEASURED) else t.measured
+        out.append(f"| [{t.what}]({link}) | {t.asked} | {measured} | {said[t.held]} |")
+    return [*out, ""]
+
+
+def short(targets) -> list[str]:
+    """A line for each target that is missed or was not measured."""
+    missed = [f"- **missed**: {t.what}: {t.measured}; asked: {t.asked}" for t in targets if t.held is False]
+    return missed + [f"- {t.measured}: {t.what}; asked: {t.asked}" for t in targets if
+                     t.measured.startswith(NOT_MEASURED)]
