@@ -6,8 +6,8 @@
 
 A section is a page of rows (case, H or '', ours, reference, relative error, against); its worst row for each kind of
 reference goes to the front page beside what is allowed. Sections live with their tests: the modules of MODULES hold
-them. Benchmarks (all: `python -m tests.benchmarks`) write figures into results/; `tests/validation_figures.py` makes their
-pages, `tests/validation_targets.py` the front page's table of everything that was promised.
+them. Benchmarks (all: `python -m tests.benchmarks`) write figures into results/; `tests/validation_figures.py` makes
+their pages, `tests/validation_targets.py` the front page's table of everything that was promised.
 """
 
 import datetime
