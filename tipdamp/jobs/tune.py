@@ -6,7 +6,7 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.truncation import Truncation
-from static_contact.carry import carry_scaled, carry_tangential, spring_rows
+from static_contact.carry import balancing_forces, carry_scaled, carry_tangential, spring_rows
 from static_contact.detachment import Detachment, StuckAssembly, detach_until, keep_stations
 from static_contact.reduction_error import stuck_error_bound
 from tipdamp import bodies, friction, loads, pictures
@@ -106,6 +106,9 @@ def kept_pairs(study, model, whole, found, tangential=None):
         kept = preload_map(result, found.pairs)
     else:
         carrying = np.flatnonzero(found.pairs.carrying)
+        if tangential is not None:
+            forces = balancing_forces(whole, found.pairs.select(carrying), tangential, pull(study),
+                                      study.driver["axis"])
         done = carry_scaled(whole, found.pairs.select(carrying), forces, study.driver["axis"])
         preload = found.pairs.preload.copy()
         preload[carrying] = done.pairs.preload
