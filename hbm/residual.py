@@ -6,6 +6,7 @@ G is the receptance of the stuck system at the pairs and the bracket is that of 
 `linearisation`.
 """
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -93,6 +94,7 @@ class HarmonicBalance:
 
     def __init__(self, problem: ContactProblem, forces: dict, H: int, start="zero_slider", samples: int | None = None):
         law, pairs = problem.law, problem.pairs
+        self.forces, self.given_start = forces, start
         self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
         self.n_components = len(pairs) * self.nd
         self.start = aft.slider_start(start, len(pairs), law.tangents)
@@ -116,10 +118,10 @@ class HarmonicBalance:
             push = -self.shapes.reshape(len(pairs), self.nd, m)[:, -1].T @ pairs.preload
         return static, push
 
-    def linear(self, w: float) -> np.ndarray:
-        """x of the stuck system, the solution when no bracket acts."""
+    def linear(self, w: float, level: float = 1.0) -> np.ndarray:
+        """x of the stuck system at a force level, the solution when no bracket acts."""
         factors = self._factors(w)[0]
-        return fourier.to_real(self.shapes @ (factors * self.force_at(1.0))).ravel()
+        return fourier.to_real(self.shapes @ (factors * self.force_at(level))).ravel()
 
     def _factors(self, w):
         return self.receptance.factors(w * np.arange(self.H + 1))
@@ -156,14 +158,29 @@ class HarmonicBalance:
         by_parameter = -fourier.to_real(both[:, self.H + 1:]).ravel()
         return Linearisation(x, residual, by_parameter, bracket, modal, self, d, w, rate)
 
+    def scaled(self, name, value):
+        """The balance with the force ('level') or a setting of every pair times a value."""
+        if name == "level":
+            other = copy(self)
+            other.force = value * self.force
+            return other
+        problem = replace(self.problem, pairs=self._scaled_pairs(name, value))
+        if name in ("preload", "mu"):
+            problem.__dict__["_receptance"] = self.receptance          # these do not change it
+        return HarmonicBalance(problem, self.forces, self.H, self.given_start, len(self.grid[0]) - 1)
+
+    def _scaled_pairs(self, name, factor):
+        p = self.problem
+        changed = {name: factor * getattr(p.pairs, name)}
+        if name == "kn" and not p.preloaded:
+            changed["preload"] = factor * p.pairs.preload          # -kn gap
+        return replace(p.pairs, **changed)
+
     def _bracket(self, u, by, factor):
         p = self.problem
         if by not in SETTINGS:
             return aft.evaluate(p.law, p.pairs, u, self.start, self.grid)
-        changed = {by: factor * getattr(p.pairs, by)}
-        if by == "kn" and not p.preloaded:
-            changed["preload"] = factor * p.pairs.preload          # -kn gap
-        pairs = replace(p.pairs, **changed)
+        pairs = self._scaled_pairs(by, factor)
         bracket = aft.evaluate(p.law, pairs, u, self.start, self.grid)
         if by not in ("kn", "kt"):
             return bracket
