@@ -9,7 +9,7 @@ from hbm import laws
 from hbm.contact import relative_motion
 from hbm.errors import InputError
 from hbm.linear import linear_response, stuck_receptance
-from hbm.response import ForcedResponse, forced_response
+from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
 from tests.hbm.small_rig import small_rig
 
 BAND = (900.0, 1800.0)       # holds the out-of-phase mode, 1347 Hz stuck
@@ -149,3 +149,26 @@ def test_bad_models_are_refused(rig):
         run((model, pairs, np.nan * tip), 1.0, outputs={"tip": tip})
     with pytest.raises(InputError, match="both"):
         stuck_receptance(model.M, 0 * model.K, model.K, 0.01)
+
+
+def test_a_largest_amplitude_at_the_border_of_the_band_is_told(rig, recwarn):
+    """The stuck resonance lies at 1347 Hz: a band below it ends on the slope."""
+    slope = run(rig, 1.0, (1000.0, 1300.0))
+    assert slope.at_border("tip")
+    with pytest.warns(UserWarning, match="peak of 'tip': .* border of the band, 1300 Hz"):
+        assert slope.peak("tip")[0] == 1300.0
+    recwarn.clear()
+    whole = run(rig, 1.0, (1000.0, 1500.0))
+    assert not whole.at_border("tip") and 1340 < whole.peak("tip")[0] < 1355 and not len(recwarn)
+
+
+def test_a_curve_over_the_level_is_read_by_level(rig, recwarn):
+    """At 1200 Hz: the largest amplitude is at the largest level, and each level has its own solution."""
+    model, pairs, tip = rig
+    problem, _ = contact_problem(model, pairs, LAW, damping_ratio=0.02)
+    curve = follow_parameter(problem, 20 * tip, 1200.0, "level", (0.05, 3.0), harmonics=1, outputs={"tip": tip}, at=[1.0])
+    assert curve.complete and curve.peak("tip")[0] == 3.0 and curve.at_border("tip") and not len(recwarn)
+    alone = follow_band(problem, 20 * tip, (1200.0, 1210.0), harmonics=1, outputs={"tip": tip})
+    for level, force in ((1.0, alone.harmonics[0]), (0.1, None)):
+        found = curve.solutions_at(level)
+        assert found.shape == (1, 1, 2) and (force is None or np.allclose(found[0], force, rtol=1e-8, atol=1e-15))
