@@ -93,8 +93,8 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
 
     modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
-    loads : [(node numbers, (n, 3) forces)] on interior nodes, of which the static shape is kept beside the modes: the
-    quasi-static response to them is then exact on the whole mesh, not only on the masters.
+    loads : [(node numbers, (n, 3) forces) or (d,) N on the free dofs], of which the static shape is kept beside the
+    modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
     Raises InputError when a master does not exist or is clamped, when the body's support is not as declared, and when
     a motion meets negative stiffness, as above the critical speed of a rotating body.
     """
@@ -187,7 +187,8 @@ def _with_load_modes(body, interior, factor, M_II, found, loads):
     """
     if not loads:
         return found.omega, found.phi
-    f = np.column_stack([nodal_load(body, *load)[interior] for load in loads])
+    f = np.column_stack([(load if isinstance(load, np.ndarray) else nodal_load(body, *load))[interior]
+                         for load in loads])
     Z = factor.solve(f)
     size = np.sqrt(np.einsum("ij,ij->j", Z, f))  # 0 for a load on master nodes alone
     Z, f = Z[:, size > 0] / size[size > 0], f[:, size > 0] / size[size > 0]

@@ -66,7 +66,7 @@ def rotating_rows():
 
 SECTIONS = (
     Section("reduction", "G1: Craig-Bampton of a bar and a beam", "omega of each mode, and the bound of its error. "
-            "Source: tests/reference/modal/G1.", reduction_rows, {"table": 1e-8, "bound": 1e-10}),
+            "Source: tests/reference/modal/G1.", reduction_rows, {"table": 1e-8, "bound": 0.0}),
     Section("fv32", "NAFEMS FV32: tapered membrane", "Hz; 27-node hexahedra, plane stress. Source: NAFEMS R0015.",
             membrane_rows, {"published": 1e-3, "published, coarser": 0.01}),
     Section("fv52", "NAFEMS FV52: solid square plate", "Hz; 27-node hexahedra, edge faces held in z and along "
@@ -76,4 +76,4 @@ SECTIONS = (
             "tests/benchmarks/random_bodies.py.", random_rows, {"none missed": 0.0},
             stored_when(recorded("random_bodies"))),
     Section("rotating", "Rotating cantilever", "omega sqrt(m L^4 / EI). Source: Wright et al. 1982.", rotating_rows,
-            {"published": 5e-3}))
+            {"published": 1e-3}))
