@@ -137,6 +137,28 @@ class ForcedResponse:
         found.sort(key=lambda place: place[0])
         return np.array([x for _, x in found]).reshape(-1, *X.shape[1:])
 
+    def compare(self, value: float, which: int | None = None, **settings):
+        """Comparison of a solution with time integration that starts on its orbit (see `hbm.comparison.compare`).
+
+            print(curve.compare(106.0).said)
+
+        value : as in `solutions_at`; which : the place there, needed where the curve has several solutions
+        settings : of `compare`. Raises InputError where there is no such solution, and in a curve from a file (there:
+        `hbm.comparison.compare_at`).
+        """
+        from hbm.comparison import compare
+        if self.passages is None:
+            raise InputError("compare: this curve comes from a file and knows no model; use hbm.comparison.compare_at")
+        there = self.solutions_at(value)
+        balance, points = self.passages.solved(value)
+        if which is None and len(points) > 1:
+            sizes = ", ".join(f"{a:.3g}" for a in amplitude(there, "harmonic").max(axis=1))
+            raise InputError(f"compare: the curve has {len(points)} solutions at {value:g}, of amplitude {sizes} m; "
+                             f"say which = 0 to {len(points) - 1}")
+        if not 0 <= (which or 0) < len(points) or not points[which or 0].converged:
+            raise InputError(f"compare: which = {which}: {len(points)} solutions of the curve are known at {value:g}")
+        return compare(balance, points[which or 0], self.passages.rows, **settings)
+
     @property
     def slipping_pairs(self) -> np.ndarray:
         """Indices of the pairs that slip or open anywhere in the band."""

@@ -185,7 +185,8 @@ def _curve(task, names, rows, first, last, at, contact, progress):
         tops = refine_peaks(evaluate, branch, recover, _noise(branch, rows, task.balance), weights, settings)
     curve = record(branch, task.balance, recover, names, task.balance.problem, task.start, task.parameter,
                    time.perf_counter() - task.began)
-    curve = replace(curve, tops=tops, passages=Passages(evaluate, branch, recover, scale, weights, settings))
+    curve = replace(curve, tops=tops, passages=Passages(evaluate, branch, rows, recover, scale, weights, settings,
+                                                          task.frozen_at))
     return replace(curve, **contact_harmonics(branch, task.balance)) if contact else curve
 
 

@@ -166,7 +166,8 @@ def test_a_curve_over_the_level_is_read_by_level(rig, recwarn):
     """At 1200 Hz: the largest amplitude is at the largest level, and each level has its own solution."""
     model, pairs, tip = rig
     problem, _ = contact_problem(model, pairs, LAW, damping_ratio=0.02)
-    curve = follow_parameter(problem, 20 * tip, 1200.0, "level", (0.05, 3.0), harmonics=1, outputs={"tip": tip}, at=[1.0])
+    curve = follow_parameter(problem, 20 * tip, 1200.0, "level", (0.05, 3.0), harmonics=1, outputs={"tip": tip},
+                             at=[1.0])
     assert curve.complete and curve.peak("tip")[0] == 3.0 and curve.at_border("tip") and not len(recwarn)
     alone = follow_band(problem, 20 * tip, (1200.0, 1210.0), harmonics=1, outputs={"tip": tip})
     for level, force in ((1.0, alone.harmonics[0]), (0.1, None)):
