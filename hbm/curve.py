@@ -269,7 +269,7 @@ def contact_harmonics(branch, balance):
 def explain(branch, problem, parameter) -> str:
     """Why the curve ends, where points failed or the branch was left, and the motion that no force holds."""
     ended, named = branch.sentence(parameter.named), parameter.named
-    good, failed = ([p for p in branch.points if p.converged is wanted] for wanted in (True, False))
+    good, failed = ([p for p in branch.points if p.converged == wanted] for wanted in (True, False))
     if not good:
         return ended
     if branch.outside is not None and branch.complete:
@@ -292,7 +292,8 @@ def _what_nothing_holds(last, problem) -> str:
     motion = q[:, 0].real
     named = problem.describe(motion) if problem.describe else None
     verb = "the damper rolls" if named and named.turns else "a mean motion is held by nothing"
-    return f"; {verb} ({named or mostly(motion)}): no periodic state exists there unless a stiffness holds that motion"
+    return (f"; {verb} ({named or mostly(motion)}): no periodic state exists there, give that motion a stiffness that "
+            "holds it")
 
 
 def parabola(s, y):

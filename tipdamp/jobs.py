@@ -17,7 +17,14 @@ from hbm.linear import linear_response
 from hbm.model import ReducedModel
 from hbm.response import contact_problem, follow_band
 from modal.truncation import Truncation
-from static_contact.carry import carry_scaled, carry_tangential, roll_springs, spring_rows, with_springs
+from static_contact.carry import (
+    balancing_forces,
+    carry_scaled,
+    carry_tangential,
+    roll_springs,
+    spring_rows,
+    with_springs,
+)
 from static_contact.detachment import Detachment, StuckAssembly, conserve_total, detach_until, keep_stations
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
@@ -324,6 +331,9 @@ def kept_pairs(study, model, whole, found, tangential=None):
         kept = preload_map(result, found.pairs)
     else:
         carrying = np.flatnonzero(found.pairs.carrying)
+        if tangential is not None:
+            forces = balancing_forces(whole, found.pairs.select(carrying), tangential, pull(study),
+                                      study.driver["axis"])
         done = carry_scaled(whole, found.pairs.select(carrying), forces, study.driver["axis"])
         preload = found.pairs.preload.copy()
         preload[carrying] = done.pairs.preload
