@@ -1,5 +1,6 @@
 """forced_response on a small two-blade rig: full stick to gross slip, limits with known answers, bad input."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from hbm import laws
 from hbm.contact import relative_motion
 from hbm.errors import InputError
 from hbm.linear import linear_response, stuck_receptance
+from hbm.model import ReducedModel
 from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
 from tests.hbm.small_rig import small_rig
 
@@ -173,3 +175,25 @@ def test_a_curve_over_the_level_is_read_by_level(rig, recwarn):
     for level, force in ((1.0, alone.harmonics[0]), (0.1, None)):
         found = curve.solutions_at(level)
         assert found.shape == (1, 1, 2) and (force is None or np.allclose(found[0], force, rtol=1e-8, atol=1e-15))
+
+
+def test_a_model_without_motion_along_the_normal_is_told(rig):
+    """Its normal load is constant: the law with a variable one gives what the constant load gives, and says so."""
+    model, pairs, tip = rig
+    keep = np.flatnonzero(model.direction == "x")
+    block = np.ix_(keep, keep)
+    only_x = ReducedModel.from_matrices(model.M[block], model.K[block] + 1e4 * np.eye(len(keep)), body=model.body[keep],
+                                        node=model.node[keep], direction=model.direction[keep],
+                                        position=model.position[keep])
+    with pytest.warns(UserWarning, match=rf"pair 1 \(left, station 0\) and {len(pairs) - 1} more: the model has no dof "
+                                         r"along the normal \(0, -0.82, 0.57\)"):
+        contact_problem(only_x, pairs, LAW, damping_ratio=0.02)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        contact_problem(only_x, pairs, laws.Jenkins1D(), damping_ratio=0.02)
+        contact_problem(model, pairs, LAW, damping_ratio=0.02)
+
+
+def test_a_body_that_is_not_there_is_named(rig):
+    with pytest.raises(InputError, match=r"no body 'blade' \(node 10\); did you mean 'blade\d'\? valid: blade1"):
+        rig[0].displacement_row("blade", 10, [0, 1, 0])
