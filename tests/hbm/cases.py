@@ -1,6 +1,7 @@
 """Reference cases of tests/reference/hbm as ContactProblems, and one-line solvers for them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -94,6 +95,20 @@ def rig(roll=True):
     problem = ContactProblem(np.diag(d["mass"]), None, K, B, law, pairs, damping_ratio=0.022, describe=describe)
     return problem, d["force"], \
         dict(zip(d["names"].tolist(), d["outputs"], strict=True))
+
+
+def with_damping_matrix(problem, dashpot=0.1):
+    """A problem with damping ratios, its damping as a matrix: the same, and a dashpot at a pair.
+
+    dashpot : at the first tangent of the first pair, its largest entry in units of that of the matrix; with 0 the
+        matrix is diagonal in the modes and no pencil is needed
+    """
+    R = problem.receptance()
+    inverse = np.linalg.inv(R.shapes)
+    C = inverse.T @ np.diag(2 * R.ratio * np.sqrt(R.mass * R.stiffness)) @ inverse
+    row = np.asarray(problem.B[[0]].todense() if hasattr(problem.B, "todense") else problem.B[[0]])
+    size = np.abs(C).max() / np.abs(row.T @ row).max()
+    return replace(problem, C=C + dashpot * size * row.T @ row, damping_ratio=None)
 
 
 def solve(problem, force, w, H, start="zero_slider", samples=None, guess=None):

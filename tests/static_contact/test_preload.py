@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
+from static_contact.friction import FrictionalContact
 from static_contact.pairing import join
 from static_contact.preload import StaticContact, preload
 from tests.benchmarks.preload_random_beams import compare
@@ -134,3 +135,6 @@ def test_loads_and_gaps_at_the_door(what, values, message):
     statics = StaticContact(beam(x, 5.0), supports(x, np.full(5, 1e6), np.zeros(5)))
     with pytest.raises(InputError, match=message):
         statics.solve(**{"load": np.ones(5), what: values})
+    given = {"load": np.ones(5), what: values}
+    with pytest.raises(InputError, match=message):
+        FrictionalContact(statics.model, statics.pairs).solve([given["load"]], gap=given.get("gap"))
