@@ -5,7 +5,8 @@ import numpy as np
 from hbm.errors import InputError
 from tipdamp import bodies, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.plausible import damping_warnings, distance_warnings, mesh_warnings
+from tipdamp.plausible import distance_warnings, first_frequency, mesh_warnings
+from tipdamp.stiffness import side_materials
 
 
 def describe_model(study, store) -> dict:
@@ -13,7 +14,7 @@ def describe_model(study, store) -> dict:
     model, pairs, facts = bodies.given_model(study)
     found = {"bodies": {b: {"dofs": int((model.body == b).sum())} for b in (BLADES, DAMPER)},
              "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts,
-             "warnings": [*damping_warnings(study)]}
+             "warnings": pair_checks.pull_warnings(pairs, study.driver["pull_direction"])}
     return _with_page(study, store, found, {}, pairs, pair_checks.places_in(model, pairs))
 
 
@@ -34,7 +35,8 @@ def describe_meshes(study, store, tick) -> dict:
             "groups_are": {k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
             "cell_groups": {k: len(v) for k, v in sorted(mesh.cell_groups.items())}, "not_read": list(mesh.unused)}
         warnings += mesh_warnings(study, body.name, mesh, body.mass().max())
-    content = {"bodies": found, "warnings": warnings + [*damping_warnings(study)]}
+    found[BLADES]["first_hz"] = first_frequency(study, meshes[BLADES])
+    content = {"bodies": found, "warnings": warnings}
     try:
         pairs = bodies.matched_pairs(study, meshes)
     except InputError as error:
@@ -45,7 +47,9 @@ def describe_meshes(study, store, tick) -> dict:
     if not study["contact"]["pairs"]:
         warnings += [*distance_warnings(study, pairs, meshes)]
     content = {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
-               "warnings": warnings + pair_checks.warnings(pairs, angles) + [*damping_warnings(study)]}
+               "side_moduli": side_materials(study, meshes, pairs, every=True),
+               "warnings": warnings + pair_checks.warnings(pairs, angles)
+               + pair_checks.pull_warnings(pairs, study.driver["pull_direction"])}
     places = {BLADES: meshes[BLADES].position[meshes[BLADES].index(pairs.blade_node)],
               DAMPER: meshes[DAMPER].position[meshes[DAMPER].index(pairs.damper_node)]}
     return _with_page(study, store, content, meshes, pairs, places, angles)
