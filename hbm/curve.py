@@ -10,6 +10,7 @@ from hbm.errors import InputError, nearest
 from hbm.linear import mostly
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
+RIPPLE = 1e-3          # a local maximum that stands out less, relative to its height, is none
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,9 @@ class ForcedResponse:
         taken up; between them there may be points solved one from the other, or none; empty where it is one branch
     contact_force, contact_motion : (n, P, nd, H+1) complex, N and m - of each pair in the order of the law,
         the force of the damper on the blade and the relative motion that makes it; empty unless asked for
+    tops : (n, m) bool, the points solved at a local maximum of half peak to peak of an output; empty in a curve made
+        otherwise
+    passages : function of a value of the parameter that solves the passages of the curve there; None from a file
     """
 
     frequency: np.ndarray
@@ -52,16 +56,12 @@ class ForcedResponse:
     leaps: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
     contact_force: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
     contact_motion: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
+    tops: np.ndarray = field(default_factory=lambda: np.empty((0, 0), dtype=bool))
+    passages: object = field(default=None, repr=False, compare=False)
 
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'harmonic' |X_1|, or 'rms' of the vibration."""
-        if kind == "half_peak_to_peak":
-            return fourier.half_peak_to_peak(self.harmonics)
-        if kind == "harmonic":
-            return np.abs(self.harmonics[..., 1]) if self.H else np.zeros(self.harmonics.shape[:-1])
-        if kind == "rms":
-            return fourier.rms(self.harmonics)
-        raise InputError(f"amplitude kind '{kind}' is unknown; {nearest(kind, KINDS)}")
+        return amplitude(self.harmonics, kind)
 
     def column(self, name: str) -> int:
         """Column of an output."""
@@ -71,30 +71,58 @@ class ForcedResponse:
         return names.index(name)
 
     def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
-        """(Hz, m) largest amplitude of an output; the curve was refined there when it was computed."""
+        """(Hz, m) largest amplitude of an output, at the border of the band too; over the parameter that was followed.
+
+        The curve was refined at its local maxima of half peak to peak when it was computed, to 1e-8; in other kinds
+        the top is that of a parabola through the points beside it, good to about 1e-5.
+        """
         a = self.amplitude(kind)[:, self.column(name)]
         if not np.isfinite(a).any():
             return float("nan"), float("nan")
-        i = int(np.nanargmax(a))
-        if not 0 < i < len(a) - 1 or not np.isfinite(a[i - 1:i + 2]).all():
-            return float(self.frequency[i]), float(a[i])
-        f = self.frequency[i - 1:i + 2]
+        return self._top(a, int(np.nanargmax(a)), name, kind)
+
+    def peaks(self, name: str, kind: str = "half_peak_to_peak") -> np.ndarray:
+        """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first.
+
+        Ripples are left out: what is less than a thousandth of its height above the saddles beside it.
+        """
+        a = self.amplitude(kind)[:, self.column(name)]
+        found = np.reshape([self._top(a, i, name, kind) for i in crests(a, self.parameter)], (-1, 2))
+        return found[np.argsort(-found[:, 1], kind="stable")]
+
+    def _top(self, a, i, name, kind):
+        """(parameter, amplitude) of point i where it was solved as a top, else of the parabola around it."""
+        solved = self.tops.size and self.tops[i, self.column(name)] and (kind == KINDS[0] or self.H <= 1)
+        f = self.parameter[max(i - 1, 0):i + 2]
+        apart = np.abs(np.diff(f))
+        if solved or not 0 < i < len(a) - 1 or not np.isfinite(a[i - 1:i + 2]).all() or 20 * min(apart) <= max(apart):
+            return float(self.parameter[i]), float(a[i])
         top, value = parabola(f - f[1], a[i - 1:i + 2])
         inside = min(f) <= f[1] + top <= max(f)
         return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
 
-    def solutions_at(self, hz: float) -> np.ndarray:
-        """(s, m, H+1) complex harmonics of every solution at a frequency, one for each passage of the curve.
+    def solutions_at(self, value: float) -> np.ndarray:
+        """(s, m, H+1) complex harmonics of every solution at a frequency in Hz, one for each passage of the curve.
 
-        Solved ones where the frequency was asked for (`at` of forced_response), else interpolated linearly.
+        Every one is solved to the tolerance: those that the curve holds there (`at` of forced_response), and by Newton
+        from the points around each other passage. A curve from a file knows its points alone: there `value` must have
+        been in `at`. In a curve over another parameter, `value` is a value of that.
+        Raises InputError outside the curve, and where a curve from a file has no point at `value`.
         """
-        f, X = self.frequency, self.harmonics
-        close = np.abs(f - hz) <= 1e-12 * hz
-        if (close & self.converged).any():
-            return X[close & self.converged]
-        i = np.flatnonzero(((f[:-1] - hz) * (f[1:] - hz) < 0) & self.converged[:-1] & self.converged[1:])
-        share = ((hz - f[i]) / (f[i + 1] - f[i]))[:, None, None]
-        return (1 - share) * X[i] + share * X[i + 1]
+        f, X = self.parameter, self.harmonics
+        low, high, unit = f.min(), f.max(), " Hz" if self.parameter_name == "frequency" else ""
+        if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):
+            raise InputError(f"solutions at {value:g}{unit}: the band of the curve is {low:g} to {high:g}{unit}")
+        there = np.abs(f - value) <= 1e-12 * value
+        found = [(i, X[i]) for i in np.flatnonzero(there & self.converged)]
+        if self.passages is not None:
+            found += [(i, x) for i, x in self.passages(value) if not there[i - 1:i + 1].any()]
+        elif (((f[:-1] - value) * (f[1:] - value) < 0) & ~there[:-1] & ~there[1:]
+                & self.converged[:-1] & self.converged[1:]).any():
+            raise InputError(f"solutions at {value:g}{unit}: this curve comes from a file and was not solved there; "
+                             f"compute it with at = [{value:g}]")
+        found.sort(key=lambda place: place[0])
+        return np.array([x for _, x in found]).reshape(-1, *X.shape[1:])
 
     @property
     def slipping_pairs(self) -> np.ndarray:
@@ -104,7 +132,7 @@ class ForcedResponse:
     def save(self, path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)
-        np.savez(path, **{f.name: np.asarray(getattr(self, f.name)) for f in fields(self)})
+        np.savez(path, **{f.name: np.asarray(getattr(self, f.name)) for f in fields(self) if f.name != "passages"})
         return path
 
     @classmethod
@@ -113,7 +141,7 @@ class ForcedResponse:
         if not path.is_file():
             raise InputError(f"forced response not found: {path}")
         with np.load(path, allow_pickle=False) as z:
-            missing = [f.name for f in fields(cls) if f.name not in z and f.default_factory is MISSING]
+            missing = [f.name for f in fields(cls) if f.name not in z and f.default is f.default_factory is MISSING]
             if missing:
                 raise InputError(f"{path}: is not a forced response, '{missing[0]}' is missing")
             plain = {str: str, bool: bool, int: int, float: float}
@@ -121,27 +149,79 @@ class ForcedResponse:
                           if f.name in z})
 
 
-def record(branch, balance, recover, names, ended, problem, start, seconds):
-    n, m, P, H = len(branch.points), len(names), len(problem.pairs), balance.H
-    harmonics = np.full((n, m, H + 1), np.nan, dtype=complex)
+def amplitude(X, kind) -> np.ndarray:
+    """(...) amplitude of a kind from harmonics (..., H+1); NaN where they are."""
+    if kind == "half_peak_to_peak":
+        return fourier.half_peak_to_peak(X)
+    if kind == "harmonic":
+        return np.abs(X[..., 1]) if X.shape[-1] > 1 else np.zeros(X.shape[:-1])
+    if kind == "rms":
+        return fourier.rms(X)
+    raise InputError(f"amplitude kind '{kind}' is unknown; {nearest(kind, KINDS)}")
+
+
+def crests(a, parameter) -> list[int]:
+    """Places of the local maxima of an amplitude along a curve, neighbours solved and ripples left out."""
+    a, parameter = np.asarray(a, dtype=float), np.asarray(parameter)
+    higher = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])
+    jump = parameter[1:] == parameter[:-1]                # out of the band and in again: another solution
+    return [i for i in np.flatnonzero(higher & ~jump[:-1] & ~jump[1:]) + 1
+            if a[i] - max(_saddle(a[i::-1]), _saddle(a[i:])) > RIPPLE * a[i]]
+
+
+def _saddle(a):
+    """The least value before the first that is higher than the first one."""
+    above = np.flatnonzero(a > a[0])
+    return np.nanmin(a[:above[0]] if len(above) else a)
+
+
+def harmonics(branch, recover) -> np.ndarray:
+    """(n, m, H+1) complex harmonics of the outputs along a branch; NaN where a point failed."""
+    orders = next((p.detail.modal.shape[1] for p in branch.points if p.converged), 1)
+    X = np.full((len(branch.points), len(recover), orders), np.nan, dtype=complex)
+    for i, point in enumerate(branch.points):
+        if point.converged:
+            X[i] = recover @ point.detail.modal
+    return X
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What a branch is followed in: `name` as in ForcedResponse, and how many of the branch's units make one of it."""
+
+    name: str = "frequency"
+    scale: float = 2 * np.pi
+    hz: float | None = None           # the frequency of a branch over another parameter
+
+    def named(self, value) -> str:
+        """A value in the units of the branch, for messages."""
+        return f"{value / self.scale:.6g} Hz" if self.hz is None else f"{self.name} = {value:.6g}"
+
+
+def record(branch, balance, recover, names, problem, start, parameter, seconds):
+    """ForcedResponse of a branch."""
+    n, P = len(branch.points), len(problem.pairs)
+    X = np.full((n, len(names), balance.H + 1), np.nan, dtype=complex)
+    X[:] = harmonics(branch, recover)
     shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
     for i, point in enumerate(branch.points):
         if point.converged:
-            harmonics[i] = recover @ point.detail.modal
             shares[i] = point.detail.bracket.shares
             work[i] = _dissipated(point, balance, problem.law.tangents)
-    hz = np.array([p.parameter for p in branch.points]) / (2 * np.pi)
+    values = np.array([p.parameter for p in branch.points]) / parameter.scale
     return ForcedResponse(
-        frequency=hz, parameter_name="frequency", parameter=hz, output_names=np.array(names, dtype=str),
-        harmonics=harmonics, share_stick=shares[..., 0], share_slip=shares[..., 1], share_open=shares[..., 2],
+        frequency=values if parameter.hz is None else np.full(n, float(parameter.hz)),
+        parameter_name=parameter.name, parameter=values, output_names=np.array(names, dtype=str),
+        harmonics=X, share_stick=shares[..., 0], share_slip=shares[..., 1], share_open=shares[..., 2],
         dissipated=work, converged=np.array([p.converged for p in branch.points]),
-        iterations=np.array([p.iterations for p in branch.points]), ended=ended,
-        complete=bool(branch.complete and all(p.converged for p in branch.points)), H=H,
+        iterations=np.array([p.iterations for p in branch.points]), ended=explain(branch, problem, parameter),
+        complete=bool(branch.complete and all(p.converged for p in branch.points)), H=balance.H,
         origin="preloaded" if problem.preloaded else "unloaded", start=start if isinstance(start, str) else "given",
-        seconds=seconds, residual_calls=branch.calls, leaps=np.reshape(branch.leaps, (-1, 2)) / (2 * np.pi))
+        seconds=seconds, residual_calls=branch.calls, leaps=np.reshape(branch.leaps, (-1, 2)) / parameter.scale)
 
 
 def contact_harmonics(branch, balance):
+    """{field: (n, P, nd, H+1) complex} of the contact forces and motions along a branch; NaN where a point failed."""
     shape = (len(branch.points), len(balance.problem.pairs), balance.nd, balance.H + 1)
     force, motion = np.full(shape, np.nan, dtype=complex), np.full(shape, np.nan, dtype=complex)
     for i, point in enumerate(branch.points):
@@ -157,32 +237,34 @@ def _dissipated(point, balance, tangents):
     return np.pi * np.sum(np.arange(1, balance.H + 1) * (g * u.conj()).imag, axis=(1, 2))
 
 
-def explain(branch, balance, problem):
-    """The end in Hz, where points failed or the branch was left, and the motion that no force holds, if that is why."""
-    ended = branch.ended
-    good = [p for p in branch.points if p.converged]
+def explain(branch, problem, parameter) -> str:
+    """Why the curve ends, where points failed or the branch was left, and the motion that no force holds."""
+    ended, named = branch.sentence(parameter.named), parameter.named
+    good, failed = ([p for p in branch.points if p.converged == wanted] for wanted in (True, False))
     if not good:
         return ended
-    last, failed = good[-1], [p for p in branch.points if not p.converged]
-    for parameter in (last.parameter, branch.points[0].parameter):
-        ended = ended.replace(f"{parameter:.6g}", f"{parameter / (2 * np.pi):.6g} Hz")
+    if branch.outside is not None and branch.complete:
+        ended += f"; it left the band where it begins and was followed outside, to {named(branch.outside)}, and back"
     if branch.leaps:
-        places = ", ".join(f"{a / (2 * np.pi):.6g} to {b / (2 * np.pi):.6g}" for a, b in branch.leaps)
-        ended += (f"; not one branch: it folds on and on, was left, and taken up further on: {places} Hz (more "
-                  "damping, or more or fewer harmonics, may give one)")
+        places = ", ".join(f"{named(a)} to {named(b)}" for a, b in branch.leaps)
+        ended += (f"; not one branch: it folds on and on, was left, and taken up further on: {places} (more damping, "
+                  "or more or fewer harmonics, may give one)")
     if failed and branch.complete:
-        ended += (f"; {len(failed)} point{'s' * (len(failed) > 1)} failed near {failed[0].parameter / (2 * np.pi):.6g} "
-                  "Hz: run the other direction, or other harmonics, there")
-    if branch.complete:
-        return ended
+        ended += (f"; {len(failed)} point{'s' * (len(failed) > 1)} failed near {named(failed[0].parameter)}: "
+                  "run the other direction, or other harmonics, there")
+    return ended if branch.complete else ended + _what_nothing_holds(good[-1], problem)
+
+
+def _what_nothing_holds(last, problem) -> str:
+    """The mean motion in which the Jacobian is singular at the last point, in words; empty where there is none."""
     value, q = last.detail.smallest_motion()
-    if q is not None and value < 1e-4 and np.abs(q[:, 0]).max() > 0.9 * np.abs(q).max():
-        motion = q[:, 0].real
-        named = problem.describe(motion) if problem.describe else None
-        verb = "the damper rolls" if named and named.turns else "a mean motion is held by nothing"
-        named = named or mostly(motion)
-        ended += f"; {verb} ({named}): no periodic state exists there unless a stiffness holds that motion"
-    return ended
+    if q is None or value >= 1e-4 or np.abs(q[:, 0]).max() <= 0.9 * np.abs(q).max():
+        return ""
+    motion = q[:, 0].real
+    named = problem.describe(motion) if problem.describe else None
+    verb = "the damper rolls" if named and named.turns else "a mean motion is held by nothing"
+    return (f"; {verb} ({named or mostly(motion)}): no periodic state exists there, give that motion a stiffness that "
+            "holds it")
 
 
 def parabola(s, y):

@@ -6,6 +6,7 @@ G is the receptance of the stuck system at the pairs and the bracket is that of 
 `linearisation`.
 """
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -93,6 +94,7 @@ class HarmonicBalance:
 
     def __init__(self, problem: ContactProblem, forces: dict, H: int, start="zero_slider", samples: int | None = None):
         law, pairs = problem.law, problem.pairs
+        self.forces, self.given_start = forces, start
         self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
         self.n_components = len(pairs) * self.nd
         self.start = aft.slider_start(start, len(pairs), law.tangents)
@@ -116,10 +118,10 @@ class HarmonicBalance:
             push = -self.shapes.reshape(len(pairs), self.nd, m)[:, -1].T @ pairs.preload
         return static, push
 
-    def linear(self, w: float) -> np.ndarray:
-        """x of the stuck system, the solution when no bracket acts."""
+    def linear(self, w: float, level: float = 1.0) -> np.ndarray:
+        """x of the stuck system at a force level, the solution when no bracket acts."""
         factors = self._factors(w)[0]
-        return fourier.to_real(self.shapes @ (factors * self.force_at(1.0))).ravel()
+        return fourier.to_real(self.shapes @ (factors * self.force_at(level))).ravel()
 
     def _factors(self, w):
         return self.receptance.factors(w * np.arange(self.H + 1))
@@ -156,14 +158,29 @@ class HarmonicBalance:
         by_parameter = -fourier.to_real(both[:, self.H + 1:]).ravel()
         return Linearisation(x, residual, by_parameter, bracket, modal, self, d, w, rate)
 
+    def scaled(self, name, value):
+        """The balance with the force ('level') or a setting of every pair times a value."""
+        if name == "level":
+            other = copy(self)
+            other.force = value * self.force
+            return other
+        problem = replace(self.problem, pairs=self._scaled_pairs(name, value))
+        if name in ("preload", "mu"):
+            problem.__dict__["_receptance"] = self.receptance          # these do not change it
+        return HarmonicBalance(problem, self.forces, self.H, self.given_start, len(self.grid[0]) - 1)
+
+    def _scaled_pairs(self, name, factor):
+        p = self.problem
+        changed = {name: factor * getattr(p.pairs, name)}
+        if name == "kn" and not p.preloaded:
+            changed["preload"] = factor * p.pairs.preload          # -kn gap
+        return replace(p.pairs, **changed)
+
     def _bracket(self, u, by, factor):
         p = self.problem
         if by not in SETTINGS:
             return aft.evaluate(p.law, p.pairs, u, self.start, self.grid)
-        changed = {by: factor * getattr(p.pairs, by)}
-        if by == "kn" and not p.preloaded:
-            changed["preload"] = factor * p.pairs.preload          # -kn gap
-        pairs = replace(p.pairs, **changed)
+        pairs = self._scaled_pairs(by, factor)
         bracket = aft.evaluate(p.law, pairs, u, self.start, self.grid)
         if by not in ("kn", "kt"):
             return bracket
@@ -195,14 +212,18 @@ class HarmonicBalance:
     def _series_terms(self, w):
         """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for the others.
 
-        1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of Chebyshev's U_n).
+        1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of Chebyshev's U_n), and
+        1/(i k w - s) = -sum (i k w)^n / s^(n + 1) for poles, which come in conjugate pairs.
         """
         r = self.receptance
-        if r.poles is not None or r.shapes.shape[1] < 60:
+        if r.shapes.shape[1] < 60:
             return slice(None), None
         top = w * max(self.H, 1)
         if self._series is None or not 0.5 * self._series[0] <= top <= self._series[0]:
             reach = 1.1 * top
+            if r.poles is not None:
+                self._series = (reach, *self._series_of_poles(np.abs(r.poles) > reach * SERIES_REACH))
+                return self._series[1:]
             high = (np.sqrt(r.mass) * reach * SERIES_REACH < 1) & (r.ratio < 0.3)
             low = np.flatnonzero(~high)
             P, zeta, s = self.shapes[:, high], r.ratio[high], np.sqrt(r.mass[high])
@@ -213,3 +234,11 @@ class HarmonicBalance:
                 before, now = now, -2 * zeta * now - before
             self._series = (reach, low, powers)
         return self._series[1], self._series[2]
+
+    def _series_of_poles(self, high):
+        fast, P = 1 / self.receptance.poles[high], self.shapes[:, high]
+        powers, weight = [], -fast
+        for _ in range(SERIES_TERMS):
+            powers.append(((P * weight) @ P.T).real)
+            weight = weight * fast
+        return np.flatnonzero(~high), np.array(powers)

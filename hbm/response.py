@@ -1,13 +1,13 @@
 """forced_response: from a reduced model, contact pairs and a forcing to the curve over a frequency band."""
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hbm import continuation
 from hbm.contact import ContactTable, relative_motion
-from hbm.curve import ForcedResponse, contact_harmonics, explain, record
+from hbm.curve import ForcedResponse, Parameter, contact_harmonics, record
 from hbm.errors import InputError, nearest
 from hbm.inputs import (
     check_at,
@@ -22,9 +22,11 @@ from hbm.inputs import (
 from hbm.laws import PairSettings
 from hbm.linear import describe_motion
 from hbm.model import ReducedModel
+from hbm.peaks import refine_peaks
 from hbm.residual import ContactProblem, HarmonicBalance
-from hbm.solutions import first_point, refine_peaks, solve_passages
+from hbm.solutions import Passages, first_of, solve_passages, starts
 
+NOISE = 1e-9             # of the motion of the whole model: an output below that is rounding
 PARAMETERS = ("level", "preload", "mu", "kn", "kt")
 
 
@@ -106,74 +108,164 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
     began = time.perf_counter()
     H = check_harmonics(harmonics)
     first, last = check_band(band)
-    start = start if start is not None else ("zero_slider" if problem.preloaded else "zero_force")
-    forces, at = check_forcing(forcing, problem.K.shape[0], H), check_at(at)
+    start = _default_start(problem, start)
+    forces, at = check_forcing(forcing, problem.K.shape[0], H), _inside(check_at(at), "at", "band", first, last, " Hz")
     names, rows = check_outputs(outputs, problem.K.shape[0])
-    settings = settings or continuation.Settings()
     balance = HarmonicBalance(problem, forces, H, start, samples)
-    recover = rows @ balance.receptance.shapes
-
-    passed = []
-
-    def report(point, step):
-        for before in passed:
-            before.detail.forget()          # what Newton needed there: too large to keep over a whole curve
-        passed[:] = [point] if point.detail is not None else []
-        if progress:
-            progress(point.parameter / (2 * np.pi), step, point.iterations)
-
-    two_pi = 2 * np.pi
-    begin = first_point(balance, two_pi * first, settings)
-    if not begin.converged:
-        branch = continuation.Branch([begin], f"no solution found at {first:g} Hz, where the band begins; begin it "
-                                     "further from the resonance", False, begin.iterations)
-    elif not any(np.any(F) for F in forces.values()):
-        end = continuation.solve_at(balance.evaluate, begin.x, two_pi * last, balance.weights, settings)
-        branch = continuation.Branch([begin, end], "no force: the static state", end.converged, 2)
-    else:
-        report(begin, 0.0)
-        branch = continuation.follow(balance.evaluate, begin, two_pi * last, balance.weights, settings, report,
-                                     lambda w: first_point(balance, w, settings))
-        solve_passages(balance, branch, two_pi * at, settings)
-        refine_peaks(balance, branch, recover, settings)
-    ended = explain(branch, balance, problem)
-    curve = record(branch, balance, recover, names, ended, problem, start, time.perf_counter() - began)
-    return replace(curve, **contact_harmonics(branch, balance)) if contact else curve
+    task = _Task(balance, Parameter(), balance.evaluate, lambda w: (balance, w), settings or continuation.Settings(),
+                 start, began)
+    return _curve(task, names, rows, first, last, at, contact, progress)
 
 
-def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, harmonics=5, outputs, start=None,
-                     samples=None, settings=None) -> ForcedResponse:
+def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, harmonics=5, outputs, start=None, at=(),
+                     samples=None, contact=False, progress=None, settings=None) -> ForcedResponse:
     """Branch of periodic responses at one frequency over a factor on the force or on a setting of every pair.
 
     name : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt'
-    between : (from, to) of the factor; 0 < from. Everything else as in forced_response.
+    between : (from, to) of the factor; both positive
+    at : values of the factor at which every passage of the curve is solved, for `solutions_at`
+    progress : function (factor, step, iterations), called at each point
+    Everything else as in forced_response.
     """
     began = time.perf_counter()
     H = check_harmonics(harmonics)
     if name not in PARAMETERS:
-        raise InputError(f"parameter '{name}' is unknown; {nearest(name, PARAMETERS)}")
+        raise InputError(f"name = '{name}': this parameter is unknown; {nearest(name, PARAMETERS)}")
     if name == "preload" and not problem.preloaded:
         raise InputError("parameter 'preload': the unloaded origin has gaps, not preloads; use origin = 'preloaded'")
-    first, last = check_band(between)
-    w = 2 * np.pi * check_band((hz, 2 * hz))[0]
-    start = start if start is not None else ("zero_slider" if problem.preloaded else "zero_force")
+    first, last = _two_factors(between)
+    w = 2 * np.pi * _one_frequency(hz)
+    start = _default_start(problem, start)
+    forces, at = check_forcing(forcing, problem.K.shape[0], H), _inside(_factors(at), "at", "between", first, last, "")
     names, rows = check_outputs(outputs, problem.K.shape[0])
-    settings = settings or continuation.Settings()
-    balance = HarmonicBalance(problem, check_forcing(forcing, problem.K.shape[0], H), H, start, samples)
+    balance = HarmonicBalance(problem, forces, H, start, samples)
 
     def evaluate(x, value):
         # a long Newton step may ask for a negative stiffness: the settings end at zero
         setting = {"level": value} if name == "level" else {"factor": max(value, 1e-9)}
         return balance.evaluate(x, w, **setting, by=name)
 
-    guess = balance.linear(w) * (first if name == "level" else 1.0)
-    begin = continuation.solve_at(evaluate, guess, first, balance.weights, settings)
-    if begin.converged:
-        branch = continuation.follow(evaluate, begin, last, balance.weights, settings)
-    else:
-        branch = continuation.Branch([begin], f"no solution found at {name} = {first:g}; begin elsewhere")
-    curve = record(branch, balance, rows @ balance.receptance.shapes, names, branch.ended, problem, start, 0.0)
-    values = 2 * np.pi * curve.frequency
-    return replace(curve, parameter_name=name, parameter=values, frequency=np.full(len(values), float(hz)),
-                   leaps=2 * np.pi * curve.leaps,
-                   seconds=time.perf_counter() - began)
+    task = _Task(balance, Parameter(name, 1.0, hz), evaluate, lambda value: (balance.scaled(name, value), w),
+                 settings or continuation.Settings(), start, began)
+    return _curve(task, names, rows, first, last, at, contact, progress)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A branch to follow: evaluate(x, value) in the units of the branch, and (balance, w) at a value for first points.
+
+    began : time at which the computation began
+    """
+
+    balance: HarmonicBalance
+    parameter: Parameter
+    evaluate: object
+    frozen_at: object
+    settings: continuation.Settings
+    start: object
+    began: float
+
+    def starts(self, value, off_band):
+        """Solutions at a value, one way after the other, as points of the branch."""
+        for point in starts(*self.frozen_at(value), self.settings, off_band):
+            if point.converged and self.parameter.hz is not None:
+                again = continuation.solve_at(self.evaluate, point.x, value, self.balance.weights, self.settings)
+                point = replace(again, iterations=point.iterations + again.iterations)
+            yield point
+
+
+def _curve(task, names, rows, first, last, at, contact, progress):
+    """The branch of a task between two values of its parameter, as a ForcedResponse."""
+    scale, evaluate, weights, settings = task.parameter.scale, task.evaluate, task.balance.weights, task.settings
+    recover = rows @ task.balance.receptance.shapes
+    branch = _branch(task, scale * first, scale * last, progress)
+    tops = np.empty((0, 0), dtype=bool)
+    if len(branch.points) > 2:
+        solve_passages(evaluate, branch, scale * at, weights, settings)
+        tops = refine_peaks(evaluate, branch, recover, _noise(branch, rows, task.balance), weights, settings)
+    curve = record(branch, task.balance, recover, names, task.balance.problem, task.start, task.parameter,
+                   time.perf_counter() - task.began)
+    curve = replace(curve, tops=tops, passages=Passages(evaluate, branch, recover, scale, weights, settings))
+    return replace(curve, **contact_harmonics(branch, task.balance)) if contact else curve
+
+
+def _noise(branch, rows, balance):
+    """(m,) amplitudes of the outputs that are rounding beside the motion of the whole model."""
+    point = max((p for p in branch.points if p.converged), key=lambda p: np.linalg.norm(p.detail.modal[:, 1:]))
+    return NOISE * np.linalg.norm(rows, axis=1) * np.linalg.norm(balance.receptance.shapes @ point.detail.modal[:, 1:])
+
+
+def _branch(task, first, last, progress):
+    """The first branch from a solution at `first` that does not leave the band for good; else the first of all."""
+    passed, best, known, calls = [], None, [], 0
+
+    def report(point, step):
+        for before in passed:
+            before.detail.forget()          # what Newton needed there: too large to keep over a whole curve
+        passed[:] = [point] if point.detail is not None else []
+        if progress:
+            progress(point.parameter / task.parameter.scale, step, point.iterations)
+
+    for begin in task.starts(first, True):
+        calls += begin.iterations
+        if not begin.converged or any(_same(begin, other, task.balance.weights) for other in known):
+            continue
+        known.append(begin)
+        if not task.balance.force.any():
+            return _static(task, begin, last)
+        report(begin, 0.0)
+        branch = continuation.follow(task.evaluate, begin, last, task.balance.weights, task.settings, report,
+                                     lambda value: first_of(task.starts(value, False)))
+        calls += branch.calls - begin.iterations
+        best = best if best is not None and branch.end in ("left", "closed") else branch
+        if branch.end not in ("left", "closed"):
+            break
+    if best is None:
+        best = continuation.Branch([begin])
+        best.finish("no start", first)
+    best.calls = calls
+    return best
+
+
+def _static(task, begin, last):
+    end = continuation.solve_at(task.evaluate, begin.x, last, task.balance.weights, task.settings)
+    return continuation.Branch([begin, end], "static", last, end.converged, 2)
+
+
+def _same(a, b, weights) -> bool:
+    return np.linalg.norm(weights * (a.x - b.x)) <= 1e-6 * np.linalg.norm(weights * b.x)
+
+
+def _default_start(problem, start):
+    return start if start is not None else ("zero_slider" if problem.preloaded else "zero_force")
+
+
+def _two_factors(between):
+    try:
+        first, last = (float(b) for b in between)
+    except (TypeError, ValueError):
+        raise InputError(f"between = {between!r}: must be two factors, (from, to)") from None
+    if not (np.isfinite(first) and np.isfinite(last) and first > 0 and last > 0) or first == last:
+        raise InputError(f"between = ({first:g}, {last:g}): both must be positive, and different")
+    return first, last
+
+
+def _one_frequency(hz) -> float:
+    if isinstance(hz, bool) or not isinstance(hz, int | float | np.number) or not (np.isfinite(hz) and hz > 0):
+        raise InputError(f"hz = {hz!r}: must be one positive frequency in Hz")
+    return float(hz)
+
+
+def _factors(at):
+    try:
+        return np.atleast_1d(np.asarray(at, dtype=float)).ravel()
+    except (TypeError, ValueError):
+        raise InputError(f"at = {at!r}: must be factors, inside `between`") from None
+
+
+def _inside(values, argument, band, first, last, unit):
+    """The values, where they all lie in the band (first, last)."""
+    out = [v for v in values if not min(first, last) <= v <= max(first, last)]
+    if out:
+        raise InputError(f"{argument} = {out[0]:g}{unit}: lies outside {band} = ({first:g}, {last:g}){unit}")
+    return values

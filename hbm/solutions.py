@@ -4,28 +4,46 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm import continuation, fourier
-from hbm.curve import parabola
+from hbm import continuation
 
-PEAK_TOLERANCE = 1e-10
+OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)     # from where a first point is reached, relative to its frequency
 
 
 def first_point(balance, w, settings):
     """A solution at w: from the stuck response, else by raising the force from zero, else from a marched motion."""
-    x = balance.linear(w)
-    point = continuation.solve_at(balance.evaluate, x, w, balance.weights, settings)
-    if point.converged:
-        return point
-    calls = point.iterations
+    return first_of(starts(balance, w, settings, off_band=False))
+
+
+def starts(balance, w, settings, off_band=True):
+    """Solutions at w, or failed points, each with the residual calls it took: one way to a first point after the other.
+
+    off_band : whether to come from other frequencies too, where the ways at w are used up
+    """
+    yield continuation.solve_at(balance.evaluate, balance.linear(w), w, balance.weights, settings)
     for guess in (_raise_level, _march_on):
-        x, more = guess(balance, w, settings)
-        calls += more
+        x, calls = guess(balance, w, settings)
         if x is not None:
             point = continuation.solve_at(balance.evaluate, x, w, balance.weights, settings)
-            calls += point.iterations
-            if point.converged:
-                break
+            yield replace(point, iterations=calls + point.iterations)
+        else:
+            yield _none(balance, w, calls)
+    for share in OFF_BAND if off_band else ():
+        yield _come_from(balance, share * w, w, settings)
+
+
+def first_of(points):
+    """The first that converged, with the residual calls of all that were tried; else the last."""
+    calls = 0
+    for point in points:
+        calls += point.iterations
+        if point.converged:
+            break
     return replace(point, iterations=calls)
+
+
+def _none(balance, w, calls):
+    x = np.full(len(balance.weights), np.nan)
+    return continuation.Point(x, w, False, calls)
 
 
 def _raise_level(balance, w, settings):
@@ -33,10 +51,11 @@ def _raise_level(balance, w, settings):
     def by_level(x, level):
         return balance.evaluate(x, w, level, by="level")
 
-    low = continuation.solve_at(by_level, 1e-3 * balance.linear(w), 1e-3, balance.weights, settings)
+    low = continuation.solve_at(by_level, balance.linear(w, 1e-3), 1e-3, balance.weights, settings)
     if not low.converged:
         return None, low.iterations
-    branch = continuation.follow(by_level, low, 1.0, balance.weights, replace(settings, most_points=150, most_leaps=0))
+    branch = continuation.follow(by_level, low, 1.0, balance.weights,
+                                 replace(settings, most_points=150, most_leaps=0))
     return branch.points[-1].x if branch.complete else None, branch.calls
 
 
@@ -51,46 +70,64 @@ def _march_on(balance, w, settings):
     return x if np.isfinite(x).all() else None, 0
 
 
-def solve_passages(balance, branch, at, settings):
-    """Insert a solved point wherever the branch passes one of the angular frequencies."""
-    for w in at:
-        for a, b in list(zip(branch.points[:-1], branch.points[1:], strict=True)):
-            if not (a.converged and b.converged and (a.parameter - w) * (b.parameter - w) < 0):
-                continue
-            x = a.x + (w - a.parameter) / (b.parameter - a.parameter) * (b.x - a.x)
-            new = continuation.solve_at(balance.evaluate, x, w, balance.weights, settings)
-            branch.calls += new.iterations
-            if new.converged:
-                branch.points.insert(branch.points.index(b), new)
+def _come_from(balance, other, w, settings):
+    """The branch from a solution at another frequency to w."""
+    begin = first_point(balance, other, settings)
+    if not begin.converged:
+        return _none(balance, w, begin.iterations)
+    branch = continuation.follow(balance.evaluate, begin, w, balance.weights,
+                                 replace(settings, most_points=500, most_leaps=1, outside=0.0))
+    return replace(branch.points[-1], iterations=branch.calls) if branch.complete else _none(balance, w, branch.calls)
 
 
-def refine_peaks(balance, branch, recover, settings):
-    """Insert solved points around the largest amplitude of every output, until its parabola's top stands still."""
-    good = [p for p in branch.points if p.converged]
-    table = fourier.half_peak_to_peak(np.array([recover @ p.detail.modal for p in good])).tolist()
-    for j in range(len(recover)):
-        for _ in range(8):
-            heights = np.array([row[j] for row in table])
-            i = int(heights.argmax())
-            if not 0 < i < len(good) - 1 or heights[i] == 0:
-                break
-            a, b, c = good[i - 1:i + 2]
-            metric = continuation.Metric(balance.weights, np.linalg.norm(balance.weights * b.x), 0.01 * b.parameter)
-            s = np.array([-metric.norm(b.x - a.x, b.parameter - a.parameter), 0.0,
-                          metric.norm(c.x - b.x, c.parameter - b.parameter)])
-            top, value = parabola(s, heights[i - 1:i + 2])
-            if max(-s[0], s[2]) < 1e-5 or (abs(value - heights[i]) < PEAK_TOLERANCE * heights[i]
-                                           and max(-s[0], s[2]) < 5e-3):
-                break
-            if -s[0] > 4 * s[2] or s[2] > 4 * -s[0] or not s[0] < top < s[2]:
-                top = 0.5 * s[0] if -s[0] > s[2] else 0.5 * s[2]
-            elif abs(top) < 0.02 * max(-s[0], s[2]):
-                top = 0.1 * s[2] if s[2] > -s[0] else 0.1 * s[0]
-            left, right, share = (a, b, 1 - top / s[0]) if top < 0 else (b, c, top / s[2])
-            new = continuation.between(balance.evaluate, left, right, share, balance.weights, settings)
-            branch.calls += new.iterations
-            if not new.converged:
-                break
-            branch.points.insert(branch.points.index(right), new)
-            good.insert(good.index(right), new)
-            table.insert(good.index(new), fourier.half_peak_to_peak(recover @ new.detail.modal).tolist())
+def passages(evaluate, points, parameter, weights, settings):
+    """(point, residual calls, index of the point behind it) of every passage of the parameter between two points.
+
+    Newton at the fixed parameter; where it leads away from the two points, they are first brought closer to each other.
+    """
+    found = []
+    for i, (a, b) in enumerate(zip(points[:-1], points[1:], strict=True)):
+        if a.converged and b.converged and (a.parameter - parameter) * (b.parameter - parameter) < 0:
+            point, calls = _passage(evaluate, a, b, parameter, weights, settings)
+            found.append((point, calls, i + 1))
+    return found
+
+
+def _passage(evaluate, a, b, parameter, weights, settings):
+    calls = 0
+    for _ in range(12):
+        share = (parameter - a.parameter) / (b.parameter - a.parameter)
+        guess, apart = a.x + share * (b.x - a.x), np.linalg.norm(weights * (b.x - a.x))
+        new = continuation.solve_at(evaluate, guess, parameter, weights, settings, 30)
+        calls += new.iterations
+        if new.converged and np.linalg.norm(weights * (new.x - guess)) <= 0.5 * apart + 1e-9 * np.linalg.norm(a.x):
+            return new, calls
+        middle = continuation.between(evaluate, a, b, 0.5, weights, settings)
+        calls += middle.iterations
+        if not middle.converged:
+            break
+        a, b = (a, middle) if (a.parameter - parameter) * (middle.parameter - parameter) <= 0 else (middle, b)
+    return replace(new, x=np.full_like(new.x, np.nan), converged=False), calls
+
+
+def solve_passages(evaluate, branch, at, weights, settings):
+    """Insert a solved point wherever the branch passes one of the parameters."""
+    for parameter in at:
+        for point, calls, place in reversed(passages(evaluate, branch.points, parameter, weights, settings)):
+            branch.calls += calls
+            if point.converged:
+                branch.points.insert(place, point)
+
+
+class Passages:
+    """Solutions at any parameter of a branch, by Newton from its points: `solutions_at` of a ForcedResponse."""
+
+    def __init__(self, evaluate, branch, recover, scale, weights, settings):
+        self.points = [replace(p, detail=None) for p in branch.points]
+        self.evaluate, self.recover, self.scale = evaluate, recover, scale
+        self.weights, self.settings = weights, settings
+
+    def __call__(self, value):
+        """[(place in the curve, harmonics (m, H+1))] of the passages between its points."""
+        found = passages(self.evaluate, self.points, self.scale * value, self.weights, self.settings)
+        return [(place, self.recover @ point.detail.modal) for point, _, place in found if point.converged]

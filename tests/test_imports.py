@@ -79,11 +79,14 @@ def test_hbm_needs_numpy_scipy_numba_alone(path):
     assert tops(path) - {"hbm"} - KERNEL <= sys.stdlib_module_names
 
 
-def test_continuation_imports_nothing_of_ours():
-    path = ROOT / "hbm" / "continuation.py"
-    if not path.exists():
-        pytest.skip("there is no hbm/continuation.py")
-    assert not tops(path) & set(MAY_USE)
+CONTINUATION = ("corrector", "predictor", "walk", "leaps", "continuation")
+
+
+@pytest.mark.parametrize("name", CONTINUATION)
+def test_continuation_knows_nothing_of_vibration(name):
+    """Its files import each other and nothing else of ours."""
+    ours = {module for module, _ in imports(ROOT / "hbm" / f"{name}.py") if module.split(".")[0] in MAY_USE}
+    assert {module.split(".")[1] for module in ours} <= set(CONTINUATION)
 
 
 @each_file

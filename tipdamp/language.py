@@ -41,6 +41,8 @@ HOW_MANY = {  # fixed-interface modes of a body, other than by `modes`
                           open_low=True, default=None),
     "error": Key("number", "instead of a number: as many modes as it takes for the body to add at most this relative "
                  "error to any stuck frequency below 5 kHz", low=1e-9, high=0.1, default=None),
+    "load_modes": Key("flag", "keep beside the modes the static shape of each load (pull, [loads.NAME]) that acts off "
+                      "the contact, so that the displacement of the whole body under it is exact", False),
 }
 BLADES = {
     "mesh": Key("text", "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf"),

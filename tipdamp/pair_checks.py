@@ -9,6 +9,7 @@ from hbm.model import ReducedModel
 from modal.mesh import boundary_faces, node_normals
 from static_contact.equilibrium import side_forces, side_normals
 
+LARGEST_MU = 2.0         # as much as a study may say; a table of one's own may hold anything that is not negative
 ODD_ANGLE = 20.0         # degrees between a pair's normal and the surfaces; as much as matching itself allows
 
 
@@ -74,13 +75,18 @@ def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) 
     return found
 
 
-def warnings(pairs: ContactTable, angles) -> list[str]:
-    """One sentence when normals do not stand on the surfaces."""
+def warnings(pairs: ContactTable, angles=()) -> list[str]:
+    """One sentence when friction is higher than of any dry metals, one when normals do not stand on the surfaces."""
+    found, slippery = [], np.flatnonzero(pairs.mu > LARGEST_MU)
+    if len(slippery):
+        i = slippery[np.argmax(pairs.mu[slippery])]
+        found = [f"{len(slippery)} of {len(pairs)} pairs have a friction coefficient above {LARGEST_MU:g}, pair "
+                 f"{i + 1} (side '{pairs.side[i]}') {pairs.mu[i]:g}: is it mu, or in percent?"]
     odd = np.flatnonzero(np.asarray(angles) > ODD_ANGLE)
     if not len(odd):
-        return []
+        return found
     i = odd[np.argmax(angles[odd])]
-    return [f"{len(odd)} of {len(pairs)} contact normals do not stand on the surfaces; the worst, side "
+    return [*found, f"{len(odd)} of {len(pairs)} contact normals do not stand on the surfaces; the worst, side "
             f"'{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node {pairs.damper_node[i]}), is "
             f"{angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
 

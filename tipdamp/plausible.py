@@ -16,8 +16,11 @@ MASS = {"blades": (1e-3, 1e3), "damper": (1e-5, 10.0)}
 LARGE_DAMPING = 0.2
 
 
-def mesh_warnings(study, name: str, mesh: Mesh, mass: float) -> list[str]:
-    """What looks wrong with the mesh of a body: what its reader says, pieces, and units, with the factor of 1000."""
+def mesh_warnings(study, name: str, mesh: Mesh, mass: float | None = None) -> list[str]:
+    """What looks wrong with the mesh of a body: what its reader says, pieces, and units, with the factor of 1000.
+
+    mass : kg, None where it is not known yet
+    """
     found = [f"{name}: {w}" for w in mesh.warnings]
     pieces, label = parts(mesh)
     if pieces > 1:
@@ -25,7 +28,7 @@ def mesh_warnings(study, name: str, mesh: Mesh, mass: float) -> list[str]:
         found.append(f"{name}: the mesh consists of {pieces} pieces that share no node (of "
                      f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes)")
     found += _wave_speed(study) if name == "blades" else []
-    return found + _size(study, name, mesh) + _mass(name, mass)
+    return found + _size(study, name, mesh) + ([] if mass is None else _mass(name, mass))
 
 
 def expectations(study, inspected: dict) -> list[str]:

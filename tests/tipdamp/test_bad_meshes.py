@@ -329,14 +329,29 @@ def test_a19_overlap_larger_than_the_elements_is_no_match(tmp_path, capsys):
     assert code == 2 and "3 share their nearest partner with another: the two surfaces need the same nodes" in error
 
 
-def test_a16_surfaces_that_do_not_match(tmp_path, capsys):
+@pytest.fixture
+def nothing_is_assembled(monkeypatch):
+    """What is wrong with pairs and loads is answered before anything heavy is done."""
+    def heavy(*_, **__):
+        raise AssertionError("a body was assembled")
+
+    monkeypatch.setattr("modal.elasticity.elastic_body", heavy)
+
+
+def test_load_cases_are_checked_by_inspect(tmp_path, capsys, nothing_is_assembled):
+    change = [("[respond]", '[loads.gas]\nforces = [["blades", "touch_on", 1, 0, 0]]\n[respond]')]
+    code, error, _ = inspect(corner_study.write(tmp_path, change=change), capsys)
+    assert code == 2 and "[loads.gas] forces" in error and "did you mean 'touch_one'" in error
+
+
+def test_a16_surfaces_that_do_not_match(tmp_path, capsys, nothing_is_assembled):
     shifted = corner_study.damper(at=(0.0, 3e-4, 0.0))
     code, error, _ = inspect(corner_study.write(tmp_path, damper_mesh=shifted), capsys)
     assert code == 2 and "18 without a partner within 1e-06 m (largest distance 0.0003 m)" in error
     assert "tolerance = 0.00033 m would match them" in error
 
 
-def test_a18_normals_that_point_the_same_way(tmp_path, capsys):
+def test_a18_normals_that_point_the_same_way(tmp_path, capsys, nothing_is_assembled):
     """The damper lies inside blade one: its face x = A is blade one's own."""
     inside = corner_study.cube(at=(corner_study.A, 0, 0))
     groups = {"face_x": corner_study.on(inside, 0, corner_study.A),

@@ -14,8 +14,8 @@ from hbm.linear import linear_response
 from hbm.model import ReducedModel
 from hbm.response import ForcedResponse
 from tests.conftest import STUDY
-from tipdamp import jobs
 from tipdamp.cli import main
+from tipdamp.jobs import terms
 from tipdamp.stages import run_stage
 from tipdamp.study import load_study
 
@@ -184,12 +184,12 @@ def test_stuck_curve_by_a_second_route(rig_results, rig):
     from static_contact.carry import with_springs
     from static_contact.detachment import stuck_rows
 
-    model = with_springs(model, table, jobs.declared_springs(study, table))
+    model = with_springs(model, table, terms.declared_springs(study, table))
     rows = stuck_rows(model, table)
     K = model.K + rows.T @ rows
     lam, phi = eigh(K, model.M)
     C = model.M @ phi @ np.diag(2 * 0.022 * np.sqrt(lam)) @ phi.T @ model.M
-    force, out = jobs.excitation(study, model), jobs.outputs(study, model)
+    force, out = terms.excitation(study, model), terms.outputs(study, model)
     hz = np.array([2400.0, 2781.0, 3200.0])
     direct = [np.array(list(out.values())) @ np.linalg.solve(K + 1j * w * C - w**2 * model.M, force)
               for w in 2 * np.pi * hz]

@@ -62,8 +62,9 @@ def _bodies_table(content) -> tables.Table:
     for name, b in content["bodies"].items():
         cells = ", ".join(f"{n} {kind}" for kind, n in b["cells"].items())
         size = " × ".join(f"{MM * (high - low):.4g}" for low, high in zip(*np.array(b["box_m"]), strict=True))
-        rows.append((name, b["file"], f"{b['nodes']}", cells, size, number(b["moving_mass_kg"][0]),
-                     f"{b['rigid_modes']}"))
+        rows.append((name, b["file"], f"{b['nodes']}", cells, size,
+                     *((NOTHING, NOTHING) if b["moving_mass_kg"] is None else (number(b["moving_mass_kg"][0]),
+                                                                               f"{b['rigid_modes']}"))))
     return tables.Table("Bodies as read.", ("body", "file", "nodes", "cells", "size (mm)", "moving mass (kg)",
                                             "rigid modes"), tuple(rows), left=(0, 1))
 
