@@ -30,8 +30,8 @@ class ForcedResponse:
         taken up; between them there may be points solved one from the other, or none; empty where it is one branch
     contact_force, contact_motion : (n, P, nd, H+1) complex, N and m - of each pair in the order of the law,
         the force of the damper on the blade and the relative motion that makes it; empty unless asked for
-    tops : (n, m) bool, the points solved at a local maximum of half peak to peak of an output; empty in a curve made
-        otherwise
+    tops : (n, m, kinds) bool, the points solved at a local maximum of an output in a kind of amplitude; empty in a
+        curve made otherwise
     passages : function of a value of the parameter that solves the passages of the curve there; None from a file
     """
 
@@ -56,7 +56,7 @@ class ForcedResponse:
     leaps: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
     contact_force: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
     contact_motion: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
-    tops: np.ndarray = field(default_factory=lambda: np.empty((0, 0), dtype=bool))
+    tops: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0), dtype=bool))
     passages: object = field(default=None, repr=False, compare=False)
 
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
@@ -73,8 +73,7 @@ class ForcedResponse:
     def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
         """(Hz, m) largest amplitude of an output, at the border of the band too; over the parameter that was followed.
 
-        The curve was refined at its local maxima of half peak to peak when it was computed, to 1e-8; in other kinds
-        the top is that of a parabola through the points beside it, good to about 1e-5.
+        The curve was solved there when it was computed, to 1e-8 of the amplitude.
         """
         a = self.amplitude(kind)[:, self.column(name)]
         if not np.isfinite(a).any():
@@ -84,7 +83,8 @@ class ForcedResponse:
     def peaks(self, name: str, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first.
 
-        Ripples are left out: what is less than a thousandth of its height above the saddles beside it.
+        Ripples are left out: what is less than a thousandth of its height above the saddles beside it. Solved to 1e-8
+        in half peak to peak; in other kinds the largest alone, the others lie on a parabola, good to about 1e-4.
         """
         a = self.amplitude(kind)[:, self.column(name)]
         found = np.reshape([self._top(a, i, name, kind) for i in crests(a, self.parameter)], (-1, 2))
@@ -92,7 +92,7 @@ class ForcedResponse:
 
     def _top(self, a, i, name, kind):
         """(parameter, amplitude) of point i where it was solved as a top, else of the parabola around it."""
-        solved = self.tops.size and self.tops[i, self.column(name)] and (kind == KINDS[0] or self.H <= 1)
+        solved = self.tops.size and self.tops[i, self.column(name), KINDS.index(kind)]
         f = self.parameter[max(i - 1, 0):i + 2]
         apart = np.abs(np.diff(f))
         if solved or not 0 < i < len(a) - 1 or not np.isfinite(a[i - 1:i + 2]).all() or 20 * min(apart) <= max(apart):

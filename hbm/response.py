@@ -179,7 +179,7 @@ def _curve(task, names, rows, first, last, at, contact, progress):
     scale, evaluate, weights, settings = task.parameter.scale, task.evaluate, task.balance.weights, task.settings
     recover = rows @ task.balance.receptance.shapes
     branch = _branch(task, scale * first, scale * last, progress)
-    tops = np.empty((0, 0), dtype=bool)
+    tops = np.empty((0, 0, 0), dtype=bool)
     if len(branch.points) > 2:
         solve_passages(evaluate, branch, scale * at, weights, settings)
         tops = refine_peaks(evaluate, branch, recover, _noise(branch, rows, task.balance), weights, settings)

@@ -18,8 +18,8 @@ C1 = load("C1")
 
 def amplitude_at(problem, force, outputs, name, H):
     """Function of Hz: half peak to peak of a solution of its own, far from any curve."""
-    def at(hz):
-        return follow_band(problem, force, (hz, 1.0001 * hz), harmonics=H, outputs=outputs).amplitude()[
+    def at(hz, kind="half_peak_to_peak"):
+        return follow_band(problem, force, (hz, 1.0001 * hz), harmonics=H, outputs=outputs).amplitude(kind)[
             0, list(outputs).index(name)]
     return at
 
@@ -47,6 +47,8 @@ def test_maxima_are_solved_to_1e8():
     height = amplitude_at(problem, 40 * force, outputs, "tip", 3)
     best = minimize_scalar(lambda f: -height(f), bounds=(hz - 0.5, hz + 0.5), method="bounded", options={"xatol": 1e-6})
     assert top == pytest.approx(-best.fun, rel=1e-8) and hz == pytest.approx(best.x, rel=1e-5)
+    again = minimize_scalar(lambda f: -height(f, "harmonic"), bounds=(hz - 0.5, hz + 0.5), method="bounded")
+    assert curve.peak("tip", "harmonic")[1] == pytest.approx(-again.fun, rel=1e-8)
 
 
 def test_an_output_of_rounding_has_no_maxima_to_solve():
