@@ -57,8 +57,6 @@ def html_of(store):
     return Reader(store.path("report.html").read_text(encoding="utf-8"))
 
 
-
-
 def test_page_loads_nothing_from_elsewhere(plain_report):
     content = plain_report.path("report.html").read_text(encoding="utf-8")
     read = html_of(plain_report)

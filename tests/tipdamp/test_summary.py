@@ -22,8 +22,6 @@ def plain_report(tmp_path_factory):
     return written(tmp_path_factory.mktemp("plain"))
 
 
-
-
 def test_summary_holds_what_is_promised(plain_report):
     summary = json.loads(plain_report.path("summary.json").read_text())
     for key, inside in PROMISED.items():
