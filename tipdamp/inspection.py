@@ -5,7 +5,8 @@ import numpy as np
 from hbm.errors import InputError
 from tipdamp import bodies, loads, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.plausible import damping_warnings, distance_warnings, mesh_warnings
+from tipdamp.plausible import distance_warnings, expectations, first_frequency, mesh_warnings
+from tipdamp.stiffness import side_materials
 
 
 def describe_model(study, store) -> dict:
@@ -13,7 +14,8 @@ def describe_model(study, store) -> dict:
     model, pairs, facts = bodies.given_model(study)
     found = {"bodies": {b: {"dofs": int((model.body == b).sum())} for b in (BLADES, DAMPER)},
              "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts,
-             "warnings": [*pair_checks.warnings(pairs), *damping_warnings(study)]}
+             "warnings": pair_checks.warnings(pairs)
+             + pair_checks.pull_warnings(pairs, study.driver["pull_direction"])}
     return _with_page(study, store, found, {}, pairs, pair_checks.places_in(model, pairs))
 
 
@@ -25,11 +27,12 @@ def describe_meshes(study, store, tick) -> dict:
     meshes = bodies.read_meshes(study)
     loads.check(study, meshes)
     found = {name: _of_mesh(study, name, mesh) for name, mesh in meshes.items()}
+    found[BLADES]["first_hz"] = first_frequency(study, meshes[BLADES])
     try:
         pairs = bodies.matched_pairs(study, meshes)
     except InputError as error:
         warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
-        content = {"bodies": found, "warnings": warnings + [*damping_warnings(study)]}
+        content = {"bodies": found, "warnings": warnings + expectations(study, {"bodies": found})}
         for name in _with_page(study, store, content, meshes, trouble=str(error)).get("pictures", ()):
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
@@ -38,7 +41,9 @@ def describe_meshes(study, store, tick) -> dict:
     if not study["contact"]["pairs"]:
         warnings += [*distance_warnings(study, pairs, meshes)]
     content = {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
-               "warnings": warnings + pair_checks.warnings(pairs, angles) + [*damping_warnings(study)]}
+               "side_moduli": side_materials(study, meshes, pairs, every=True),
+               "warnings": warnings + pair_checks.warnings(pairs, angles)
+               + pair_checks.pull_warnings(pairs, study.driver["pull_direction"])}
     places = {BLADES: meshes[BLADES].position[meshes[BLADES].index(pairs.blade_node)],
               DAMPER: meshes[DAMPER].position[meshes[DAMPER].index(pairs.damper_node)]}
     return _with_page(study, store, content, meshes, pairs, places, angles)

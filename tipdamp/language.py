@@ -162,8 +162,8 @@ RESPOND = {
 }
 POINTS = ("text", "texts", "vector")    # kinds of the keys of [respond] that say where, not how much
 FREE = {
-    "band": Key("band", "first and last frequency of the response without damper, Hz", (1400.0, 1900.0), low=0,
-                open_low=True),
+    "band": Key("band", "first and last frequency of the response without damper, Hz; default: around the blades' own "
+                "out-of-phase and in-phase modes", None, low=0, open_low=True),
     "damping_ratio": Key("ratios", "zeta of the modes without damper: one value, or one per mode from the lowest",
                          (0.005,), low=0, high=0.9999),
 }

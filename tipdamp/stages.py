@@ -45,7 +45,7 @@ def _report(study, store, tick):
 _BODIES = ("material", "materials", "blades", "damper_body", "model_body", "groups")
 STAGES = {stage.name: stage for stage in (
     Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", inspect, (),
-          (*_BODIES, "points", "expected"), ("inspect.json",), reads_meshes=True),
+          (*_BODIES, "points"), ("inspect.json",), reads_meshes=True),
     Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", reduce, (),
           (*_BODIES, "points", "free", "rotation", "loads", "wanted_error"),
           ("model.npz", "pairs.csv", "reduce.json"), reads_meshes=True),

@@ -35,16 +35,18 @@ def refused(path, pattern):
 
 
 def inspect(path, capsys):
-    """Exit code, standard error, and warnings of inspect.json (None when it failed)."""
+    """Exit code, standard error, and the warnings that are printed, at least those of inspect.json (None when it
+    failed)."""
     code = main(["inspect", str(path), "--quiet"])
     out, error = capsys.readouterr()
     result = path.parent / "results" / "corner" / "inspect.json"
     if code:
         assert not result.exists() and error.count("\n") == 1
         return code, error, None
-    warnings = json.loads(result.read_text())["warnings"]
-    assert all(f"warning: {w[:60]}" in out for w in warnings)
-    return code, error, warnings
+    printed = [line.removeprefix("warning: ") for line in out.splitlines() if line.startswith("warning: ")]
+    kept = json.loads(result.read_text())["warnings"]
+    assert [w[:60] for w in printed[:len(kept)]] == [w[:60] for w in kept]
+    return code, error, printed
 
 
 # ---- the file itself -------------------------------------------------------------------------------------------
@@ -280,6 +282,22 @@ def test_a13_nothing_to_warn_of_and_the_study_may_widen_the_range(tmp_path, caps
             ("band = [20000, 40000]", "band = [2000, 4000]")]
     _, _, warnings = inspect(corner_study.write(tmp_path, change=soft), capsys)
     assert len(warnings) == 1
+
+
+def test_a13_contact_stiffer_than_two_half_spaces(tmp_path, capsys):
+    """kn in N/mm where N/m is meant, or the other way: above the smooth half-spaces of that side. Steel, the flat 10 mm
+    square of the corner: a circle of the same area, a = 5.64 mm, has 2 a E* = 1.28e9 N/m, a square 1 % more."""
+    _, _, warnings = inspect(corner_study.write(tmp_path, change=[("kn = 1e6", "kn = 1e9")]), capsys)
+    found = [w for w in warnings if "half-spaces" in w]
+    assert len(found) == 1 and found[0].startswith("[contact.one] kn = 1e+09 N/m on 9 nodes is 9e+09 N/m")
+    bound = float(found[0].split(" N/m), and real")[0].rpartition("(")[2])
+    assert 1.28e9 < bound < 1.32e9
+
+
+def test_a14_pull_direction_turned_round(tmp_path, capsys):
+    code, _, warnings = inspect(corner_study.write(tmp_path, change=[("[1, 0, 1]", "[-1, 0, -1]")]), capsys)
+    assert code == 0 and any(w.startswith("pull_direction = [-0.7071, 0.0, -0.7071]: side 'one' would have to pull the "
+                                          "damper") for w in warnings)
 
 
 def test_a14_two_pieces(tmp_path, capsys):

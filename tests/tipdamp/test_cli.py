@@ -83,6 +83,17 @@ def test_friction_pull_and_stiffness_leave_the_reduced_model_alone(copy, capsys)
     assert table.preload[table.side == "left"].sum() == pytest.approx(60 / 2**0.5, rel=1e-6)  # 60 / (2 sin 45)
 
 
+def test_levels_band_and_damping_leave_inspect_alone(copy, capsys):
+    """What they do not fit is judged each time, beside what inspect found."""
+    edit(copy, "levels = [1, 20]", "levels = [2]")
+    edit(copy, "damping_ratio = 0.022", "damping_ratio = 0.3")
+    path = edit(copy, "band = [2300, 3300]", "band = [1e6, 2e6]")
+    assert main(["inspect", path, "--quiet"]) == 0
+    out = capsys.readouterr().out
+    assert "inspect  up to date" in out
+    assert "first natural frequency between" in out and "damping_ratio = 0.3: is it in percent" in out
+
+
 def test_a_stage_says_what_it_needs(copy, capsys):
     shutil.rmtree(copy / "results")
     assert main(["respond", str(copy / "rig.toml")]) == 2

@@ -1,12 +1,12 @@
 """Stages inspect and reduce: what is in the meshes or matrices; the reduced model, its free modes and response."""
 
 import numpy as np
-from scipy.linalg import eigh
 
 from hbm.linear import linear_response
 from hbm.model import ReducedModel
 from tipdamp import bodies, inspection
 from tipdamp.bodies import BLADES
+from tipdamp.free_modes import FreeModes, band, band_warnings, lowest_modes, named_modes
 from tipdamp.jobs.terms import excitation, group, outputs, ratio
 
 
@@ -26,15 +26,18 @@ def reduce(study, store, tick):
     else:
         model, pairs, facts, truncation = bodies.reduced_model(study, store, tick)
     blades = model.part(BLADES)
-    known = "respond" in study
-    free = free_modes(study, blades) if known else {"hz": lowest_modes(blades)[0][:10]}
+    if "respond" in study:
+        free = free_modes(study, blades)
+        limits = band(study["free"]["band"], free)
+        found = {"free_hz": free.named, "free_modes_hz": free.hz, "free_response": free_response(study, blades, limits),
+                 "warnings": [*free.warnings, *band_warnings(limits, free)]}
+    else:
+        found = {"free_hz": {}, "free_modes_hz": lowest_modes(blades)[0][:10], "free_response": None, "warnings": []}
     with store.writing("model.npz") as path:
         model.save(path)
     with store.writing("pairs.csv") as path:
         pairs.save(path)
-    store.write_json("reduce.json", {
-        **facts, "free_hz": {k: free[k][0] for k in ("out_of_phase", "in_phase") if k in free},
-        "free_modes_hz": free["hz"], "free_response": free_response(study, blades) if known else None})
+    store.write_json("reduce.json", {**facts, **found})
     more = [*facts.get("pictures", ())]
     if truncation is not None:
         with store.writing("truncation.npz") as path:
@@ -43,33 +46,17 @@ def reduce(study, store, tick):
     return more
 
 
-def lowest_modes(model: ReducedModel, count: int = 20) -> tuple[np.ndarray, np.ndarray]:
-    """Hz (m,) and mass-normalised shapes (r, m)."""
-    lam, shapes = eigh(model.K, model.M, subset_by_index=(0, min(count, model.size) - 1))
-    return np.sqrt(np.maximum(lam, 0)) / (2 * np.pi), shapes
-
-
-def free_modes(study, blades: ReducedModel) -> dict:
-    """Free modes of the blades: {"out_of_phase": (Hz, shape), "in_phase": (Hz, shape), "hz": lowest ten}.
-
-    The mode that contributes most to the static compliance of the difference (sum) of the two patches' mean motion
-    is the out-of-phase (in-phase) one: found by shape, whatever its number.
-    """
-    hz, shapes = lowest_modes(blades)
+def free_modes(study, blades: ReducedModel) -> FreeModes:
+    """Free modes of the blades by the motion of the two patches along the force."""
     direction = study["respond"]["direction"]
-    patches = study["respond"]["patches"]
-    one, two = (np.mean([blades.displacement_row(BLADES, n, direction) for n in group(blades, study, p)], axis=0)
-                @ shapes for p in patches)
-    found = {"hz": hz[:10]}
-    for name, motion in (("out_of_phase", one - two), ("in_phase", one + two)):
-        best = int((motion**2 / hz**2).argmax())
-        found[name] = (float(hz[best]), shapes[:, best])
-    return found
+    rows = (np.mean([blades.displacement_row(BLADES, n, direction) for n in group(blades, study, p)], axis=0)
+            for p in study["respond"]["patches"])
+    return named_modes(blades, *rows)
 
 
-def free_response(study, blades: ReducedModel) -> dict:
+def free_response(study, blades: ReducedModel, limits) -> dict:
     """Linear response without damper, per newton: largest over each patch.          [Zucca 2016, figure 2]"""
-    hz = np.linspace(*study["free"]["band"], 801)
+    hz = np.linspace(*limits, 801)
     rows = outputs(study, blades)
     x = np.abs(linear_response(blades, None, excitation(study, blades), hz,
                                ratio(study["free"]["damping_ratio"]), rows))

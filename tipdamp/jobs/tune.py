@@ -31,7 +31,7 @@ def tune(study, store, tick):
     model, whole = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("preload.csv"))
     blades = model.part(BLADES)
     follow = np.zeros(model.size)
-    follow[model.body == BLADES] = free_modes(study, blades)[study["tune"]["follow"]][1]
+    follow[model.body == BLADES] = free_modes(study, blades).follow[study["tune"]["follow"]]
     line = line_of(study, whole)
 
     def rows(pairs):
