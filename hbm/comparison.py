@@ -4,11 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm import shooting
+from hbm import continuation, fourier, shooting
+from hbm.curve import ForcedResponse
+from hbm.errors import InputError
+from hbm.inputs import check_at, check_forcing, check_outputs
 from hbm.march import MASSLESS, TOLERANCE, March
 from hbm.march_sampled import STEPS, SampledMarch
-from hbm.residual import HarmonicBalance
+from hbm.residual import ContactProblem, HarmonicBalance
+from hbm.solutions import first_point
 
+ELSEWHERE = 0.2          # relative difference to the nearest point of the curve from which on it is another solution
+SMALL = 1e-3             # relative difference above which more harmonics are advised
 LEFT = 3e-2              # relative difference from which on the integration has gone to another orbit
 PATIENCE = 40            # periods marched from the orbit before Newton helps to find where they lead
 
@@ -19,18 +25,68 @@ class Comparison:
 
     difference : of the amplitude of harmonic 1, the largest over the outputs and relative to the largest output
     steady : Steady state of the integration; left : whether that is another orbit
-    said : one sentence
+    said : one sentence; hz : frequency; H : harmonics of the balance; origin, start : as in ForcedResponse
     """
 
     difference: float
     steady: shooting.Steady
     left: bool
     said: str
+    hz: float
+    H: int
+    origin: str
+    start: str
 
     @property
     def agrees(self) -> bool:
         """Whether the integration is periodic and stayed on the orbit: then `difference` is an error."""
         return self.steady.periodic and not self.left
+
+
+def compare_at(curve: ForcedResponse, problem: ContactProblem, forcing, hz: float, outputs: dict, start=None,
+               **settings) -> Comparison:
+    """A point of a curve against time integration that starts on its orbit and runs until it repeats to 1e-8.
+
+        problem, _ = contact_problem(model, pairs, law, damping_ratio=0.01)
+        print(compare_at(curve, problem, forcing, 1250.0, {"tip": tip}).said)
+
+    problem, forcing, outputs : those that the curve was made with; start : slider positions (P, nt) where those were
+    given to the curve; settings : as in `compare`
+    The point is solved at hz from the nearest one of the curve, or where the curve was made without contact=True from
+    the stuck response. Raises InputError where hz is off the curve, or where that leads to another solution.
+    """
+    hz = check_at(hz)[0]
+    names, rows = check_outputs(outputs, problem.K.shape[0])
+    forces = check_forcing(forcing, problem.K.shape[0], curve.H)
+    if start is None and curve.start == "given":
+        raise InputError("start: the curve began with slider positions of its own, give them here too")
+    balance = HarmonicBalance(problem, forces, curve.H, curve.start if start is None else start)
+    return compare(balance, _point_of(curve, balance, hz, names, rows), rows, **settings)
+
+
+def _point_of(curve, balance, hz, names, rows):
+    """The solution at hz on the curve."""
+    good = np.flatnonzero(curve.converged)
+    low, high = curve.frequency[good].min(), curve.frequency[good].max()
+    if not low <= hz <= high:
+        raise InputError(f"hz = {hz:g}: the curve covers {low:g} to {high:g} Hz")
+    i = good[np.abs(curve.frequency[good] - hz).argmin()]
+    w, motion = 2 * np.pi * hz, curve.contact_motion
+    if motion.size:
+        if motion.shape[1] != len(balance.problem.pairs):           # pairs that were left out stand still in the curve
+            motion = motion[:, np.any(motion[good] != 0, axis=(0, 2, 3))]
+        guess = fourier.to_real(motion[i].reshape(-1, curve.H + 1)).ravel()
+        point = continuation.solve_at(balance.evaluate, guess, w, balance.weights)
+    else:
+        point = first_point(balance, w, continuation.DEFAULT)
+    if not point.converged:
+        raise InputError(f"hz = {hz:g}: no solution found there from the curve; take a frequency of one of its points")
+    X = np.abs(rows @ (balance.receptance.shapes @ point.detail.modal))[:, 1]
+    there = np.abs(curve.harmonics[i][[curve.column(name) for name in names], 1])
+    if np.abs(X - there).max() > ELSEWHERE * max(there.max(), X.max()):
+        raise InputError(f"hz = {hz:g}: leads to another solution than the nearest point of the curve, at "
+                         f"{curve.frequency[i]:g} Hz; make the curve with contact=True and at=[{hz:g}]")
+    return point
 
 
 def compare(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE, most_periods: int = 1000,
@@ -49,7 +105,10 @@ def compare(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE,
         steady = shooting.shoot(march, begin, rows)
         if not steady.periodic or _difference(balance, point, rows, steady) > LEFT:
             steady = shooting.march_on(march, begin, rows, most_periods=most_periods - before)
-    return _said(steady, _difference(balance, point, rows, steady))
+    difference = _difference(balance, point, rows, steady)
+    left, said = _said(steady, difference, balance.H)
+    return Comparison(difference, steady, left, said, float(point.parameter) / (2 * np.pi), balance.H, steady.origin,
+                      steady.start)
 
 
 def make(balance, w, tolerance=TOLERANCE, massless_above=MASSLESS, steps=None) -> March:
@@ -64,7 +123,7 @@ def _difference(balance, point, rows, steady):
     return float(np.abs(np.abs(steady.harmonics[:, 1]) - np.abs(X[:, 1])).max() / np.abs(X[:, 1]).max())
 
 
-def _said(steady, difference):
+def _said(steady, difference, H):
     left = bool(difference > LEFT)
     if not steady.finished:
         said = "the integration did not finish a period: transitions follow each other faster and faster"
@@ -77,4 +136,6 @@ def _said(steady, difference):
                 f"{steady.multiplier:.4f}): left to itself the integration leaves it")
     else:
         said = f"the integration stays on the orbit, {difference:.2e} away"
-    return Comparison(difference, steady, left, said)
+    if steady.periodic and not left and difference > SMALL:
+        said += f"; more harmonics than H = {H} bring it closer"
+    return left, said

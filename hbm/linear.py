@@ -19,6 +19,7 @@ from hbm.inputs import brief, check_forcing, check_outputs
 
 NOISE = 50.0     # times the rounding of the stiffness: what a motion that is held must store
 LOOSE = 1e-13    # share of the stiffness, for each dof, that a body held as a whole must store: reduction rounds too
+STATIC = 1e18    # pole of a motion without mass and damping, in units of the slowest frequency: it follows statically
 RIGID = 0.05     # of a motion: what is left of it beside a rigid one of its body
 
 
@@ -123,24 +124,42 @@ def _check_held(K, describe):
 
 
 def _pencil(shapes, period2, C):
-    """Poles and shapes of s^2 diag(period2) + s C + I, scaled so that the receptance is sum z z'/(i w - s)."""
-    m = len(period2)
-    A = np.block([[C, np.diag(period2)], [np.diag(period2), np.zeros((m, m))]])
-    B = np.diag(np.r_[np.ones(m), -period2])
-    if period2.min() <= 1e-14 * period2.max():
-        raise InputError("a general damping matrix with massless dofs is not supported: give damping_ratio instead")
-    scale = np.sqrt(np.r_[np.ones(m), period2])
-    poles, Z = la.eig(-B / np.outer(scale, scale), A / np.outer(scale, scale))
-    Z = Z / scale[:, None]
-    norm = np.einsum("ij,ij->j", Z, A @ Z)
-    Z = Z[:m] / np.sqrt(norm)
-    w = 1 / np.sqrt(period2[:1])
+    """Poles and shapes of s^2 diag(period2) + s C + I, scaled so that the receptance is sum z z'/(i w - s).
+
+    With the state (y, sqrt(period2) y') that is a standard eigenvalue problem for -1/s. Motions without mass have poles
+    of first order; those without damping either follow statically, and no others then act on them (C is not negative).
+    """
+    shapes, period2, C, still = _without_mass(shapes, period2, C)
+    m, heavy = len(period2), np.flatnonzero(period2)
+    coupling = np.zeros((m, len(heavy)))
+    coupling[heavy, np.arange(len(heavy))] = np.sqrt(period2[heavy])
+    inverse, Z = la.eig(np.block([[C, coupling], [-coupling.T, np.zeros((len(heavy),) * 2)]]), overwrite_a=True,
+                        check_finite=False)
+    y, v = Z[:m], Z[m:]
+    norm = np.einsum("ij,ij->j", y, C @ y + 2 * (coupling @ v))
+    poles, Z = -1 / inverse, y / np.sqrt(norm)
+    w = 1 / np.sqrt(period2.max())
     system = np.diag(1 - period2 * w**2) + 1j * w * C
     error = np.abs(system @ ((Z / (1j * w - poles)) @ Z.T) - np.eye(m)).max()
     if not error < 1e-8:
         raise InputError(f"the damping matrix has no full set of modes (defect {error:.1e}): "
                          "change it a little, or give damping_ratio instead")
-    return Receptance(shapes @ Z, poles=poles)
+    static = np.full(still.shape[1], -STATIC / np.sqrt(period2.max()))
+    return Receptance(np.hstack([shapes @ Z, still * np.sqrt(np.abs(static))]), poles=np.r_[poles, static])
+
+
+def _without_mass(shapes, period2, C):
+    """shapes, period2 (0 where there is no mass) and C of the motions with mass or damping; shapes of the others."""
+    light = period2 <= 1e-14 * period2.max()
+    if not light.any():
+        return shapes, period2, C, shapes[:, :0]
+    damping, turn = la.eigh(C[np.ix_(light, light)])
+    T = np.eye(len(period2))
+    T[np.ix_(light, light)] = turn
+    damped = np.ones(len(period2), dtype=bool)
+    damped[light] = damping > 1e-12 * np.abs(C).max()
+    shapes, C = shapes @ T, T.T @ C @ T
+    return shapes[:, damped], np.where(light, 0.0, period2)[damped], C[np.ix_(damped, damped)], shapes[:, ~damped]
 
 
 def assembled(model, pairs):
@@ -186,7 +205,7 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis, or deforms."""
     share = {body: np.sum(motion[model.body == body] ** 2) for body in dict.fromkeys(model.body.tolist())}
     body = max(share, key=share.get)
-    rows = np.flatnonzero((model.body == body) & (model.direction != "mode") & np.isfinite(model.position[:, 0]))
+    rows = np.flatnonzero((model.body == body) & model.moves & np.isfinite(model.position[:, 0]))
     if len(rows) < 3:
         return NamedMotion(f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False)
     axis = np.array(["xyz".index(d) for d in model.direction[rows]])

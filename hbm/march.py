@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm import fourier, integrator
+from hbm import compilation, fourier, integrator
 from hbm.integrator import OPEN, STICK, Law, System
 from hbm.poles import split
 from hbm.residual import HarmonicBalance
@@ -137,6 +137,7 @@ class March:
 
         That happens where the motion chatters faster and faster.
         """
+        compilation.announce(integrator.run)
         state = state.copy()
         self.finished = integrator.run(
             self.system, self.law, self.tables, (state.mode, state.closed, state.slider), state.z, n, self.tolerance,

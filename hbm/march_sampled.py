@@ -32,7 +32,7 @@ class SampledMarch(March):
 
     def __init__(self, balance, w, steps: int = STEPS, massless_above: float = MASSLESS):
         if not hasattr(balance.problem.law, "step"):
-            raise InputError(f"time integration: law {balance.problem.law.name} has no step; use one law for all pairs")
+            raise InputError(f"time integration: law {balance.problem.law.name} has no step")
         super().__init__(balance, w, 0.0, steps, massless_above)
         problem = balance.problem
         self.steps, self.h = steps, self.tables[0][0]
@@ -78,13 +78,16 @@ class SampledMarch(March):
 
     def vector(self, state: SampledState) -> np.ndarray:
         """z and the sliders, or the whole state of a law without sliders, in m."""
-        kept = self.contact.tangents or self.contact.states
-        return np.r_[state.z * self.weight, state.slider[:, :kept].ravel()]
+        return np.r_[state.z * self.weight, state.slider[:, :self._kept].ravel()]
+
+    @property
+    def _kept(self):
+        return getattr(self.contact, "kept", self.contact.tangents or self.contact.states)
 
     def from_vector(self, v: np.ndarray) -> SampledState:
         n = len(self.weight)
         z, slider = v[:n] / self.weight, v[n:].reshape(len(self.pairs), -1)
-        if self.contact.tangents:
+        if self._kept == self.contact.tangents:
             u = (self.known[0, 0] + self.system.out @ z).reshape(self.stiffness.shape)
             slider = self.contact.begin(u, slider, False, self.pairs)
         return self.state(z, slider)

@@ -9,7 +9,7 @@ import numpy as np
 
 from hbm import aft
 from hbm.errors import InputError
-from hbm.laws import PairSettings
+from hbm.laws import PairSettings, Tangents
 
 COMPONENTS = ("t1", "t2", "n")
 
@@ -61,6 +61,47 @@ class MixedLaw:
             D[np.ix_(at[b.pair], columns, range(nh), columns, range(nh))] = b.D
         return g, D, moves, shares
 
+    @property
+    def states(self) -> int:
+        """Length of the state of a pair in the time integration: of the law that needs most."""
+        return max(_states(law) for law in self.laws)
+
+    @property
+    def kept(self) -> int:
+        """Leading entries of the state that shooting must keep: all, as they mean something else for each law."""
+        return self.states
+
+    def begin(self, u, sliders, from_position, pairs):
+        """State (P, states) at t = 0, where the motion is u (P, 3)."""
+        state = np.zeros((len(pairs), self.states))
+        for law, at, columns in self._parts(pairs):
+            own, given = u[np.ix_(at, columns)], sliders[at, :law.tangents]
+            if law.corridor:
+                begun = np.concatenate([own[:, :law.tangents] if from_position else given, own], axis=1)
+                state[at, :_states(law)] = begun[:, :_states(law)]
+            else:
+                state[at, :law.states] = law.begin(own, given, from_position, _some(pairs, at))
+        return state
+
+    def step(self, u, state, pairs):
+        """Force (P, 3), state and tangents after the motion went on to u; laws without a normal carry the preload."""
+        P, ns = len(pairs), self.states
+        force, new = np.zeros((P, 3)), np.array(state, dtype=float)
+        t = Tangents(np.zeros((P, 3, 3)), np.zeros((P, 3, ns)), np.zeros((P, ns, 3)), np.zeros((P, ns, ns)))
+        force[:, 2] = pairs.preload
+        for law, at, columns in self._parts(pairs):
+            own, n = _some(pairs, at), np.arange(_states(law))
+            motion, before = u[np.ix_(at, columns)], state[np.ix_(at, n)]
+            f, after, by = _corridor_step(law, motion, before, own) if law.corridor else law.step(motion, before, own)
+            if law.has_normal:
+                force[at, 2] = 0.0
+            force[np.ix_(at, columns)] += f
+            new[np.ix_(at, n)] = after
+            for name, rows, along in (("force_u", columns, columns), ("force_slider", columns, n),
+                                      ("slider_u", n, columns), ("slider_slider", n, n)):
+                getattr(t, name)[np.ix_(at, rows, along)] = getattr(by, name)
+        return force, new, t
+
     def _parts(self, pairs):
         """(law, its pairs, its columns) of every law that has pairs."""
         if len(pairs) != len(self.of_pair):
@@ -74,3 +115,36 @@ class MixedLaw:
 
 def _some(pairs, at):
     return PairSettings(pairs.kn[at], pairs.kt[at], pairs.mu[at], pairs.preload[at])
+
+
+def _states(law) -> int:
+    """Of a corridor law with sliders: these, and the motion before, for the instant of re-contact."""
+    if not law.corridor:
+        return law.states
+    return law.tangents + len(law.components) if law.tangents else 0
+
+
+def _corridor_step(law, u, state, pairs):
+    """One step of a corridor law; a pair that closes takes up its sliders where the motion was at contact.
+
+    The derivatives are those of the force and of the sliders by the motion, as Newton within a step needs them.
+    """
+    nt, ns = law.tangents, _states(law)
+    sliders, before = state[:, :nt].copy(), state[:, nt:]
+    if nt and law.has_normal:
+        N0, N1 = (pairs.preload + pairs.kn * motion[:, -1] for motion in (before, u))
+        closes = (N0 <= 0) & (N1 > 0)
+        share = np.divide(N0, N0 - N1, out=np.zeros(len(u)), where=closes)
+        touch = before[:, :nt] + share[:, None] * (u - before)[:, :nt]
+        sliders[closes] = touch[closes]
+    force, new, t = law.step(u, sliders, pairs)
+    by_u = t.force_u.copy()
+    if nt and law.has_normal:
+        moved = np.zeros((len(u), nt, u.shape[1]))
+        moved[:, np.arange(nt), np.arange(nt)] = share[:, None]
+        moved[:, :, -1] = (np.divide(N0 * pairs.kn, (N0 - N1) ** 2, out=np.zeros(len(u)), where=closes)[:, None]
+                           * (u - before)[:, :nt])
+        by_u += np.einsum("pds,psu->pdu", t.force_slider, moved * closes[:, None, None])
+    none = np.zeros((len(u), ns, ns))
+    return force, np.concatenate([new, u], axis=1)[:, :ns], Tangents(
+        by_u, np.zeros((len(u), u.shape[1], ns)), np.zeros((len(u), ns, u.shape[1])), none)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hbm import continuation, fourier
-from hbm.curve import crests, harmonics
+from hbm import continuation
+from hbm.curve import KINDS, amplitude, crests, harmonics
 
 TOLERANCE = 1e-10        # of the amplitude: by how much a point may still lie under the top
 TRUST = 1e-8             # error of a foretold height from which on the next is believed
@@ -11,24 +11,35 @@ MOST = 12                # points tried around one maximum
 
 
 def refine_peaks(evaluate, branch, recover, noise, weights, settings) -> np.ndarray:
-    """Insert solved points at the local maxima (half peak to peak) of every output, and say which these are.
+    """Insert solved points at the local maxima of every output, and say which these are.
 
-    noise : (m,) amplitudes below which an output is rounding; returns (n, m) bool, for the branch as it is afterwards
+    All maxima of half peak to peak; in the other kinds, whose maxima lie a little beside these, the largest.
+    noise : (m,) amplitudes below which an output is rounding
+    Returns (n, m, kinds) bool, for the branch as it is afterwards and the kinds of `curve.KINDS`.
     """
-    def heights(point):
-        return fourier.half_peak_to_peak(recover @ point.detail.modal)
+    tops = []
+    for k, kind in enumerate(KINDS):
+        def heights(point, kind=kind):
+            return amplitude(recover @ point.detail.modal, kind)
 
-    table, tops = list(fourier.half_peak_to_peak(harmonics(branch, recover))), []
-    for j in np.flatnonzero(np.nanmax(table, axis=0) > noise):
-        found = crests(np.array(table)[:, j], [p.parameter for p in branch.points])
-        for top in [branch.points[i] for i in found]:
+        table = list(amplitude(harmonics(branch, recover), kind))
+        for j in np.flatnonzero(np.nanmax(table, axis=0) > noise):
             climb = _Climb(evaluate, branch, table, j, heights, weights, settings)
-            tops.append((climb.run(branch.points.index(top)), j))
+            for top in _maxima(branch, np.array(table)[:, j], kind):
+                tops.append((climb.run(branch.points.index(top)), j, k))
     place = {id(point): i for i, point in enumerate(branch.points)}
-    marks = np.zeros((len(branch.points), len(recover)), dtype=bool)
-    for point, j in tops:
-        marks[place[id(point)], j] = True
+    marks = np.zeros((len(branch.points), len(recover), len(KINDS)), dtype=bool)
+    for point, j, k in tops:
+        marks[place[id(point)], j, k] = True
     return marks
+
+
+def _maxima(branch, heights, kind):
+    """The points to climb from: all crests, or in another kind than the first the largest alone."""
+    found = crests(heights, [p.parameter for p in branch.points])
+    if kind != KINDS[0]:
+        found = sorted(found, key=lambda i: -heights[i])[:1]
+    return [branch.points[i] for i in found]
 
 
 class _Climb:

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 
 from hbm import aft, fourier
 from hbm.errors import InputError
-from hbm.inputs import check_kind, check_law, check_samples, numbers
+from hbm.inputs import check_kind, check_law, check_samples, check_shapes, numbers
 from hbm.laws import CorridorLaw, PairSettings
 from hbm.linear import Receptance, stuck_receptance
 from hbm.linearisation import Linearisation, real_times
@@ -66,6 +66,7 @@ class ContactProblem:
             raise InputError(f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.pairs)} pairs of a model with "
                              f"{r} dofs needs ({len(self.pairs) * nd}, {r})")
         numbers("B", self.B, "must be a real matrix")
+        check_shapes(self.law, self.pairs)
         if self.static is not None:
             static = numbers("static", self.static, f"must be {r} real numbers in N")
             if static.shape != (r,) or not np.isfinite(static).all():
@@ -233,14 +234,18 @@ class HarmonicBalance:
     def _series_terms(self, w):
         """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for the others.
 
-        1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of Chebyshev's U_n).
+        1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of Chebyshev's U_n), and
+        1/(i k w - s) = -sum (i k w)^n / s^(n + 1) for poles, which come in conjugate pairs.
         """
         r = self.receptance
-        if r.poles is not None or r.shapes.shape[1] < 60:
+        if r.shapes.shape[1] < 60:
             return slice(None), None
         top = w * max(self.H, 1)
         if self._series is None or not 0.5 * self._series[0] <= top <= self._series[0]:
             reach = 1.1 * top
+            if r.poles is not None:
+                self._series = (reach, *self._series_of_poles(np.abs(r.poles) > reach * SERIES_REACH))
+                return self._series[1:]
             high = (np.sqrt(r.mass) * reach * SERIES_REACH < 1) & (r.ratio < 0.3)
             low = np.flatnonzero(~high)
             P, zeta, s = self.shapes[:, high], r.ratio[high], np.sqrt(r.mass[high])
@@ -251,3 +256,11 @@ class HarmonicBalance:
                 before, now = now, -2 * zeta * now - before
             self._series = (reach, low, powers)
         return self._series[1], self._series[2]
+
+    def _series_of_poles(self, high):
+        fast, P = 1 / self.receptance.poles[high], self.shapes[:, high]
+        powers, weight = [], -fast
+        for _ in range(SERIES_TERMS):
+            powers.append(((P * weight) @ P.T).real)
+            weight = weight * fast
+        return np.flatnonzero(~high), np.array(powers)

@@ -28,6 +28,7 @@ class Steady:
     multiplier : largest modulus of the Floquet multipliers of the motion that are not 1 of a slider at rest, NaN where
         the monodromy was not computed
     finished : False where the transitions of a period were too many (chatter)
+    origin, start : of the balance whose problem was integrated, as in ForcedResponse
     """
 
     harmonics: np.ndarray
@@ -37,6 +38,8 @@ class Steady:
     work: np.ndarray
     multiplier: float
     finished: bool
+    origin: str
+    start: str
 
 
 def march_on(march, state, rows, tolerance=REPEATS, most_periods=2000) -> Steady:
@@ -119,5 +122,7 @@ def _until_it_repeats(march, state, tolerance, most_periods):
 
 
 def _steady(march, state, change, n, rows, tolerance, multiplier=np.nan):
+    sliders, from_position = march.balance.start
     return Steady(march.harmonics(rows), change, bool(change <= tolerance), n, march.work.copy(), multiplier,
-                  bool(march.finished))
+                  bool(march.finished), "preloaded" if march.balance.problem.preloaded else "unloaded",
+                  "zero_force" if from_position else "given" if sliders.any() else "zero_slider")

@@ -41,6 +41,7 @@ class Branch:
     leaps : (from, to) parameters: a branch that folds without getting on was left there and a solution taken up here;
         between them there are solutions found in small steps of the parameter, or none: then not far, or marked failed
     outside : the parameter furthest out of the band where it begins that the branch went through, or None
+    count : points when it ended
     """
 
     points: list = field(default_factory=list)
@@ -50,6 +51,7 @@ class Branch:
     calls: int = 0
     leaps: list = field(default_factory=list)
     outside: float | None = None
+    count: int = 0
 
     @property
     def ended(self) -> str:
@@ -58,10 +60,10 @@ class Branch:
 
     def sentence(self, named) -> str:
         """The same with the parameter as `named(parameter)` writes it."""
-        return ENDS[self.end].format(at=named(self.at), n=len(self.points))
+        return ENDS[self.end].format(at=named(self.at), n=self.count)
 
     def finish(self, end, at):
-        self.end, self.at, self.complete = end, at, end == "end"
+        self.end, self.at, self.complete, self.count = end, at, end == "end", len(self.points)
 
 
 class Walk:

@@ -6,15 +6,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
-from modal.matrix_checks import (
-    check_mass,
-    check_mass_by_direction,
-    check_matrix,
-    check_nodes,
-    check_stiffness_diagonal,
-    check_table,
-    negative_stiffness,
-)
+from modal.definite import check_stiffness_diagonal, negative_stiffness
+from modal.matrix_checks import check_mass, check_mass_by_direction, check_matrix, check_nodes, check_table
 
 _HELD = 1e-9      # of the body's own stiffness: a motion that meets less is free
 

@@ -16,15 +16,11 @@ import scipy.linalg as sl
 from hbm.errors import InputError
 from hbm.model import DIRECTIONS, ReducedModel
 from modal.body import Body, check_support
-from modal.eigen import Factor, SingularStiffness
+from modal.definite import check_condensed, definite_factor
 from modal.elasticity import Material
-from modal.inertia import modes_below
-from modal.matrix_checks import check_condensed, negative_stiffness
 from modal.mesh import Mesh
 from modal.stress import nodal_stress
 from modal.truncation import Truncation
-
-_COUNTED = 5000     # dofs up to which negative modes are counted at once: it takes less than 0.1 s
 
 
 @dataclass(frozen=True)
@@ -93,8 +89,8 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
 
     modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
-    loads : [(node numbers, (n, 3) forces)] on interior nodes, of which the static shape is kept beside the modes: the
-    quasi-static response to them is then exact on the whole mesh, not only on the masters.
+    loads : [(node numbers, (n, 3) forces) or (d,) N on the free dofs], of which the static shape is kept beside the
+    modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
     Raises InputError when a master does not exist or is clamped, when the body's support is not as declared, and when
     a motion meets negative stiffness, as above the critical speed of a rotating body.
     """
@@ -105,7 +101,7 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     K_I, M_I = K[interior], M[interior]
     K_IB, K_II, M_IB, M_II = K_I[:, boundary], K_I[:, interior], M_I[:, boundary], M_I[:, interior]
     del K_I, M_I
-    factor = _definite_factor(body, K_II, M_II)
+    factor = definite_factor(body, K_II, M_II)
     found = factor.modes(M_II, modes, below_hz)  # first: the count of the modes makes a second factor for a while
     Psi = factor.solve((-K_IB).toarray(order="F"))
     M_Psi = M_II @ Psi
@@ -151,24 +147,6 @@ def _partition(body, masters):
     return boundary, np.setdiff1d(np.arange(body.dofs), boundary), rigid
 
 
-def _definite_factor(body, K_II, M_II):
-    """Factor of the stiffness with the masters held.
-
-    A large matrix has one only where it is positive definite, but of one with little fill CHOLMOD keeps LDL', as
-    SuperLU does of all: negative modes of small ones are counted here, those of others when the modes are.
-    """
-    try:
-        factor = Factor(K_II)
-    except SingularStiffness as error:
-        factor, reason = None, error
-    negative = modes_below(K_II, M_II, 0.0) if factor is None or len(body.dof_node) < _COUNTED else 0
-    if negative:
-        raise negative_stiffness(body, f"{negative} motion{'s' * (negative > 1)} with the masters held meet it")
-    if factor is None:
-        raise reason
-    return factor
-
-
 def _left_out(factor, M_II, M_Psi, Phi):
     """G of `truncation`: the compliance of the inertia forces of Psi that the kept modes do not carry."""
     if Phi.shape[0] == Phi.shape[1]:
@@ -187,7 +165,8 @@ def _with_load_modes(body, interior, factor, M_II, found, loads):
     """
     if not loads:
         return found.omega, found.phi
-    f = np.column_stack([nodal_load(body, *load)[interior] for load in loads])
+    f = np.column_stack([(load if isinstance(load, np.ndarray) else nodal_load(body, *load))[interior]
+                         for load in loads])
     Z = factor.solve(f)
     size = np.sqrt(np.einsum("ij,ij->j", Z, f))  # 0 for a load on master nodes alone
     Z, f = Z[:, size > 0] / size[size > 0], f[:, size > 0] / size[size > 0]

@@ -1,55 +1,15 @@
-"""What matrices must be to be those of an elastic body: at the door, and the stiffness again once it is condensed."""
+"""What matrices must be to be those of an elastic body, checked at the door."""
 
 import numpy as np
-import scipy.linalg as sl
 import scipy.sparse as sp
 
 from hbm.errors import InputError
 
 SYMMETRY = 1e-10  # of the largest entry
 ISOTROPY = 1e-6   # of the mass: matrices from text files have eight digits
-NEGATIVE = 1e-9   # of the stiffness of a dof held alone: above it a negative stiffness is no rounding
 
 
-def negative_stiffness(body, what: str) -> InputError:
-    """The error that says what meets negative stiffness, and that it is the speed where the body turns."""
-    speed = body.provenance.get("speed")
-    cause = (f"unstable at this speed ({speed}): spin softening and compression exceed the elastic stiffness" if speed
-             else "K is indefinite")
-    return InputError(f"body '{body.name}': negative stiffness, {what}; {cause}")
-
-
-def check_stiffness_diagonal(body):
-    """Every dof meets a stiffness when all others are held."""
-    diagonal = body.K.diagonal()
-    if (diagonal < 0).any():
-        raise negative_stiffness(body, f"K is {diagonal.min():.3g} on its diagonal at "
-                                       f"{_dof(body, int(diagonal.argmin()))}")
-    if (diagonal == 0).any():
-        i = int((diagonal == 0).argmax())
-        empty = not abs(body.K[i]).sum()
-        raise InputError(f"body '{body.name}': K has {'a row of zeros' if empty else 'a zero on its diagonal'} at "
-                         f"{_dof(body, i)}: nothing holds it ({int((diagonal == 0).sum())} such dofs)")
-
-
-def check_condensed(body, boundary, S):
-    """The stiffness S (b, b) condensed on the dofs `boundary` has no motion with negative stiffness, scaled to a unit
-    diagonal and to rounding. With a definite stiffness of the other dofs that makes the whole of K semidefinite."""
-    diagonal = S.diagonal()
-    if (diagonal <= 0).any():
-        i = int(diagonal.argmin())
-        raise negative_stiffness(body, f"{diagonal[i]:.3g} N/m at {_dof(body, boundary[i])} with the other masters "
-                                       "held")
-    scaled = S / np.sqrt(np.outer(diagonal, diagonal))
-    try:
-        sl.cholesky(scaled + NEGATIVE * np.eye(len(S)), check_finite=False)
-    except np.linalg.LinAlgError:
-        lam, shape = sl.eigh(scaled, subset_by_index=(0, 0))
-        raise negative_stiffness(body, f"{lam[0]:.1e} of the stiffness of single dofs, in a motion mostly of "
-                                       f"{_dof(body, boundary[int(np.abs(shape).argmax())])}") from None
-
-
-def _dof(body, i) -> str:
+def dof_name(body, i) -> str:
     return f"dof {i} (node {body.node[body.dof_node[i]]}, {'xyz'[body.dof_direction[i]]})"
 
 
@@ -81,7 +41,7 @@ def check_table(body):
     key = 3 * body.dof_node.astype(np.int64) + body.dof_direction
     unique, count = np.unique(key, return_counts=True)
     if (count > 1).any():
-        raise InputError(f"body '{body.name}': {_dof(body, int((key == unique[count > 1][0]).argmax()))} is in the "
+        raise InputError(f"body '{body.name}': {dof_name(body, int((key == unique[count > 1][0]).argmax()))} is in the "
                          "dof table twice")
 
 
@@ -92,14 +52,14 @@ def check_matrix(body, label, A):
     if bad.any():
         i, j = int(entries.row[bad][0]), int(entries.col[bad][0])
         raise InputError(f"body '{body.name}': {label}[{i}, {j}] is {entries.data[bad][0]}: not a finite number, at "
-                         f"{_dof(body, i)}")
+                         f"{dof_name(body, i)}")
     gap, scale = abs(A - A.T).tocoo(), max(abs(A).max(), 1e-300)
     if gap.nnz and gap.data.max() > SYMMETRY * scale:
         worst = int(gap.data.argmax())
         i, j = int(gap.row[worst]), int(gap.col[worst])
         raise InputError(f"body '{body.name}': {label} is not symmetric: |{label}[{i}, {j}] - {label}[{j}, {i}]| is "
                          f"{gap.data[worst] / scale:.1e} of its largest entry, allowed {SYMMETRY:g}; at "
-                         f"{_dof(body, i)}")
+                         f"{dof_name(body, i)}")
 
 
 def check_mass(body):
@@ -110,12 +70,12 @@ def check_mass(body):
         empty = not abs(body.M[i]).sum()
         raise InputError(f"body '{body.name}': M has "
                          f"{'a row of zeros' if empty else f'{diagonal[i]:g} on its diagonal'} at "
-                         f"{_dof(body, i)}: every dof must have mass ({int((diagonal <= 0).sum())} such dofs)")
+                         f"{dof_name(body, i)}: every dof must have mass ({int((diagonal <= 0).sum())} such dofs)")
     scale = sp.diags(1 / np.sqrt(diagonal))
     lowest, shape = _lowest((scale @ body.M @ scale).tocsr())
     if lowest < -1e-8:
         raise InputError(f"body '{body.name}': M is indefinite: a motion mostly of "
-                         f"{_dof(body, int(np.abs(shape).argmax()))} "
+                         f"{dof_name(body, int(np.abs(shape).argmax()))} "
                          f"has negative mass ({lowest:.1e} of its diagonal)")
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 from hbm.errors import InputError
 
 # Measured by tests/benchmarks/growth.py, assembly and reduction of a block of 8-node hexahedra with 186 master dofs:
-# 0.90, 1.89 and 3.71 GB for 28, 57 and 108 thousand dofs. Matrices and boundary motions grow with the dofs, the two
-# factors (for the modes and for their count) with dofs^(4/3): nested dissection in three dimensions.
-_BYTES_PER_DOF, _FACTOR_BYTES, _GROWTH = 25e3, 180.0, 4 / 3
+# 0.60, 1.23, 2.51, 5.32 and 8.33 GB for 28, 57, 108, 207 and 298 thousand dofs. Matrices and boundary motions grow with
+# the dofs, the two factors (for the modes and for their count) with dofs^(4/3): nested dissection in three dimensions.
+_BYTES_PER_DOF, _FACTOR_BYTES, _GROWTH = 12e3, 240.0, 4 / 3
 
 
 def predicted_bytes(nodes: int) -> float:

@@ -71,6 +71,28 @@ def carry_tangential(whole: ContactTable, tangential, carried: Carried) -> np.nd
     return out
 
 
+def balancing_forces(whole: ContactTable, kept: ContactTable, tangential, load, axis) -> dict:
+    """{side: N} to which the whole map's part on the kept stations must be scaled, friction forces with the normal
+    ones, so that together they balance the load (3,) N across the axis.
+
+    Where some stations slip and others do not, the kept ones have another share of the friction than of the pressing,
+    and the side sums of the whole map would leave a part of the load unbalanced.
+    """
+    unit = carry_scaled(whole, kept, dict.fromkeys(kept.sides, 1.0), axis)
+    T = carry_tangential(whole, tangential, unit)
+    on_blades = (np.maximum(unit.pairs.preload, 0.0)[:, None] * kept.normal
+                 + np.einsum("pd,pdx->px", T, kept.frame[:, :2]))
+    axis = np.asarray(axis, float) / np.linalg.norm(axis)
+    across = np.eye(3) - np.outer(axis, axis)
+    sides = np.column_stack([across @ on_blades[kept.side == side].sum(axis=0) for side in kept.sides])
+    forces = np.linalg.lstsq(sides, across @ load, rcond=None)[0]
+    if not (forces > 0).all():
+        raise InputError(f"the kept stations cannot carry the pull with the friction of the whole map: "
+                         f"{', '.join(f'{s} {f:.3g} N' for s, f in zip(kept.sides, forces, strict=True))}; set "
+                         "[tune] preload = \"resolved\"")
+    return dict(zip(kept.sides, forces.tolist(), strict=True))
+
+
 def _moment(pairs, axis):
     """Moment of the contact forces on the damper about the axis direction (through the origin), N m."""
     force = -np.maximum(pairs.preload, 0.0)[:, None] * pairs.normal

@@ -20,7 +20,7 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.free_motions import free_motions, rigid_motions
-from static_contact.preload import reference_stiffness
+from static_contact.preload import finite_values, reference_stiffness
 
 _ITERATIONS = 40
 _TOLERANCE = 1e-11      # of the relative motion
@@ -89,8 +89,9 @@ class FrictionalContact:
         the history ends with a state that says so (converged=False): a load beyond what friction holds, or one that
         lifts the damper off, has no equilibrium.
         """
-        loads = np.vstack([np.zeros(self.model.size), *np.atleast_2d(np.asarray(loads, dtype=float))])
-        gap = self.pairs.gap if gap is None else np.asarray(gap, dtype=float)
+        loads = [finite_values("load", load, self.model.size, "dofs of the model") for load in np.atleast_2d(loads)]
+        loads = np.vstack([np.zeros(self.model.size), *loads])
+        gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
         scale = np.linalg.norm(loads, axis=1).max()
         w = np.zeros((len(self.pairs), 2))
         z, time, states = np.zeros(3 * len(self.pairs)), 0.0, []

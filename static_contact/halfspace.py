@@ -116,6 +116,10 @@ def nodal_stiffness(side: ContactSide, force, n_nodes, *, model="halfspace_3d", 
         return given_stiffness(given, n_nodes, force, side.length, side.pair)
     _check_count(n_nodes)
     require("force", force, 0, open_low=True, unit="N")
+    for name, value, its in (("depth", depth, "plane_depth"), ("roughness", roughness, "rough_series")):
+        if value is not None and model != its:
+            raise InputError(f"{name} = {value!r} has no meaning for model = '{model}': leave it out, or set "
+                             f"model = '{its}'")
     total = _total(side, force, model, kind, depth, roughness)
     per_node = Stiffness(*(float(k) * scale / n_nodes for k in total))
     return NodalStiffness(

@@ -20,9 +20,9 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from modal import petsc
 from modal.body import Body
-from static_contact.complementarity import Normal, NotHeld, closed_pairs
 from static_contact.free_motions import name_motions
 from static_contact.full import sparse_relative_motion
+from static_contact.full_sets import FullSets
 from static_contact.shares import own_rows
 
 _RESIDUAL = 1e-10      # of the load
@@ -66,7 +66,7 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPr
                      definite=not len(hard))
     u, iterations, residual = system.solve()
     if not residual <= 1e-8:
-        sets = _Sets(system, B, pairs.carrying & (k > 0))
+        sets = FullSets(system, B, pairs.carrying & (k > 0))
         u, residual = sets.solve()
         iterations += sets.factored
     system.destroy()
@@ -153,9 +153,9 @@ class _Newton:
         F.getArray()[:] += self.C_own.T @ force - self.f
 
     def jacobian(self, _, x, J, __):
-        self._set(J, self.motion(x) > self.gap)
+        self.set_closed(J, self.motion(x) > self.gap)
 
-    def _set(self, J, closed, more=None):
+    def set_closed(self, J, closed, more=None):
         """New values in the old pattern: what is open, or cancels, stays there as zero. more - rows to be added."""
         rows = self._rows(closed) if more is None else (self._rows(closed) + more).tocsr()
         rows.sort_indices()
@@ -178,7 +178,7 @@ class _Newton:
         ksp = self.direct(snes.getKSP())
         start = F.duplicate()
         start.getArray()[:] = self.f + self.C_own.T @ (self.k * self.gap)
-        self._set(self.tangent, np.ones(len(self.k)))
+        self.set_closed(self.tangent, np.ones(len(self.k)))
         ksp.setOperators(self.tangent)
         ksp.solve(start, self.x)
         try:
@@ -195,55 +195,3 @@ class _Newton:
     def destroy(self):
         for one in (self.x, self.base, self.tangent):
             one.destroy()
-
-
-class _Sets:
-    """The same problem as sets of closed pairs, in the form that `closed_pairs` asks for: one factor for each set.
-
-    B : (P, n) motion of the pairs, without the multipliers of hard ones; free : (P,) bool - pairs that may close
-    """
-
-    wrong = Normal.wrong          # the conditions are the same
-
-    def __init__(self, newton, B, free):
-        self.newton, self.free, self.k0, self.factored = newton, free, newton.k, 0
-        B = sp.hstack([B, sp.csr_matrix((B.shape[0], newton.C.shape[1] - B.shape[1]))]).tocsr()
-        low, high = newton.x.getOwnershipRange()
-        self.B, self.B_own = B, B[:, low:high].tocsr()
-        self.found = {}
-
-    def solve(self):
-        """k (C x - gap) of closed pairs and k (u - gap) of open ones as motions C x, and the residual."""
-        gap = self.newton.gap
-        u, N, closed, *_ = closed_pairs(self, None, gap)
-        residual = self.found[u.tobytes()]
-        return gap + np.divide(np.where(closed, N, self.k0 * (u - gap)), self.k0, out=np.zeros(len(gap)),
-                               where=self.k0 > 0), residual
-
-    def on_set(self, closed, _, gap, anchor=0.0, at=0.0):
-        """u, N (P,) on a set, as `complementarity.Normal.on_set`."""
-        newton, k = self.newton, self.k0
-        anchors = anchor * (self.B_own.T @ sp.diags(k) @ self.B)
-        newton._set(newton.tangent, closed.astype(float), anchors)
-        self.factored += 1
-        right, x, F = newton.x.duplicate(), newton.x.duplicate(), newton.x.duplicate()
-        right.getArray()[:] = newton.f + newton.C_own.T @ (closed * k * gap) + self.B_own.T @ (anchor * k * at)
-        ksp = newton.direct(newton.PETSc.KSP().create(newton.comm))
-        ksp.setOptionsPrefix("tipdamp_full_")
-        ksp.setOperators(newton.tangent)
-        try:
-            ksp.solve(right, x)
-            newton.tangent.mult(x, F)
-            F.axpy(-1.0, right)
-            held = F.norm() <= 1e-8 * right.norm()        # not so where it is no number
-        except newton.PETSc.Error:
-            held = False
-        if not held:
-            raise NotHeld(f"the {int(closed.sum())} pairs that stay closed do not hold the damper")
-        u = newton.comm.tompi4py().allreduce(self.B_own @ x.getArray(readonly=True))
-        N = np.where(closed, k * (newton.motion(x) - gap), 0.0)
-        newton.residual(None, x, F)
-        self.found[u.tobytes()] = F.norm() / newton.load
-        for one in (ksp, right, x, F):
-            one.destroy()
-        return u, N

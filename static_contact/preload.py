@@ -90,8 +90,8 @@ class StaticContact:
         up in the reference state instead, and reported. Raises InputError when the load lifts the damper off, and
         when the solution leaves more than 1e-8 of the load unbalanced.
         """
-        load = _finite("load", load, self.model.size, "dofs of the model")
-        gap = _finite("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
+        load = finite_values("load", load, self.model.size, "dofs of the model")
+        gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
         motions = tuple(Motion(name, unit, float(amount)) for (name, unit), amount
                         in zip(self.names, self.free.T @ load, strict=True))
         loaded = [m for m, s in zip(motions, self._reach(load), strict=True) if abs(m.load) > LOAD_TOLERANCE * s]
@@ -173,7 +173,7 @@ def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, hold:
     return StaticContact(model, pairs).solve(load, hold=hold)
 
 
-def _finite(name, given, size, of):
+def finite_values(name, given, size, of):
     """The numbers (size,), all finite; InputError otherwise."""
     values = np.asarray(given, dtype=float)
     if values.shape != (size,) or not np.isfinite(values).all():

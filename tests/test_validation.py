@@ -93,3 +93,9 @@ def test_what_is_not_held_stands_out():
     assert missed.held is False and "| **3.1** | **NO** |" in validation_targets.lines([missed])[2]
     assert validation_targets.short([missed]) == ["- **missed**: calls: 3.1; asked: at most 3"]
     assert validation_targets.figure("ratio", "10", 9.9, 10, "speed", least=True).held is False
+
+
+def test_every_benchmark_of_the_list_is_there():
+    from tests.benchmarks import __main__ as every
+    for name in every.RUNS:
+        assert (validation.ROOT / "tests" / "benchmarks" / f"{name}.py").exists(), name

@@ -6,8 +6,8 @@
 
 A section is a page of rows (case, H or '', ours, reference, relative error, against); its worst row for each kind of
 reference goes to the front page beside what is allowed. Sections live with their tests: the modules of MODULES hold
-them. Benchmarks write their figures into tests/benchmarks/results; `tests/validation_figures.py` makes their pages,
-`tests/validation_targets.py` the front page's table of everything that was promised.
+them. Benchmarks (all: `python -m tests.benchmarks`) write figures into results/; `tests/validation_figures.py` makes
+their pages, `tests/validation_targets.py` the front page's table of everything that was promised.
 """
 
 import datetime
@@ -180,9 +180,10 @@ def _links(keys):
 
 FRONT_TEXT = """# Validation
 
-Made by `python -m tests.validation`, from the cases of the tests and the last run of the benchmarks; not edited by
-hand. Every promise stands below with what was measured; the link leads to the page with all rows, its date, its
-versions and the source of the reference. Where only the suite holds a promise, the link leads to its test.
+Made by `python -m tests.validation`, from the cases of the tests and the last run of the benchmarks
+(`python -m tests.benchmarks`); not edited by hand. Every promise stands below with what was measured; the link leads to
+the page with all rows, its date, its versions and the source of the reference. Where only the suite holds a promise,
+the link leads to its test.
 """
 
 SECTIONS_TEXT = """Each line is the **worst** row of a section against one kind of reference, as a relative error;

@@ -19,10 +19,10 @@ def page(title, name, script, text, body) -> str:
     found = recorded(name)
     if not found:
         return f"# {title}\n\nNot measured: run `{script}`. {BACK}\n"
-    code = f"; code {found['code']}" if "code" in found else ""
-    lines = [f"# {title}", "", f"{text} Made by `{script}`. {BACK}", "",
-             f"Measured {found.get('date', 'on a day not noted')}; {found.get('versions', 'versions not noted')}; "
-             f"{found.get('processor', '')}{code}.", ""]
+    when = [found.get("date", "on a day not noted"), found.get("versions", "versions not noted"),
+            found.get("processor")]
+    when = [*filter(None, when), *([f"code {found['code']}"] if "code" in found else [])]
+    lines = [f"# {title}", "", f"{text} Made by `{script}`. {BACK}", "", f"Measured {'; '.join(when)}.", ""]
     return "\n".join([*lines, *body(found)]).rstrip() + "\n"
 
 

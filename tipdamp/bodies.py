@@ -150,7 +150,7 @@ def reduced_model(study, store, tick) -> tuple:
 
     Also keeps what pictures need of the meshes and of the bodies' own modes.
     """
-    from modal.craig_bampton import assemble
+    from modal.craig_bampton import assemble, nodal_load
     from modal.truncation import join
     from static_contact.pull import pull_forces
     from tipdamp.pictures import keep_bodies
@@ -163,21 +163,25 @@ def reduced_model(study, store, tick) -> tuple:
     groups = [blades.group(g) for g in (r["excitation"], *r["patches"]) if g]
     masters = {BLADES: np.concatenate([pairs.blade_node, *groups]), DAMPER: pairs.damper_node}
     materials = side_materials(study, meshes, pairs)
-    r_blades, r_damper = reduce_bodies(study, (blades, damper), masters, with_values(study, pairs, materials), tick)
     d = study[DAMPER]
     nodes, forces = pull_forces(meshes[DAMPER], d["load_points"], d["axis"], d["pull_direction"],
                                 shares=d["shares"], positions=d["positions"])
-    r_damper.model.loads["pull"] = r_damper.condense(nodes, forces)
+    loads = {body.name: {case: case_forces(study, case, body, meshes[body.name]) for case in study.loads}
+             for body in (blades, damper)}
+    loads[DAMPER]["pull"] = nodal_load(damper, nodes, forces)
+    r_blades, r_damper = reduce_bodies(study, (blades, damper), masters, loads, with_values(study, pairs, materials),
+                                       tick)
     for reduction in (r_blades, r_damper):
-        for case in study.loads:
-            force = case_forces(study, case, reduction.body, meshes[reduction.body.name])
+        for case, force in loads[reduction.body.name].items():
             reduction.model.loads[case] = reduction.condense_dofs(force)
     model = assemble(r_blades.model, r_damper.model)
     masters = sum(len(r.boundary) for r in (r_blades, r_damper))
     facts = {"reduction": {"dofs": blades.dofs + damper.dofs, "masters": masters,
-                           "modes": {BLADES: len(r_blades.omega), DAMPER: len(r_damper.omega)}},
-             "highest_fixed_interface_hz": {b: r.omega.max(initial=0) / (2 * np.pi)
-                                            for b, r in ((BLADES, r_blades), (DAMPER, r_damper))},
+                           "modes": {r.body.name: len(r.omega) - r.load_modes for r in (r_blades, r_damper)},
+                           "load_modes": {r.body.name: r.load_modes for r in (r_blades, r_damper)}},
+             "highest_fixed_interface_hz": {
+                 r.body.name: r.omega[:len(r.omega) - r.load_modes].max(initial=0) / (2 * np.pi)
+                 for r in (r_blades, r_damper)},
              "rows": {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides},
              "side_materials": materials, "pictures": keep_bodies(store, meshes, (r_blades, r_damper), model),
              "pull_positions_m": sorted((meshes[DAMPER].position[meshes[DAMPER].index(nodes)]
@@ -185,25 +189,30 @@ def reduced_model(study, store, tick) -> tuple:
     return model, pairs, facts, join(r_blades.truncation, r_damper.truncation)
 
 
-def reduce_bodies(study, whole, masters, pairs, tick) -> list:
-    """Reductions with the modes that the study asks for: a number, all below a frequency, or enough for an error."""
+def reduce_bodies(study, whole, masters, loads, pairs, tick) -> list:
+    """Reductions with the modes that the study asks for: a number, all below a frequency, or enough for an error; and
+    the static shapes of loads {body: {name: (d,) N}} where it asks for them."""
     from modal.craig_bampton import craig_bampton
     from static_contact.reduction_error import enough_modes, own_error
 
     def reduced(body, below_hz=None):
         said = study[body.name]
+        shapes = list(loads[body.name].values()) if said["load_modes"] else ()
         if said["error"] or said["modes_below_hz"]:
-            return craig_bampton(body, masters[body.name], below_hz=below_hz or said["modes_below_hz"])
-        return craig_bampton(body, masters[body.name], said["modes"])
+            return craig_bampton(body, masters[body.name], below_hz=below_hz or said["modes_below_hz"], loads=shapes)
+        return craig_bampton(body, masters[body.name], said["modes"], loads=shapes)
 
     targets = [study[body.name]["error"] for body in whole]
     parts = []
     for body, share in zip(whole, (0.15, 0.75), strict=True):
         tick(share, f"reducing the {body.name}, {body.dofs} dofs")
         parts.append(reduced(body, 4 * CHECK_BELOW_HZ if study[body.name]["error"] else None))
+    def error(i):
+        return own_error(parts, i, len(parts[i].omega) - parts[i].load_modes, pairs, CHECK_BELOW_HZ)
+
     for i, target in enumerate(targets):
         cut = 4 * CHECK_BELOW_HZ
-        while target and own_error(parts, i, len(parts[i].omega), pairs, CHECK_BELOW_HZ) > target and cut < 1e6:
+        while target and error(i) > target and cut < 1e6:
             cut *= 2
             tick(0.85, f"{whole[i].name}: modes up to {cut:g} Hz")
             parts[i] = reduced(whole[i], cut)

@@ -118,7 +118,7 @@ def _one_stage(arguments) -> int:
     study = load_study(arguments.study)
     store = results_folder(study, arguments.out)
     how = run_stage(arguments.verb, study, store, force=arguments.force, quiet=arguments.quiet)
-    print(_line(arguments.verb, how, store))
+    print(_line(arguments.verb, how, study, store))
     return _partial(store) if arguments.verb == "respond" else 0
 
 
@@ -135,20 +135,19 @@ def _all_stages(arguments) -> int:
             print(f"{name:8s}    nothing to do: the study has no [{'], ['.join(missing)}]")
             continue
         how = run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet)
-        print(_line(name, how, store), flush=True)
+        print(_line(name, how, study, store), flush=True)
     print(f"report: {store.path('report.html')}  ({time.perf_counter() - began:.1f} s)")
     return _partial(store)
 
 
-def _line(name, how, store) -> str:
-    from tipdamp.highlights import highlight
+def _line(name, how, study, store) -> str:
+    from tipdamp.highlights import highlight, warnings
 
     seconds = store.record(name)["seconds"]
     when = "up to date" if how == "skipped" else f"{seconds:.1f} s"
-    lines = [f"{name:8s} {when:>10s}  {highlight(name, store)}"]
-    if name == "inspect":
-        lines += [f"warning: {shown(w, 400)}" for w in store.read_json("inspect.json")["warnings"]]
-    return "\n".join(lines)
+    found = store.read_json(f"{name}.json") if name != "report" else {}
+    said = [f"warning: {shown(w, 400)}" for w in warnings(name, study, found)]
+    return "\n".join([f"{name:8s} {when:>10s}  {highlight(name, store)}", *said])
 
 
 def _partial(store) -> int:

@@ -1,9 +1,20 @@
-"""The one line that each stage says of what it found."""
+"""What each stage says of what it found: one line, and its warnings."""
+
+from tipdamp.free_modes import tracking_warnings
+from tipdamp.plausible import expectations
 
 
 def highlight(stage: str, store) -> str:
     """Figures of a finished stage for the command line."""
     return _LINES[stage](store)
+
+
+def warnings(stage: str, study, found: dict) -> list[str]:
+    """What a reader must know at once, before the next stage is run; found - content of the stage's file."""
+    kept = found.get("warnings", [])
+    if stage == "inspect":
+        return [*kept, *expectations(study, found)]
+    return [*kept, *tracking_warnings(study, found)] if stage == "tune" else kept
 
 
 def _inspect(store):

@@ -41,6 +41,8 @@ HOW_MANY = {  # fixed-interface modes of a body, other than by `modes`
                           open_low=True, default=None),
     "error": Key("number", "instead of a number: as many modes as it takes for the body to add at most this relative "
                  "error to any stuck frequency below 5 kHz", low=1e-9, high=0.1, default=None),
+    "load_modes": Key("flag", "keep beside the modes the static shape of each load (pull, [loads.NAME]) that acts off "
+                      "the contact, so that the displacement of the whole body under it is exact", False),
 }
 BLADES = {
     "mesh": Key("text", "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf"),
@@ -160,8 +162,8 @@ RESPOND = {
 }
 POINTS = ("text", "texts", "vector")    # kinds of the keys of [respond] that say where, not how much
 FREE = {
-    "band": Key("band", "first and last frequency of the response without damper, Hz", (1400.0, 1900.0), low=0,
-                open_low=True),
+    "band": Key("band", "first and last frequency of the response without damper, Hz; default: around the blades' own "
+                "out-of-phase and in-phase modes", None, low=0, open_low=True),
     "damping_ratio": Key("ratios", "zeta of the modes without damper: one value, or one per mode from the lowest",
                          (0.005,), low=0, high=0.9999),
 }

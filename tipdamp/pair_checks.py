@@ -9,6 +9,7 @@ from hbm.model import ReducedModel
 from modal.mesh import boundary_faces, node_normals
 from static_contact.equilibrium import side_forces, side_normals
 
+LARGEST_MU = 2.0         # as much as a study may say; a table of one's own may hold anything that is not negative
 ODD_ANGLE = 20.0         # degrees between a pair's normal and the surfaces; as much as matching itself allows
 
 
@@ -38,13 +39,24 @@ def surface_angles(pairs: ContactTable, meshes: dict) -> np.ndarray:
     return worst
 
 
-def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) -> dict:
-    """{side: figures of its pairs}; places {body: (P, 3) m} of their nodes; force_per_pull - N on the
-    side for 1 N of pull, without friction."""
+def forces_per_pull(pairs: ContactTable, pull_direction) -> tuple[dict, str | None]:
+    """{side: N} for 1 N of pull without friction, or what stands against it."""
     try:
-        forces, trouble = side_forces(side_normals(pairs), pull_direction), None
+        return side_forces(side_normals(pairs), pull_direction), None
     except InputError as error:
-        forces, trouble = {}, str(error)
+        return {}, str(error)
+
+
+def pull_warnings(pairs: ContactTable, pull_direction) -> list[str]:
+    """One sentence when the pull does not press the damper against its sides."""
+    _, trouble = forces_per_pull(pairs, pull_direction)
+    return [f"pull_direction = {np.round(pull_direction, 4).tolist()}: {trouble}"] if trouble else []
+
+
+def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) -> dict:
+    """{side: figures of its pairs}; places {body: (P, 3) m} of their nodes; length_m, across_m - extent of the nodes
+    along t1 and t2; force_per_pull - N on the side for 1 N of pull, without friction."""
+    forces, trouble = forces_per_pull(pairs, pull_direction)
     apart = np.einsum("pij,pj->pi", pairs.frame, places["blades"] - places["damper"])
     found = {}
     for side in pairs.sides:
@@ -53,7 +65,9 @@ def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) 
         turn = np.degrees(np.arccos(np.clip(pairs.normal[mine] @ mean / np.linalg.norm(mean), -1, 1)))
         found[side] = {
             "pairs": int(mine.sum()), "stations": len(np.unique(pairs.station[mine])),
-            "rows": len(np.unique(pairs.row[mine])), "mean_normal": mean / np.linalg.norm(mean),
+            "rows": len(np.unique(pairs.row[mine])),
+            **{key: np.ptp(pairs.position[mine] @ pairs.frame[mine, k].mean(axis=0))
+               for k, key in enumerate(("length_m", "across_m"))}, "mean_normal": mean / np.linalg.norm(mean),
             "normals_within_deg": turn.max(), "off_surface_deg": None if angles is None else angles[mine].max(),
             "apart_along_n_m": [apart[mine, 2].min(), apart[mine, 2].max()],
             "apart_across_m": np.hypot(apart[mine, 0], apart[mine, 1]).max(), "force_per_pull": forces.get(side),
@@ -61,13 +75,18 @@ def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) 
     return found
 
 
-def warnings(pairs: ContactTable, angles) -> list[str]:
-    """One sentence when normals do not stand on the surfaces."""
+def warnings(pairs: ContactTable, angles=()) -> list[str]:
+    """One sentence when friction is higher than of any dry metals, one when normals do not stand on the surfaces."""
+    found, slippery = [], np.flatnonzero(pairs.mu > LARGEST_MU)
+    if len(slippery):
+        i = slippery[np.argmax(pairs.mu[slippery])]
+        found = [f"{len(slippery)} of {len(pairs)} pairs have a friction coefficient above {LARGEST_MU:g}, pair "
+                 f"{i + 1} (side '{pairs.side[i]}') {pairs.mu[i]:g}: is it mu, or in percent?"]
     odd = np.flatnonzero(np.asarray(angles) > ODD_ANGLE)
     if not len(odd):
-        return []
+        return found
     i = odd[np.argmax(angles[odd])]
-    return [f"{len(odd)} of {len(pairs)} contact normals do not stand on the surfaces; the worst, side "
+    return [*found, f"{len(odd)} of {len(pairs)} contact normals do not stand on the surfaces; the worst, side "
             f"'{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node {pairs.damper_node[i]}), is "
             f"{angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
 

@@ -1,7 +1,12 @@
-"""Can these numbers be a turbine blade and its damper in the units that the study states? Warnings, never errors."""
+"""Can these numbers be a turbine blade and its damper in the units that the study states? Warnings, never errors.
+
+What is found in the meshes alone is kept by `inspect`; what compares them with bands, damping and stiffness of the
+study is said anew each time (`expectations`), so that changing those leaves `inspect` up to date.
+"""
 
 import numpy as np
 
+from hbm.errors import InputError
 from modal.mesh import Mesh
 from modal.mesh_checks import parts
 
@@ -11,8 +16,11 @@ MASS = {"blades": (1e-3, 1e3), "damper": (1e-5, 10.0)}
 LARGE_DAMPING = 0.2
 
 
-def mesh_warnings(study, name: str, mesh: Mesh, mass: float) -> list[str]:
-    """What looks wrong with the mesh of a body: what its reader says, pieces, and units, with the factor of 1000."""
+def mesh_warnings(study, name: str, mesh: Mesh, mass: float | None = None) -> list[str]:
+    """What looks wrong with the mesh of a body: what its reader says, pieces, and units, with the factor of 1000.
+
+    mass : kg, None where it is not known yet
+    """
     found = [f"{name}: {w}" for w in mesh.warnings]
     pieces, label = parts(mesh)
     if pieces > 1:
@@ -20,7 +28,12 @@ def mesh_warnings(study, name: str, mesh: Mesh, mass: float) -> list[str]:
         found.append(f"{name}: the mesh consists of {pieces} pieces that share no node (of "
                      f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes)")
     found += _wave_speed(study) if name == "blades" else []
-    return found + _size(study, name, mesh) + _mass(name, mass) + _frequency(study, name, mesh)
+    return found + _size(study, name, mesh) + ([] if mass is None else _mass(name, mass))
+
+
+def expectations(study, inspected: dict) -> list[str]:
+    """What of the study does not fit the content of inspect.json."""
+    return [*_frequency(study, inspected), *_stiffness(study, inspected), *damping_warnings(study)]
 
 
 def _wave_speed(study):
@@ -51,22 +64,49 @@ def _mass(name, mass):
             "1e9 in the mass, in the density 1000"]
 
 
-def _frequency(study, name, mesh):
-    """The first frequency of a solid of size L and thickness h lies between those of a slender cantilever and of its
-    lengthwise waves: 0.16 c h/L^2 (a third of it, for two blades on a soft fixture) and c/2L."""
-    if name != "blades" or "respond" not in study:
-        return []
+def first_frequency(study, mesh) -> tuple[float, float]:
+    """Hz: the first frequency of a solid of size L and thickness h lies between those of a slender cantilever and of
+    its lengthwise waves: 0.16 c h/L^2 (a third of it, for two blades on a soft fixture) and c/2L."""
     m = study["material"]
     speed, size = np.sqrt(m["E"] / m["density"]), np.ptp(mesh.position, axis=0).max()
     edge = min(np.linalg.norm(mesh.position[c[:, 1]] - mesh.position[c[:, 0]], axis=1).min()
                for c in mesh.cells.values())
-    low, high = 0.05 * speed * edge / size**2, speed / (2 * size)
-    band = study["respond"]["band"]
+    return 0.05 * speed * edge / size**2, speed / (2 * size)
+
+
+def _frequency(study, inspected):
+    low, high = inspected["bodies"]["blades"].get("first_hz", (0.0, np.inf))
+    band = study["respond"]["band"] if "respond" in study else (low, high)
     if low <= band[1] and band[0] <= high:
         return []
     return [f"blades: a body of this size and material has its first natural frequency between {low:.3g} and "
             f"{high:.3g} Hz, the band of the study is {band[0]:g} to {band[1]:g} Hz: a factor of 1000 in the length is "
             "one in frequency too"]
+
+
+def _stiffness(study, inspected):
+    """Given kn beyond what two smooth half-spaces of the side's size and materials have: real contacts are softer."""
+    from static_contact.halfspace import ContactSide, side_stiffness
+    from static_contact.moduli import MaterialPair
+
+    for name, moduli in inspected.get("side_moduli", {}).items():
+        side, facts = study.sides[name], inspected["pair_checks"][name]
+        width = side["width"] or facts["across_m"]
+        if side["kn"] is None or not facts["force_per_pull"] or not facts["length_m"] or not (
+                side["radius"] if side["shape"] == "cylinder" else width):
+            continue
+        try:
+            one = ContactSide(side["shape"], facts["length_m"], MaterialPair(*moduli),
+                              radius=None if side["shape"] == "flat" else side["radius"],
+                              width=None if side["shape"] == "cylinder" else width)
+            bound = side_stiffness(one, facts["force_per_pull"] * study.driver["pull"]).normal
+        except InputError:       # a radius that is missing, or far too small for the load
+            continue
+        total = side["kn"] * facts["pairs"]
+        if total > bound:
+            yield (f"[contact.{name}] kn = {side['kn']:.4g} N/m on {facts['pairs']} nodes is {total:.3g} N/m for the "
+                   f"side, {total / bound:.2g} times that of two smooth half-spaces of its size and material "
+                   f"({bound:.3g} N/m), and real contacts are softer: is kn per node, and in the units of [units]?")
 
 
 def distance_warnings(study, pairs, meshes):

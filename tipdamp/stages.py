@@ -12,7 +12,10 @@ import modal
 import static_contact
 import tipdamp
 from hbm.errors import InputError
-from tipdamp import jobs
+from tipdamp.jobs.preload import preload
+from tipdamp.jobs.reduce import inspect, reduce
+from tipdamp.jobs.respond import respond
+from tipdamp.jobs.tune import tune
 from tipdamp.progress import progress
 from tipdamp.store import Store, fingerprint
 from tipdamp.study import Study
@@ -41,17 +44,17 @@ def _report(study, store, tick):
 
 _BODIES = ("material", "materials", "blades", "damper_body", "model_body", "groups")
 STAGES = {stage.name: stage for stage in (
-    Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", jobs.inspect, (),
-          (*_BODIES, "points", "expected"), ("inspect.json",), reads_meshes=True),
-    Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", jobs.reduce, (),
+    Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", inspect, (),
+          (*_BODIES, "points"), ("inspect.json",), reads_meshes=True),
+    Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", reduce, (),
           (*_BODIES, "points", "free", "rotation", "loads", "wanted_error"),
           ("model.npz", "pairs.csv", "reduce.json"), reads_meshes=True),
-    Stage("preload", "unilateral static contact under the pull: the preload map", jobs.preload, ("reduce",),
+    Stage("preload", "unilateral static contact under the pull: the preload map", preload, ("reduce",),
           ("material", "driver", "contact", "sides", "preload"), ("preload.csv", "preload.json")),
-    Stage("tune", "detach pairs from the middle until the stuck frequency meets the target", jobs.tune,
+    Stage("tune", "detach pairs from the middle until the stuck frequency meets the target", tune,
           ("reduce", "preload"), ("tune", "sides", "points", "driver", "preload"), ("kept.csv", "tune.json"),
           requires=("tune", "respond"), reads_meshes=True),
-    Stage("respond", "forced response at every level and number of harmonics", jobs.respond, ("reduce", "tune"),
+    Stage("respond", "forced response at every level and number of harmonics", respond, ("reduce", "tune"),
           ("respond", "sides", "preload"), ("respond.json", "stuck.npz"), requires=("tune", "respond")),
     Stage("report", "the HTML page, the figures and summary.json", _report,
           ("inspect", "reduce", "preload", "tune", "respond"), ("title", "reference"),

@@ -92,15 +92,23 @@ def facts(study, sides: dict) -> dict:
     return found
 
 
-def side_materials(study, meshes, pairs: ContactTable) -> dict:
-    """{side: [E, nu of the blade, E, nu of the damper]} of the cells in contact, where a model makes the stiffness."""
+def side_materials(study, meshes, pairs: ContactTable, every: bool = False) -> dict:
+    """{side: [E, nu of the blade, E, nu of the damper]} of the cells in contact, where a model makes the stiffness.
+
+    every: on given sides too, left out where the cells are of several materials.
+    """
     found = {}
     for name, side in () if study["contact"]["pairs"] else study.sides.items():
-        if is_given(side):
+        if is_given(side) and not every:
             continue
         mine = pairs.side == name
-        one, two = (material_at(study, meshes[body], getattr(pairs, column)[mine], f"[contact.{name}]")
-                    for body, column in ((BLADES, "blade_node"), (DAMPER, "damper_node")))
+        try:
+            one, two = (material_at(study, meshes[body], getattr(pairs, column)[mine], f"[contact.{name}]")
+                        for body, column in ((BLADES, "blade_node"), (DAMPER, "damper_node")))
+        except InputError:
+            if every:
+                continue
+            raise
         found[name] = [one["E"], one["nu"], two["E"], two["nu"]]
     return found
 

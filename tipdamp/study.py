@@ -72,16 +72,15 @@ class Study:
         """A section or one of these: what a stage may depend on.
 
         'points', 'groups' - nodes that [respond] and the contact sides name; 'damper_body', 'model_body' - [damper] and
-        [model] without the size of the pull; 'driver' - axis and pull; 'expected' - what [respond] tells of the
-        frequencies and the damping; 'wanted_error' - the springs of the contact where [blades] or [damper] asks for an
-        error of the stuck frequencies; 'sides', 'loads', 'materials', 'title', 'reference'.
+        [model] without the size of the pull; 'driver' - axis and pull; 'wanted_error' - the springs of the contact
+        where [blades] or [damper] asks for an error of the stuck frequencies; 'sides', 'loads', 'materials', 'title',
+        'reference'.
         """
         points = {k: v for k, v in self.sections.get("respond", {}).items() if RESPOND[k].kind in POINTS}
         groups = [{k: side[k] for k in ("blade", "damper")} | {"given": is_given(side)} for side in self.sides.values()]
         contact = {k: self.sections["contact"][k] for k in ("pairs", "tolerance", "distance", "stiffness")}
         own = {"sides": self.sides, "title": self.title, "reference": self.reference, "points": points,
                "materials": self.materials, "loads": self.loads,
-               "expected": {k: self.sections.get("respond", {}).get(k) for k in ("band", "damping_ratio")},
                "groups": [list(self.sides), groups, contact], "driver": self.driver,
                "wanted_error": [self.driver, self.sides, self.sections["contact"]]
                if any(self.sections.get(b, {}).get("error") for b in ("blades", "damper")) else None,

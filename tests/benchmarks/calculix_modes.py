@@ -7,7 +7,6 @@ modes. CalculiX prints seven digits. Ours include the count by inertia.
 """
 
 import argparse
-import json
 import os
 import resource
 import shutil
@@ -21,9 +20,8 @@ import numpy as np
 from modal.eigen import Factor
 from modal.elasticity import Material, elastic_body
 from modal.mesh import Mesh
-from tests.benchmarks.demo import processor
+from tests.benchmarks.record import ccx_version, processor, record
 
-RESULTS = Path(__file__).parent / "results" / "calculix_modes.json"
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 BOX = np.array([0.020, 0.045, 0.100])  # m, three different edges: no repeated modes
 
@@ -95,11 +93,11 @@ def main():
     print("here      " + ", ".join(f"{n} {t:.1f}" for n, t in zip(("assembly", "factor", "modes"), parts, strict=True))
           + f", in all {sum(parts):.1f} CPU s")
     print(f"CalculiX  {seconds:.1f} CPU s, {seconds / sum(parts):.1f} times as long")
-    RESULTS.write_text(json.dumps({
-        "processor": processor(), "load": os.getloadavg()[0], "dofs": dofs, "modes": arguments.modes,
+    record("calculix_modes", {
+        "load": os.getloadavg()[0], "ccx": ccx_version(), "dofs": dofs, "modes": arguments.modes,
         "deviation": np.abs(mine / theirs - 1).max(), "hz": [mine[0], mine[-1]], "calculix_s": seconds,
         "ratio": seconds / sum(parts),
-        **dict(zip(("assembly_s", "factor_s", "modes_s"), parts, strict=True))}, indent=1))
+        **dict(zip(("assembly_s", "factor_s", "modes_s"), parts, strict=True))})
 
 
 if __name__ == "__main__":

@@ -8,11 +8,9 @@ back-solve a master dof. The numbers go to results/cost_floor.json.
 """
 
 import argparse
-import json
 import os
 import resource
 import time
-from pathlib import Path
 
 import numpy as np
 
@@ -25,10 +23,9 @@ from modal.inertia import modes_below
 from modal.mesh import Mesh
 from static_contact.preload import StaticContact
 from tests.benchmarks.calculix_modes import block
-from tests.benchmarks.demo import processor
 from tests.benchmarks.growth import timed
+from tests.benchmarks.record import record
 
-RESULTS = Path(__file__).parent / "results" / "cost_floor.json"
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 STATIONS, LENGTH, PIN, MODES, PULL = 31, 0.070, 0.008, 20, 113.0
 TURN = {"left": np.pi / 4, "right": -np.pi / 4}  # outward normals of the pin's upper faces, turned from z about y
@@ -140,8 +137,8 @@ def run(size):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--size", type=float, default=1.0)
-    found = {"processor": processor(), "load": os.getloadavg()[0], **run(parser.parse_args().size)}
-    RESULTS.write_text(json.dumps(found, indent=1))
+    found = {"load": os.getloadavg()[0], **run(parser.parse_args().size)}
+    record("cost_floor", found)
     for key, value in found.items():
         print(key, ", ".join(f"{k} {t:.2f}" for k, t in value.items()) if isinstance(value, dict) else value)
 

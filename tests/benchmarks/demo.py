@@ -1,8 +1,8 @@
 """Wall time and memory of the whole way, mesh to report: median of several runs in fresh processes, on an idle machine.
 
-    .venv/bin/python tests/benchmarks/demo.py [--runs 5] [--study docs/studies/two_blade_rig/asymmetric.toml]
+    .venv/bin/python -m tests.benchmarks.demo [--runs 5] [--study docs/studies/two_blade_rig/asymmetric.toml]
 
-Not a test: times depend on the machine, which is named beside them.
+Not a test: times depend on the machine, which is named beside them. The figures go to results/demo.json.
 """
 
 import argparse
@@ -15,6 +15,8 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+from tests.benchmarks.record import processor, record
 
 ROOT = Path(__file__).parents[2]
 
@@ -36,17 +38,13 @@ def main():
             stages.append(json.loads(Path(folder, "results", "summary.json").read_text())["seconds"])
         print(f"run {run + 1}: {seconds[-1]:.1f} s")
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20
+    middle = {name: statistics.median(s[name] for s in stages) for name in stages[0]}
+    record("demo", {"study": Path(arguments.study).name, "load": os.getloadavg()[0], "runs_s": seconds,
+                    "median_s": statistics.median(seconds), "stages_s": middle, "peak_GiB": peak})
     print(f"{processor()}, {os.cpu_count()} cores, OMP_NUM_THREADS={os.environ.get('OMP_NUM_THREADS', 'unset')}")
     print(f"median {statistics.median(seconds):.1f} s of {arguments.runs} runs, largest process {peak:.2f} GiB")
-    for name in stages[0]:
-        print(f"  {name:10s} {statistics.median(s[name] for s in stages):7.2f} s")
-
-
-def processor() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return "unknown processor"
+    for name, took in middle.items():
+        print(f"  {name:10s} {took:7.2f} s")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ import resource
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 
@@ -22,9 +21,8 @@ from modal import craig_bampton, eigen
 from modal.elasticity import elastic_body
 from modal.memory import predicted_bytes
 from tests.benchmarks.calculix_modes import STEEL, block
-from tests.benchmarks.demo import processor
+from tests.benchmarks.record import record
 
-RESULTS = Path(__file__).parent / "results" / "growth.json"
 CELLS = ((7, 14, 28), (10, 20, 40), (13, 26, 50), (16, 32, 64), (20, 40, 80), (22, 46, 92))  # 10 to 298 thousand
 MASTERS, MODES = 62, 20
 
@@ -83,7 +81,7 @@ def main():
         command = [sys.executable, "-m", "tests.benchmarks.growth", "--one", *map(str, cells)]
         rows.append(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
         print("  ".join(f"{k} {v:.4g}" for k, v in rows[-1].items()), flush=True)
-        RESULTS.write_text(json.dumps({"processor": processor(), "load": os.getloadavg()[0], "rows": rows}, indent=1))
+        record("growth", {"load": os.getloadavg()[0], "rows": rows})
     x = np.log([r["interior"] for r in rows])
     for key in ("assembly", "factor", "count", "modes", "fill", "peak_GiB"):
         print(f"{key} ~ dofs^{np.polyfit(x[-3:], np.log([r[key] for r in rows[-3:]]), 1)[0]:.2f}")

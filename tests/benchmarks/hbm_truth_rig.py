@@ -57,14 +57,14 @@ def against(balance, point, row, **settings) -> dict:
             "seconds": round(time.process_time() - began, 2)}
 
 
-def at_place(curve, problem, force, hz, row, save):
-    """Fill what is to be known of one H at one frequency."""
+def at_place(curve, problem, force, hz, row, twice, save):
+    """Fill what is to be known of one H at one frequency; `twice`: with more masses too."""
     balance, point, passages = on_curve(curve, problem, force, hz)
     if point is None:
         save({"said": f"no solution: {curve.ended}"})
         return
     found = against(balance, point, row) | {"passages": passages}
-    if curve.H == 5 and curve.peak(curve.output_names[0], "harmonic")[0] == hz:
+    if twice:
         found["masses_to_150"] = against(balance, point, row, massless_above=150.0)
     save(found)
 
@@ -89,7 +89,7 @@ def one_level(case, Fe, level, save, late):
             def put(figures, at=rows[f"{step:+g}"], H=H):
                 at[str(H)] = figures
                 save()
-            at_place(curve, problem, force, level["peak"] + step, row, put)
+            at_place(curve, problem, force, level["peak"] + step, row, H == 5 and step == 0, put)
             print(Fe, step, H, rows[f"{step:+g}"][str(H)], flush=True)
     return True
 

@@ -27,7 +27,7 @@ def recorded(name: str) -> dict | None:
 
 def made() -> dict:
     """Day, processor and versions of what is measured now."""
-    return {"date": datetime.date.today().isoformat(), "processor": _processor(), "versions": _versions()}
+    return {"date": datetime.date.today().isoformat(), "processor": processor(), "versions": _versions()}
 
 
 def fingerprint(package: str) -> str:
@@ -36,7 +36,7 @@ def fingerprint(package: str) -> str:
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
 
 
-def _processor():
+def processor():
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
     return next((x.split(":")[1].strip() for x in lines if x.startswith("model name")), platform.processor())
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from hbm import fourier, integrator, shooting
+from hbm import compilation, fourier, integrator, shooting
 from hbm.comparison import compare
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T
@@ -192,6 +192,15 @@ def test_modes_that_only_contacts_hold_keep_their_mass():
     assert np.abs(march.system.s).max() > 20 * point.parameter
     with pytest.raises(InputError, match="massless_above = -1"):
         March(balance, point.parameter, massless_above=-1 / point.parameter)
+
+
+def test_compilation_of_the_integration_is_announced(monkeypatch):
+    asked = []
+    monkeypatch.setattr(compilation, "announce", asked.append)
+    _, q, point, balance = at("A1", 1.05, 3)
+    march = March(balance, 1.05)
+    march.periods(march.on_orbit(point))
+    assert integrator.run in asked
 
 
 def test_first_crossing_and_first_stop_of_a_cubic():

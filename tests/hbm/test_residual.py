@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from hbm.laws import DryFriction2T
+from hbm.linear import stuck_receptance
 from hbm.residual import HarmonicBalance
 from hbm.response import contact_problem
-from tests.hbm.cases import coupled, load
+from tests.hbm.cases import coupled, load, with_damping_matrix
 from tests.hbm.small_rig import small_rig
 
 
@@ -21,8 +22,16 @@ def modal_case():
     return HarmonicBalance(problem, {1: 40 * tip}, 2), 2 * np.pi * 1300.0, 8e-6
 
 
+def general_case():
+    balance, w, size = modal_case()
+    problem = with_damping_matrix(balance.problem)
+    force = np.linalg.solve(balance.receptance.shapes.T, balance.force[:, 1])
+    assert np.iscomplexobj(problem.receptance().shapes)
+    return HarmonicBalance(problem, {1: force}, 2), w, size
+
+
 @pytest.mark.parametrize("by", ["w", "level", "preload", "mu"])
-@pytest.mark.parametrize("case", [pencil_case, modal_case])
+@pytest.mark.parametrize("case", [pencil_case, modal_case, general_case])
 def test_bordered_solve_and_determinant(case, by):
     balance, w, size = case()
     rng = np.random.default_rng(0)
@@ -46,3 +55,34 @@ def test_bordered_solve_and_determinant(case, by):
     assert np.abs(dx - expected[:n]).max() < 1e-4 * np.abs(expected[:n]).max()
     assert dp == pytest.approx(expected[n], rel=1e-4)
     assert e.direction(row, corner)[2] == np.linalg.slogdet(full)[0]
+
+
+@pytest.mark.parametrize("dashpots", [(), ((3, 3),), ((0, 3), (4, 4)), ((3, 4),)])
+def test_general_damping_with_and_without_mass(dashpots):
+    """Dofs 3 and 4 of five have no mass; dashpots at these or between dofs. Against a dense solution."""
+    rng = np.random.default_rng(1)
+    A = rng.normal(size=(5, 5))
+    K, M = A @ A.T + 5 * np.eye(5), np.diag([1.0, 2.0, 0.5, 0.0, 0.0])
+    C = 0.1 * np.outer([1.0, -1, 0, 0, 0], [1.0, -1, 0, 0, 0])
+    for i, j in dashpots:
+        row = np.zeros(5)
+        row[[i, j]] = (1.0, -1.0) if i != j else 1.0
+        C += 0.3 * np.outer(row, row)
+    R = stuck_receptance(M, C, K)
+    w = np.array([0.0, 0.7, 2.3, 40.0])
+    d = R.factors(w)[0]
+    for k in range(len(w)):
+        expected = np.linalg.inv(K - w[k] ** 2 * M + 1j * w[k] * C)
+        assert np.abs((R.shapes * d[:, k]) @ R.shapes.T - expected).max() < 1e-10 * np.abs(expected).max()
+
+
+def test_high_poles_enter_the_jacobian_by_a_series():
+    """102 dofs, general damping: the receptance between pairs, series and all, is that of all poles."""
+    balance, w, _ = general_case()
+    factors = balance._factors(w)[0]
+    every = np.arange(balance.n_components)
+    assert 0 < len(balance._series_terms(w)[0]) < balance.receptance.shapes.shape[1] / 2
+    G = balance.between(every, every, factors, w)
+    for k in range(balance.H + 1):
+        direct = (balance.shapes * factors[:, k]) @ balance.shapes.T
+        assert np.abs(G[k] - direct).max() < 1e-10 * np.abs(direct).max()

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hbm import fourier
 from hbm.response import follow_band
-from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
+from tests.hbm.cases import coupled, den_hartog, jenkins, load, solve, unilateral
 
-A1, A2, B1, C1, C2, D1, D2 = (load(c) for c in ("A1", "A2", "B1", "C1", "C2", "D1", "D2"))
+A1, A2, C1, C2, D1, D2 = (load(c) for c in ("A1", "A2", "C1", "C2", "D1", "D2"))
 
 
 @pytest.mark.parametrize("case", [A1, A2], ids=["A1", "A2"])
@@ -18,7 +17,7 @@ def test_jenkins_at_equal_harmonics_and_exactly(case):
         for H, expected in row["HB_X1_by_H"].items():
             q, _, _ = solve(problem, force, row["Omega"], int(H))
             assert abs(q[0, 1]) == pytest.approx(expected, rel=5e-6)
-        q, _, _ = solve(problem, force, row["Omega"], 31)
+        q, _, _ = solve(problem, force, row["Omega"], 20)
         assert abs(q[0, 1]) == pytest.approx(row["X1"], rel=5e-6)
         q, _, _ = solve(problem, force, row["Omega"], 5)
         assert abs(q[0, 1]) == pytest.approx(row["X1"], rel=5e-4)
@@ -37,16 +36,10 @@ def test_jenkins_one_harmonic_peak_in_closed_form(case):
 
 def test_den_hartog_is_approached_as_the_root_of_the_stiffness():
     """B1: largest displacement for kt/k = 10 .. 1e4 by exact marching, and its distance from rigid friction."""
-    p = B1["parameters"]
-    row = B1["results"][3]
-    distance = []
-    for kt, expected in row["Jenkins_by_kt_over_k"].items():
-        settings = dict(m=p["m"], c=p["c"], k=p["k"], kt=float(kt), slip_limit_muN=p["Ff"], F=p["P"])
-        q, _, _ = solve(*jenkins(settings), row["Omega"], 121 if kt == "10000.0" else 61)    # rigid friction: slow in H
-        largest = float(fourier.half_peak_to_peak(q[0]))
-        assert largest == pytest.approx(expected["xmax"], rel=3e-4 if kt == "10000.0" else 1e-4)
-        distance.append(largest / row["X_DenHartog"] - 1)
-    assert np.allclose(np.diff(np.log10(distance)), -0.5, atol=0.03)
+    rows, exponents = den_hartog()
+    for _, _, largest, expected, promise in rows:
+        assert largest == pytest.approx(expected, rel=promise)
+    assert np.allclose(exponents, -0.5, atol=0.03)
 
 
 @pytest.mark.parametrize("case", [C1, C2], ids=["C1", "C2"])
@@ -97,14 +90,19 @@ def test_coupled_contact_at_equal_harmonics_and_exactly(case):
     problem, force = coupled(case["parameters"])
     for row in case["results"]:
         stuck = row["state_fraction_stick_slipP_slipM_sep"][0][0] > 1 - 1e-12
+        opens = row["Omega"] == 1.5 and case is D1      # there the table, sampled 4096 times, is good to 4e-5
         for H, expected in row["HB_by_H"].items():
-            # the tables were sampled 4096 times; at 1.5 the pair opens and the sampling shows most
-            rel = 1.2e-4 if row["Omega"] == 1.5 else 5e-6
             q, _, _ = solve(problem, force, row["Omega"], int(H))
-            assert np.allclose(np.abs(q[:, 1]), expected["X1"], rtol=rel, atol=0)
+            largest = np.abs(expected["X1"]).max()
+            if opens:
+                assert np.abs(np.abs(q[:, 1]) - expected["X1"]).max() < 4e-5 * largest
+                # its mean misses by 6.5e-5 at every H; at H = 40 the exact mean, which needs no samples, is met instead
+                assert int(H) < 40 or np.abs(q[:, 0].real - row["X0"]).max() < 5e-6 * largest
+                continue
+            assert np.allclose(np.abs(q[:, 1]), expected["X1"], rtol=5e-6, atol=0)
             if not stuck:
-                assert np.allclose(q[:, 0].real, expected["X0"], rtol=0, atol=rel * np.abs(expected["X1"]).max())
-        q, _, _ = solve(problem, force, row["Omega"], 40)
+                assert np.allclose(q[:, 0].real, expected["X0"], rtol=0, atol=5e-6 * largest)
+        q, _, _ = solve(problem, force, row["Omega"], 20)
         exact = np.array(row["X1_cos"]) + 1j * np.array(row["X1_sin"])
         assert np.abs(q[:, 1].conj() - exact).max() < 5e-6 * np.abs(exact).max()
         q, _, _ = solve(problem, force, row["Omega"], 5)

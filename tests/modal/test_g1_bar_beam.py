@@ -45,8 +45,9 @@ def spectral_body(order):
                               np.zeros((TERMS + 1, 3)), node, direction)
 
 
-@pytest.mark.parametrize("name, order", [("bar", 1), ("beam", 2)])
-def test_every_row_of_the_table(name, order):
+def table(name, order):
+    """(row, omega, told, error, bound, lowest left out) of each row of the table: frequencies as we find and as it
+    tells them, the true error of the reduction and its bound, the lowest fixed-interface mode that was left out."""
     body = spectral_body(order)
     for row in G1[name]:
         reduction = craig_bampton(body, [1], row["N"])
@@ -54,12 +55,18 @@ def test_every_row_of_the_table(name, order):
         K[0, 0] += row["kappa"]
         omega = np.sqrt(sl.eigh(K, M, eigvals_only=True))
         told = np.array(row["omega"] if order == 1 else row["betaL"]) ** order
-        assert omega[:len(told)] == pytest.approx(told, rel=1e-8), row
         exact = np.array(row["exact"]) ** order
         error = omega[:len(exact)] / exact[:len(omega)] - 1
         bound = error_bound(K, M, reduction.truncation, omega)[:len(error)]
-        assert (bound >= error * (1 - 1e-9) - 1e-10).all(), row
-        near = (error < 0.01) & (error > 1e-8) & (omega[:len(error)] < 0.7 * reduction.truncation.omega[0])
+        yield row, omega, told, error, bound, reduction.truncation.omega[0]
+
+
+@pytest.mark.parametrize("name, order", [("bar", 1), ("beam", 2)])
+def test_every_row_of_the_table(name, order):
+    for row, omega, told, error, bound, left_out in table(name, order):
+        assert omega[:len(told)] == pytest.approx(told, rel=1e-8), row
+        assert (bound >= error).all(), row
+        near = (error < 0.01) & (error > 1e-8) & (omega[:len(error)] < 0.7 * left_out)
         assert (bound[near] < 1.5 * error[near]).all(), row
 
 

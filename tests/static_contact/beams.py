@@ -1,12 +1,16 @@
 """Free beams on unilateral supports: as a model, and by Macaulay brackets without any stiffness matrix."""
 
+import json
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
+from static_contact.preload import preload
 
+REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
 UP = np.eye(3)
 
 
@@ -91,3 +95,17 @@ def by_trying_all_sets(x, EI, kn, gap, load):
     good = np.flatnonzero(is_solution(r, opening, closed))
     assert len(good) == 1, f"{len(good)} sets satisfy the conditions"
     return r[good[0]], closed[good[0]]
+
+
+def reference_beam(name):
+    """(forces, preload) of a reference case as we find them, and its data."""
+    case = json.loads((REFERENCE / f"{name}.json").read_text())
+    p = case["parameters"]
+    x = np.array(p["support_x"])
+    places = np.unique(np.round(np.concatenate([x, [a for a, _ in p["loads_x_P"]]]), 12))
+    load = np.zeros(len(places))
+    for place, P in p["loads_x_P"]:
+        load[np.abs(places - place).argmin()] += P
+    table = supports(x, np.array(p["kn"]), np.array(p["gap"]))
+    table = table.replace(damper_node=np.array([np.abs(places - a).argmin() + 1 for a in x]))
+    return preload(beam(places, p["EI"]), table, load), case["results"]

@@ -165,6 +165,9 @@ def test_active_nodes_keep_their_share_or_take_the_whole():
     ({"n_nodes": 0}, "n_nodes = 0"), ({"n_nodes": 2.5}, "n_nodes"), ({"n_nodes": True}, "n_nodes"),
     ({"model": "halfspace"}, "did you mean 'halfspace_3d'"), ({"kind": "tangents"}, "did you mean 'tangent'"),
     ({"scale": 0.0}, "scale"), ({"force": 1e9}, "into an edge of radius"),
+    ({"roughness": Roughness(1e-6, 0.5)}, "roughness = .*no meaning for model = 'halfspace_3d': leave it out, or set "
+                                          "model = 'rough_series'"),
+    ({"model": "rough_series", "roughness": Roughness(1e-6, 0.5), "depth": (1e-3, 1e-3)}, "depth = .*no meaning"),
     ({"model": "plane_depth", "depth": (1e-3, 0.0)}, "depth"), ({"model": "plane_depth", "depth": 1e-3}, "depth")])
 def test_bad_values_are_named(change, message):
     arguments = {"side": ROUND, "force": FORCE, "n_nodes": 31} | change

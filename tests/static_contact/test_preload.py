@@ -1,35 +1,23 @@
 """Unilateral preload: closed-form beams, random cases against a second method, free motions, bad input."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from hbm.errors import InputError
+from static_contact.friction import FrictionalContact
 from static_contact.pairing import join
 from static_contact.preload import StaticContact, preload
 from tests.benchmarks.preload_random_beams import compare
-from tests.static_contact.beams import beam, random_case, supports
+from tests.static_contact.beams import beam, random_case, reference_beam, supports
 
-REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
+
 @pytest.mark.parametrize("name", ["F1-beam-two-end-loads", "F2-beam-31-crowned"])
 def test_beam_on_unilateral_supports(name):
     """Support forces and detached set of the reference (closed form; see tests/reference/statics)."""
-    case = json.loads((REFERENCE / f"{name}.json").read_text())
-    p = case["parameters"]
-    x = np.array(p["support_x"])
-    places = np.unique(np.round(np.concatenate([x, [a for a, _ in p["loads_x_P"]]]), 12))
-    model = beam(places, p["EI"])
-    load = np.zeros(len(places))
-    for place, P in p["loads_x_P"]:
-        load[np.abs(places - place).argmin()] += P
-    table = supports(x, np.array(p["kn"]), np.array(p["gap"]))
-    table = table.replace(damper_node=np.array([np.abs(places - a).argmin() + 1 for a in x]))
-    result = preload(model, table, load)
-    r = np.array(case["results"]["r"])
+    result, known = reference_beam(name)
+    r = np.array(known["r"])
     assert np.maximum(result.pairs.preload, 0) == pytest.approx(r, abs=1e-8 * r.max())
-    assert np.flatnonzero(result.pairs.preload < 0).tolist() == case["results"]["detached_indices"]
+    assert np.flatnonzero(result.pairs.preload < 0).tolist() == known["detached_indices"]
     assert result.residual < 1e-9 and result.balance < 1e-9
 
 
@@ -147,3 +135,6 @@ def test_loads_and_gaps_at_the_door(what, values, message):
     statics = StaticContact(beam(x, 5.0), supports(x, np.full(5, 1e6), np.zeros(5)))
     with pytest.raises(InputError, match=message):
         statics.solve(**{"load": np.ones(5), what: values})
+    given = {"load": np.ones(5), what: values}
+    with pytest.raises(InputError, match=message):
+        FrictionalContact(statics.model, statics.pairs).solve([given["load"]], gap=given.get("gap"))

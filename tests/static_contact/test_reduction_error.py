@@ -51,7 +51,7 @@ def test_errors_asked_for_are_met_and_no_mode_is_wasted(joined, targets):
     error = hz / full - 1
     assert len(full) >= 4 and error.max() <= 1.1 * sum(t or 0 for t in targets)
     bound = stuck_error_bound(model, join(*(p.truncation for p in cut)), pairs, hz)
-    assert (bound >= error - 1e-9).all() and bound.max() <= 1.1 * sum(t or 0 for t in targets)
+    assert (bound >= error).all() and bound.max() <= 1.1 * sum(t or 0 for t in targets)
     for i, target in enumerate(targets):
         if target is None:
             assert chosen[i] == 60

@@ -4,33 +4,13 @@ Each function yields (case, H or '', ours, reference, relative error, against). 
 tests/benchmarks and is read from its results, with the day and the versions of that run.
 """
 
-import json
-from pathlib import Path
-
 import numpy as np
 
 from static_contact.moduli import MaterialPair
-from static_contact.preload import preload
 from tests.benchmarks.record import recorded
-from tests.static_contact.beams import beam, supports
+from tests.static_contact.beams import reference_beam
 from tests.static_contact.test_halfspace_reference import CASES, ROUTES
 from tests.validation import Section, relative, stored_when
-
-REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
-
-
-def reference_beam(name):
-    """(forces, preload) of a reference case as we find them, and its data."""
-    case = json.loads((REFERENCE / f"{name}.json").read_text())
-    p = case["parameters"]
-    x = np.array(p["support_x"])
-    places = np.unique(np.round(np.concatenate([x, [a for a, _ in p["loads_x_P"]]]), 12))
-    load = np.zeros(len(places))
-    for place, P in p["loads_x_P"]:
-        load[np.abs(places - place).argmin()] += P
-    table = supports(x, np.array(p["kn"]), np.array(p["gap"]))
-    table = table.replace(damper_node=np.array([np.abs(places - a).argmin() + 1 for a in x]))
-    return preload(beam(places, p["EI"]), table, load), case["results"]
 
 
 def beam_rows():

@@ -9,9 +9,12 @@ import numpy as np
 from modal.cells import CELLS
 from tipdamp.readers.content import HEX20, HEX20_NASTRAN, TET10, WEDGE15, WEDGE15_NASTRAN
 
-ORDERS = {"hexahedron20": HEX20, "wedge15": WEDGE15, "tetra10": TET10}
+_HEX_FACES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]  # Abaqus' S1 to S6
+# Abaqus' C3D27: the 20 nodes, the middle of the cell, the middles of S1 to S6 [Analysis User's Guide, 28.1.4]
+ORDERS = {"hexahedron20": HEX20, "wedge15": WEDGE15, "tetra10": TET10,
+          "hexahedron27": [*HEX20, tuple(range(8)), *_HEX_FACES]}
 ABAQUS = {"tetra": "C3D4", "tetra10": "C3D10", "hexahedron": "C3D8R", "hexahedron20": "C3D20R", "wedge": "C3D6",
-          "wedge15": "C3D15"}
+          "wedge15": "C3D15", "hexahedron27": "C3D27"}
 
 
 def theirs(mesh, kind, orders=ORDERS):

@@ -14,8 +14,8 @@ from hbm.linear import linear_response
 from hbm.model import ReducedModel
 from hbm.response import ForcedResponse
 from tests.conftest import STUDY
-from tipdamp import jobs
 from tipdamp.cli import main
+from tipdamp.jobs import terms
 from tipdamp.stages import run_stage
 from tipdamp.study import load_study
 
@@ -81,6 +81,17 @@ def test_friction_pull_and_stiffness_leave_the_reduced_model_alone(copy, capsys)
     table = ContactTable.load(copy / "results" / "rig" / "preload.csv")
     assert set(table.mu) == {0.3} and table.kn[0] == 3e6
     assert table.preload[table.side == "left"].sum() == pytest.approx(60 / 2**0.5, rel=1e-6)  # 60 / (2 sin 45)
+
+
+def test_levels_band_and_damping_leave_inspect_alone(copy, capsys):
+    """What they do not fit is judged each time, beside what inspect found."""
+    edit(copy, "levels = [1, 20]", "levels = [2]")
+    edit(copy, "damping_ratio = 0.022", "damping_ratio = 0.3")
+    path = edit(copy, "band = [2300, 3300]", "band = [1e6, 2e6]")
+    assert main(["inspect", path, "--quiet"]) == 0
+    out = capsys.readouterr().out
+    assert "inspect  up to date" in out
+    assert "first natural frequency between" in out and "damping_ratio = 0.3: is it in percent" in out
 
 
 def test_a_stage_says_what_it_needs(copy, capsys):
@@ -173,12 +184,12 @@ def test_stuck_curve_by_a_second_route(rig_results, rig):
     from static_contact.carry import with_springs
     from static_contact.detachment import stuck_rows
 
-    model = with_springs(model, table, jobs.declared_springs(study, table))
+    model = with_springs(model, table, terms.declared_springs(study, table))
     rows = stuck_rows(model, table)
     K = model.K + rows.T @ rows
     lam, phi = eigh(K, model.M)
     C = model.M @ phi @ np.diag(2 * 0.022 * np.sqrt(lam)) @ phi.T @ model.M
-    force, out = jobs.excitation(study, model), jobs.outputs(study, model)
+    force, out = terms.excitation(study, model), terms.outputs(study, model)
     hz = np.array([2400.0, 2781.0, 3200.0])
     direct = [np.array(list(out.values())) @ np.linalg.solve(K + 1j * w * C - w**2 * model.M, force)
               for w in 2 * np.pi * hz]

@@ -115,6 +115,14 @@ def test_detached_rows_of_an_own_table_carry_nothing(run, tmp_path):
     assert abs(found["carried"]["moment_Nm"]) < 0.1
 
 
+def test_friction_above_two_in_an_own_table_is_warned_of(run, tmp_path):
+    run("inspect")
+    pairs = ContactTable.load(tmp_path / "pairs.csv")
+    pairs.replace(mu=np.where(np.arange(len(pairs)) == 4, 60.0, pairs.mu)).save(tmp_path / "pairs.csv")
+    warnings = read(run("inspect"), "inspect.json")["warnings"]
+    assert [w for w in warnings if "1 of 93 pairs have a friction coefficient above 2, pair 5 (side 'left') 60" in w]
+
+
 @pytest.mark.parametrize("change, message", [
     (lambda p: p.replace(station=p.station + 1), "stations must count from 0 without a gap, found 1..31"),
     (lambda p: p.replace(station=30 - p.station), "does not lie further along the axis"),

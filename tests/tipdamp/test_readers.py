@@ -7,31 +7,40 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from modal.elasticity import Material, elastic_body
 from tests.modal.blocks import block, mixture
-from tests.tipdamp import mesh_texts
+from tests.tipdamp import gmsh_files, mesh_texts
 from tipdamp.readers.dispatch import read_mesh
 
 REAL = Path(__file__).parents[1] / "reference" / "meshes"
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 MESHES = {"hex8": lambda: block("hexahedron"), "hex20": lambda: block("hexahedron20", distort=0.1),
           "tet10": lambda: block("tetra10", (2, 1, 1)), "wedge15": lambda: block("wedge15", (2, 1, 1)),
+          "hex27": lambda: block("hexahedron27", (2, 1, 1), distort=0.1),
           "mixture, linear": lambda: mixture(1), "mixture, quadratic": lambda: mixture(2)}
 # style: (writer, end of the name, relative precision of coordinates as written)
 STYLES = {"abaqus flat": (mesh_texts.abaqus_flat, ".inp", 1e-15), "abaqus cae": (mesh_texts.abaqus_cae, ".inp", 1e-15),
           "ansys": (mesh_texts.ansys, ".cdb", 1e-13), "nastran small": (mesh_texts.nastran, ".bdf", 2e-4),
           "nastran large": (lambda m: mesh_texts.nastran(m, "large"), ".bdf", 1e-9),
-          "nastran free": (lambda m: mesh_texts.nastran(m, "free"), ".bdf", 1e-15)}
+          "nastran free": (lambda m: mesh_texts.nastran(m, "free"), ".bdf", 1e-15),
+          "gmsh 2.2": (gmsh_files.text, ".msh", 1e-15),
+          "gmsh 4.1": (lambda m: gmsh_files.rewritten(m, 4.1, 0), ".msh", 1e-14),
+          "gmsh 4.1 binary": (lambda m: gmsh_files.rewritten(m, 4.1, 1), ".msh", 1e-15)}
+NO_27 = ("ansys", "nastran")  # these programs have no such cell
 
 
-@pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
-@pytest.mark.parametrize("style", STYLES)
-def test_every_format_gives_the_same_mesh(tmp_path, make, style):
+@pytest.mark.parametrize("style, made", [(style, made) for made in MESHES for style in STYLES
+                                         if not (made == "hex27" and style.startswith(NO_27))])
+def test_every_format_gives_the_same_mesh(tmp_path, made, style):
     write, end, precision = STYLES[style]
-    mesh = make()
+    if "gmsh" in style and style != "gmsh 2.2":
+        pytest.importorskip("gmsh")
+    mesh = MESHES[made]()
     path = tmp_path / f"block{end}"
-    path.write_text(write(mesh))
+    content = write(mesh)
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
     other = read_mesh(path)
     assert np.array_equal(other.node, mesh.node)
     assert other.position == pytest.approx(mesh.position, rel=precision, abs=1e-12)
@@ -50,6 +59,21 @@ def test_every_format_gives_the_same_mesh(tmp_path, make, style):
     if precision < 1e-12:
         a, b = (elastic_body(m, STEEL, "b", free=True) for m in (mesh, other))
         assert abs(a.K - b.K).max() < 1e-11 * abs(a.K).max() and abs(a.M - b.M).max() < 1e-11 * abs(a.M).max()
+
+
+@pytest.mark.parametrize("made", ["hex20", "hex27", "mixture, linear", "mixture, quadratic"])
+def test_binary_gmsh_2_is_the_same_body(tmp_path, made):
+    """gmsh numbers nodes and cells anew when it writes version 2.2: the same body with numbers 1, 2, 3, ..."""
+    pytest.importorskip("gmsh")
+    mesh, path = MESHES[made](), tmp_path / "block.msh"
+    path.write_bytes(gmsh_files.rewritten(mesh, 2.2, 1))
+    other = read_mesh(path)
+    assert np.array_equal(other.node, np.arange(1, len(mesh.node) + 1))
+    place = cKDTree(mesh.position).query(other.position, distance_upper_bound=1e-12)[1]
+    a, b = (elastic_body(m, STEEL, "b", free=True).K for m in (mesh, other))
+    dof = (3 * place[:, None] + np.arange(3)).ravel()
+    assert abs(a[dof][:, dof] - b).max() < 1e-11 * abs(a).max()
+    assert np.array_equal(np.sort(mesh.node[place[other.index(other.group("tip"))]]), mesh.groups["tip"])
 
 
 def test_abaqus_sets(tmp_path):

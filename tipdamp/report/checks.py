@@ -2,8 +2,9 @@
 
 import math
 
+from tipdamp.highlights import warnings
 from tipdamp.report.results import Results
-from tipdamp.report.text import names_of_pairs, number
+from tipdamp.report.text import names_of_pairs, number, sentence
 
 REDUCTION = 1e-3          # largest error of a stuck frequency of the reduced model
 REFERENCE = 0.03          # deviation from a reference frequency that is worth a word
@@ -13,7 +14,6 @@ STUCK_CURVE = 1e-6        # curve without slip against the linear response
 STUCK_PEAK = 0.003        # its peak against the stuck frequency
 BOTH_WAYS = 1e-3          # peaks of the two ways through the band
 SMALL_MOMENT = 1e-6       # N m
-LIKENESS = 0.5            # below, the tracked mode is hardly the free one
 
 
 def warnings_of(results: Results) -> list[str]:
@@ -29,14 +29,14 @@ def _inspect(results):
     for name, body in results["inspect"]["bodies"].items():
         if body.get("not_read"):
             yield f"Of the mesh of the {name} was not read: {', '.join(map(str, body['not_read']))}."
-    for warning in results["inspect"].get("warnings", ()):
-        yield f"{warning[:1].upper()}{warning[1:]}."
+    yield from map(sentence, warnings("inspect", results.study, results["inspect"]))
 
 
 def _reduce(results):
     reference = results.study.reference
     for name, hz in results["reduce"]["free_hz"].items():
         yield from _off_reference(f"The free {name.replace('_', '-')} frequency", hz, reference.get(f"{name}_hz"))
+    yield from map(sentence, warnings("reduce", results.study, results["reduce"]))
 
 
 def _preload(results):
@@ -50,9 +50,7 @@ def _tune(results):
     for name, label in (("full_area", "on the whole area"), ("full_line", "on the whole line"),
                         ("tuned", "on the kept stations")):
         yield from _off_reference(f"The stuck frequency {label}", tune["stuck_hz"][name], reference.get(f"{name}_hz"))
-        if tune["likeness"][name] < LIKENESS:
-            yield (f"The tracked mode, stuck {label}, resembles the free one by "
-                   f"{tune['likeness'][name]:.2f} only: look at its shape before relying on its number.")
+    yield from map(sentence, warnings("tune", results.study, tune))
     kept = tune["tuned_pairs"]
     if {"front", "back"} <= set(reference) and (kept["front"], kept["back"]) != (reference["front"], reference["back"]):
         yield (f"Tuning keeps {kept['front']} + {kept['back']} stations, the reference is "

@@ -7,7 +7,7 @@ import numpy as np
 from tipdamp import pair_checks, surface
 from tipdamp.report import page, space_figures, tables
 from tipdamp.report.scene import BLADE, BODY, Points, Scene, Segments, Solid, view
-from tipdamp.report.text import NOTHING, distance, number
+from tipdamp.report.text import NOTHING, distance, number, sentence
 
 MM = 1e3
 MOST = 2000              # nodes of one group that are drawn
@@ -27,7 +27,7 @@ def mesh_page(study, content: dict, meshes: dict, pairs=None, places=None, angle
                                                                                          pairs is None)]))
     trouble = f'<div class="warnings"><strong>Stopped</strong><ul><li>{html.escape(trouble)}</li></ul></div>'\
         if trouble else ""
-    warnings = [f"{w[:1].upper()}{w[1:]}." for w in content["warnings"]]
+    warnings = [sentence(w) for w in content["warnings"]]
     lead = ("What tipdamp has read, before anything is computed with it. Turn, zoom, and point at nodes for their "
             "numbers.")
     above = f'<p class="lead">{lead}</p>' + trouble + (page.warnings_box(warnings) if warnings or not trouble else "")
@@ -62,8 +62,9 @@ def _bodies_table(content) -> tables.Table:
     for name, b in content["bodies"].items():
         cells = ", ".join(f"{n} {kind}" for kind, n in b["cells"].items())
         size = " × ".join(f"{MM * (high - low):.4g}" for low, high in zip(*np.array(b["box_m"]), strict=True))
-        rows.append((name, b["file"], f"{b['nodes']}", cells, size, number(b["moving_mass_kg"][0]),
-                     f"{b['rigid_modes']}"))
+        rows.append((name, b["file"], f"{b['nodes']}", cells, size,
+                     *((NOTHING, NOTHING) if b["moving_mass_kg"] is None else (number(b["moving_mass_kg"][0]),
+                                                                               f"{b['rigid_modes']}"))))
     return tables.Table("Bodies as read.", ("body", "file", "nodes", "cells", "size (mm)", "moving mass (kg)",
                                             "rigid modes"), tuple(rows), left=(0, 1))
 

@@ -20,16 +20,17 @@ def linear(results: Results) -> Figure:
               in enumerate(zip(response["m_per_N"].items(), styles, strict=False))]
     lowest, highest = (f(f(c.y) for c in curves) for f in (min, max))
     lines = []
-    for name in ("out_of_phase", "in_phase"):
+    for name in free:
         left = free[name] == min(free.values())
         lines.append(Line("x", free[name], f"{name.replace('_', ' ')} {hertz(free[name])} Hz", INK, "dot", left=left))
         if results.study.reference.get(f"{name}_hz"):
             value = results.study.reference[f"{name}_hz"]
             lines.append(Line("x", value, f"reference {value:g} Hz", GREY, "dash", "low", left))
     zeta = listing(f"{100 * z:g} %" for z in results.study["free"]["damping_ratio"])
+    where = (f"Out of phase the blades move at {hertz(free['out_of_phase'])} Hz, in phase at {hertz(free['in_phase'])} "
+             "Hz." if free else "None of the modes is of both blades.")
     caption = (f"Linear response of the two blades without damper to a force of 1 N at the excited blade, largest over "
-               f"each response patch, damping ratio {zeta}. Out of phase the blades move at "
-               f"{hertz(free['out_of_phase'])} Hz, in phase at {hertz(free['in_phase'])} Hz."
+               f"each response patch, damping ratio {zeta}. {where}"
                + results.beside_paper("Corresponds to figure 2"))
     return Figure("linear_without_damper", "Without damper", caption,
                   (Panel("", "frequency (Hz)", "amplitude per force (m/N)", (*curves, *lines), log_y=True,

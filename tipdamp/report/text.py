@@ -45,6 +45,11 @@ def deviation(value, reference) -> str:
     return percent(value / reference - 1) if value and reference else NOTHING
 
 
+def sentence(warning: str) -> str:
+    """A warning of the command line, as a sentence."""
+    return f"{warning[:1].upper()}{warning[1:]}."
+
+
 def listing(parts) -> str:
     """'a, b and c'."""
     parts = [str(p) for p in parts]

@@ -18,7 +18,7 @@ from hbm.linear import stuck_receptance
 from hbm.model import ReducedModel
 from hbm.response import contact_problem
 from static_contact.carry import spring_rows, with_springs
-from tipdamp import jobs
+from tipdamp.jobs import terms
 from tipdamp.study import load_study
 
 STUDY = Path(__file__).parents[3] / "docs" / "studies" / "two_blade_rig" / "asymmetric.toml"
@@ -29,19 +29,19 @@ def arrays(folder) -> dict:
     """What is stored: see README.md beside this file."""
     study = load_study(STUDY)
     model, table = ReducedModel.load(folder / "model.npz"), ContactTable.load(folder / "kept.csv")
-    springs = jobs.declared_springs(study, table)
+    springs = terms.declared_springs(study, table)
     sprung = with_springs(model, table, springs)
     pairs = table.select(table.carrying)
-    damping = jobs.ratio(study["respond"]["damping_ratio"])
+    damping = terms.ratio(study["respond"]["damping_ratio"])
     problem, _ = contact_problem(sprung, pairs, DryFriction2T(), damping_ratio=damping)
     R = stuck_receptance(problem.M, None, problem.stuck_stiffness, problem.damping_ratio)
-    rows = jobs.outputs(study, model)
+    rows = terms.outputs(study, model)
     physical = np.flatnonzero(model.direction != "mode")
     nodes = set(zip(["damper"] * len(pairs), pairs.damper_node, strict=True)) | set(
         zip(pairs.blade_body.tolist(), pairs.blade_node, strict=True))
     named = np.array([i for i in physical if (str(model.body[i]), int(model.node[i])) in nodes])
     return {
-        "mass": R.mass, "shapes": problem.B @ R.shapes, "force": R.shapes.T @ jobs.excitation(study, model),
+        "mass": R.mass, "shapes": problem.B @ R.shapes, "force": R.shapes.T @ terms.excitation(study, model),
         "roll": spring_rows(model, table, springs) @ R.shapes,
         "outputs": np.array(list(rows.values())) @ R.shapes, "names": np.array(list(rows)),
         "kn": problem.pairs.kn, "kt": problem.pairs.kt, "mu": problem.pairs.mu, "preload": problem.pairs.preload,

@@ -1,0 +1,68 @@
+"""Is a stiffness positive? On its diagonal, with the masters held, and condensed on them: together that is all."""
+
+import numpy as np
+import scipy.linalg as sl
+
+from hbm.errors import InputError
+from modal.eigen import Factor, SingularStiffness
+from modal.inertia import modes_below
+from modal.matrix_checks import dof_name
+
+NEGATIVE = 1e-9     # of the stiffness of a dof held alone: above it a negative stiffness is no rounding
+_COUNTED = 5000     # dofs up to which negative modes are counted at once: it takes less than 0.1 s
+
+
+def negative_stiffness(body, what: str) -> InputError:
+    """The error that says what meets negative stiffness, and that it is the speed where the body turns."""
+    speed = body.provenance.get("speed")
+    cause = (f"unstable at this speed ({speed}): spin softening and compression exceed the elastic stiffness" if speed
+             else "K is indefinite")
+    return InputError(f"body '{body.name}': negative stiffness, {what}; {cause}")
+
+
+def check_stiffness_diagonal(body):
+    """Every dof meets a stiffness when all others are held."""
+    diagonal = body.K.diagonal()
+    if (diagonal < 0).any():
+        raise negative_stiffness(body, f"K is {diagonal.min():.3g} on its diagonal at "
+                                       f"{dof_name(body, int(diagonal.argmin()))}")
+    if (diagonal == 0).any():
+        i = int((diagonal == 0).argmax())
+        empty = not abs(body.K[i]).sum()
+        raise InputError(f"body '{body.name}': K has {'a row of zeros' if empty else 'a zero on its diagonal'} at "
+                         f"{dof_name(body, i)}: nothing holds it ({int((diagonal == 0).sum())} such dofs)")
+
+
+def check_condensed(body, boundary, S):
+    """The stiffness S (b, b) condensed on the dofs `boundary` has no motion with negative stiffness, scaled to a unit
+    diagonal and to rounding. With a definite stiffness of the other dofs that makes the whole of K semidefinite."""
+    diagonal = S.diagonal()
+    if (diagonal <= 0).any():
+        i = int(diagonal.argmin())
+        raise negative_stiffness(body, f"{diagonal[i]:.3g} N/m at {dof_name(body, boundary[i])} with the other masters "
+                                       "held")
+    scaled = S / np.sqrt(np.outer(diagonal, diagonal))
+    try:
+        sl.cholesky(scaled + NEGATIVE * np.eye(len(S)), check_finite=False)
+    except np.linalg.LinAlgError:
+        lam, shape = sl.eigh(scaled, subset_by_index=(0, 0))
+        raise negative_stiffness(body, f"{lam[0]:.1e} of the stiffness of single dofs, in a motion mostly of "
+                                       f"{dof_name(body, boundary[int(np.abs(shape).argmax())])}") from None
+
+
+def definite_factor(body, K_II, M_II):
+    """Factor of the stiffness with the masters held.
+
+    A large matrix has one only where it is positive definite, but of one with little fill CHOLMOD keeps LDL', as
+    SuperLU does of all: negative modes of small ones are counted here, those of others when the modes are.
+    """
+    try:
+        factor = Factor(K_II)
+    except SingularStiffness as error:
+        factor, reason = None, error
+    negative = modes_below(K_II, M_II, 0.0) if factor is None or len(body.dof_node) < _COUNTED else 0
+    if negative:
+        raise negative_stiffness(body, f"{negative} motion{'s' * (negative > 1)} with the masters held meet it")
+    if factor is None:
+        raise reason
+    return factor

@@ -1,0 +1,112 @@
+"""One call from a curve to the time integration; several laws in one model, integrated."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hbm import shooting
+from hbm.comparison import compare, compare_at
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from hbm.laws import DryFriction2T, Jenkins1D
+from hbm.march_sampled import SampledMarch
+from hbm.mixed import MixedLaw
+from hbm.model import ReducedModel
+from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
+from tests.hbm.cases import coupled, load, solve, unilateral
+from tests.hbm.conformance import LAWS, one_dof
+from tests.hbm.small_rig import small_rig
+
+
+@pytest.mark.parametrize("contact", [True, False])
+def test_a_point_of_a_curve_in_one_call(contact):
+    """Three bodies, one pair left out, slip: from the orbit until the map repeats; below 1 % at H = 5."""
+    model, pairs, tip = small_rig(stations=3)
+    pairs = replace(pairs, weight=np.array([1.0, 1, 1, 1, 0, 1]))
+    outputs = {"tip": tip}
+    curve = forced_response(model, pairs, DryFriction2T(), 60 * tip, (200, 600), harmonics=5, damping_ratio=0.02,
+                            outputs=outputs, contact=contact)
+    problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.02)
+    hz = curve.peak("tip")[0]
+    found = compare_at(curve, problem, 60 * tip, hz, outputs)
+    assert found.agrees and found.steady.period_change <= shooting.REPEATS and found.difference < 1e-2
+    assert found.difference > 1e-12 and curve.share_slip.max() > 0.1
+    assert abs(found.steady.harmonics[0, 1]) == pytest.approx(np.nanmax(curve.amplitude("harmonic")), rel=1e-2)
+    assert (found.origin, found.start, found.H) == ("preloaded", "zero_slider", 5) and found.hz == pytest.approx(hz)
+    assert (found.steady.origin, found.steady.start) == ("preloaded", "zero_slider")
+    with pytest.raises(InputError, match="hz = 900: the curve covers 200 to 600 Hz"):
+        compare_at(curve, problem, 60 * tip, 900.0, outputs)
+    with pytest.raises(InputError, match="outputs = "):
+        compare_at(curve, problem, 60 * tip, hz, [tip])
+
+
+@pytest.mark.parametrize("omega", [1.0, 1.5])
+def test_a_mixture_of_one_law_is_integrated_to_second_order(omega):
+    """D1: slip at 1.0, slip and lift-off at 1.5, against the exact orbit."""
+    problem, force = coupled(load("D1")["parameters"])
+    problem = replace(problem, law=MixedLaw((DryFriction2T(),), [0]))
+    q, point, balance = solve(problem, force, omega, 9)
+    expected = np.array(next(r for r in load("D1")["results"] if r["Omega"] == omega)["X1"])
+    errors = []
+    for steps in (64, 256):
+        march = SampledMarch(balance, omega, steps)
+        steady = shooting.shoot(march, march.on_orbit(point), np.eye(len(q)))
+        assert steady.periodic
+        errors.append(np.abs(np.abs(steady.harmonics[:, 1]) - expected).max() / expected.max())
+    assert errors[1] < 2e-4 and errors[1] < errors[0] / 8           # 1/16 at second order
+
+
+def test_laws_of_every_kind_in_one_model_against_integration():
+    """Points side by side, each with its own law: every one at H = 9 as the integration of the mixture has it."""
+    laws = [case.law for case in LAWS if case.law.name in ("DryFriction2T", "UnilateralSpring", "IsotropicFriction",
+                                                           "CubicSpring")]
+    singles = [one_dof(law) for law in laws]
+    n = len(laws)
+    assert n == 4
+    model = ReducedModel.from_matrices(np.eye(3 * n), np.kron(np.eye(n), singles[0][0].K), body="mass",
+                                       node=np.repeat(np.arange(1, n + 1), 3), direction=["x", "y", "z"] * n)
+    tables = [s[1] for s in singles]
+    columns = {name: np.concatenate([getattr(t, name) for t in tables]) for name in vars(tables[0])}
+    pairs = ContactTable(**columns | {"damper_node": np.arange(1, n + 1)})
+    problem, _ = contact_problem(model, pairs, MixedLaw(tuple(laws), range(n)), damping_ratio=0.03)
+    q, point, balance = solve(problem, np.concatenate([s[2] for s in singles]), 2 * np.pi * 1.7, 9, samples=512)
+    found = compare(balance, point, np.eye(3 * n), steps=128)
+    assert found.steady.periodic and found.difference < 1e-3 and not found.left
+    apart = np.abs(np.abs(found.steady.harmonics[:, 1]) - np.abs(q[:, 1])) / np.abs(q[:, 1]).max()
+    assert (apart.reshape(n, 3).max(axis=1) < 1e-3).all()
+
+
+def test_a_curve_compares_itself_and_each_of_its_solutions(tmp_path):
+    """C1 at 1.15 rad/s, H = 5: of the three solutions the middle one is unstable; over the level as over the band."""
+    problem, force = unilateral(load("C1")["parameters"])
+    hz = 1.15 / (2 * np.pi)
+    band = follow_band(problem, force, (0.8 * hz, 1.4 * hz), harmonics=5, outputs={"x": [1.0]}, at=[hz])
+    level = follow_parameter(problem, force, hz, "level", (0.2, 3.0), harmonics=5, outputs={"x": [1.0]})
+    for curve, value in ((band, hz), (level, 1.0)):
+        sizes = np.abs(curve.solutions_at(value)[:, 0, 1])
+        middle = int(np.argsort(sizes)[1])
+        assert len(sizes) == 3
+        for i, size in enumerate(sizes):
+            found = curve.compare(value, which=i)
+            assert found.agrees and (found.steady.multiplier > 1 + 1e-3) == (i == middle), found.said
+            assert i == middle or abs(found.steady.harmonics[0, 1]) == pytest.approx(size, rel=2e-2)
+        with pytest.raises(InputError, match="3 solutions at .* say which = 0 to 2"):
+            curve.compare(value)
+        with pytest.raises(InputError, match="which = 3: 3 solutions"):
+            curve.compare(value, 3)
+    with pytest.raises(InputError, match="from a file"):
+        ForcedResponse.load(band.save(tmp_path / "curve.npz")).compare(hz, 0)
+
+
+def test_more_harmonics_are_advised_where_the_difference_is_large():
+    """One Jenkins element near its resonance: at H = 1 the square corners of the force are missing."""
+    model, pairs, force = one_dof(Jenkins1D())
+    said = {}
+    for H in (1, 15):
+        curve = forced_response(model, pairs, Jenkins1D(), force, (1.5, 1.9), harmonics=H, damping_ratio=0.03,
+                                outputs={"x": [1.0, 0, 0]})
+        found = curve.compare(1.7)
+        said[H] = found.said, found.difference
+    assert said[1][1] > 1e-3 and said[1][0].endswith("; more harmonics than H = 1 bring it closer")
+    assert said[15][1] < 1e-3 and "more harmonics" not in said[15][0]

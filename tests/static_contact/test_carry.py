@@ -1,0 +1,54 @@
+"""What the kept stations carry of a map with friction: the pull is balanced though some slip and some stick."""
+
+import numpy as np
+import pytest
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from static_contact.carry import balancing_forces, carry_scaled, carry_tangential
+
+S = np.sqrt(0.5)
+MU, STATIONS = 0.3, 7
+
+
+def map_with_friction(random):
+    """Two faces at 45 degrees; at one end friction reaches its limit, at the other there is none. And the load that
+    the map balances across the axis y."""
+    count = 2 * STATIONS
+    frame = [np.array([[0, 1.0, 0], np.cross(n, [0, 1.0, 0]), n]) for n in (np.array([S, 0, S]), np.array([-S, 0, S]))]
+    ones = np.ones(count)
+    pairs = ContactTable(side=np.repeat(["left", "right"], STATIONS), station=np.tile(range(STATIONS), 2),
+                         row=np.zeros(count), blade_body=np.full(count, "blades"), blade_node=np.arange(count),
+                         damper_body=np.full(count, "damper"), damper_node=np.arange(count),
+                         position=np.column_stack([0 * ones, np.tile(np.arange(STATIONS), 2) * 0.01, 0 * ones]),
+                         frame=np.repeat(frame, STATIONS, axis=0), gap=0 * ones, kn=1e6 * ones, kt=1e6 * ones,
+                         mu=MU * ones, preload=random.uniform(1, 5, count), weight=ones)
+    share = np.tile(np.linspace(0, 1, STATIONS), 2)
+    T = np.column_stack([0 * ones, share * MU * pairs.preload * np.repeat([1, -1], STATIONS)])
+    load = pairs.preload @ pairs.normal + np.einsum("pd,pdx->x", T, pairs.frame[:, :2])
+    return pairs, T, load
+
+
+def total(pairs, T):
+    return np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum("pd,pdx->x", T, pairs.frame[:, :2])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_kept_stations_balance_the_pull(seed):
+    whole, T, load = map_with_friction(np.random.default_rng(seed))
+    kept = whole.select(np.isin(whole.station, [0, 1, 2, 3]))
+    forces = balancing_forces(whole, kept, T, load, (0, 1, 0))
+    done = carry_scaled(whole, kept, forces, (0, 1, 0))
+    friction = carry_tangential(whole, T, done)
+    assert np.linalg.norm(total(done.pairs, friction) - load) < 1e-12 * np.linalg.norm(load)
+    assert (np.abs(friction) <= MU * done.pairs.preload[:, None] * (1 + 1e-12)).all()
+    # the side sums of the whole map would not: they miss the load by per cent
+    sums = {s: whole.preload[whole.side == s].sum() for s in whole.sides}
+    plain = carry_scaled(whole, kept, sums, (0, 1, 0))
+    assert np.linalg.norm(total(plain.pairs, carry_tangential(whole, T, plain)) - load) > 0.01 * np.linalg.norm(load)
+
+
+def test_a_map_that_the_kept_stations_cannot_carry():
+    whole, T, _ = map_with_friction(np.random.default_rng(0))
+    with pytest.raises(InputError, match="cannot carry the pull with the friction of the whole map: left -"):
+        balancing_forces(whole, whole, T, np.array([-10.0, 0, 0]), (0, 1, 0))

@@ -1,0 +1,77 @@
+"""Which free mode is out of phase and which in phase: two different modes of both blades, or none is named."""
+
+import numpy as np
+import pytest
+
+from hbm.model import ReducedModel
+from tests.tipdamp import corner_study
+from tipdamp.cli import main
+from tipdamp.free_modes import band, band_warnings, named_modes, tracking_warnings
+from tipdamp.study import load_study
+
+ONE, TWO = np.eye(2)
+
+
+def two_blades(coupling, mistuning=0.05, second=1.0):
+    """Two masses of 1 kg on 1 N/m (the second's 5 % stiffer), joined by a spring; `second` scales blade two's motion
+    at its patch."""
+    K = np.diag([1.0, 1.0 + mistuning]) + coupling * np.array([[1, -1], [-1, 1]])
+    model = ReducedModel.from_matrices(np.eye(2), K, body=["blades"] * 2, node=[1, 2], direction=["x"] * 2,
+                                       position=np.zeros((2, 3)), groups={}, loads={})
+    return named_modes(model, ONE, second * TWO)
+
+
+@pytest.mark.parametrize("second", [1.0, 0.2])
+def test_coupled_blades_have_one_mode_of_each_kind(second):
+    """Strong coupling: in phase at sqrt(1.025 +- small), out of phase above it. The patch may lie lower on one."""
+    found = two_blades(1.0, second=second)
+    # eigenvalues of [[2, -1], [-1, 2.05]]: 2.025 -+ sqrt(1 + 0.025^2)
+    exact = np.sqrt(2.025 + np.array([1, -1]) * np.sqrt(1 + 0.025**2)) / (2 * np.pi)
+    assert [found.named[n] for n in ("out_of_phase", "in_phase")] == pytest.approx(exact, rel=1e-12)
+    assert found.warnings == []
+    out, together = (found.follow[n] for n in ("out_of_phase", "in_phase"))
+    assert out[0] * out[1] < 0 < together[0] * together[1]
+
+
+@pytest.mark.parametrize("coupling", [0.0, 1e-4])
+def test_blades_that_hardly_feel_each_other_have_no_such_modes(coupling):
+    """One mode would bear both names, or each mode moves one blade alone: no names, a warning, and what is followed is
+    the difference or the sum of the two blades' own motions."""
+    found = two_blades(coupling)
+    assert found.named == {}
+    assert "no free mode is of both blades (lowest: 0.2, 0.2 Hz)" in found.warnings[0]
+    for name, sign in (("out_of_phase", -1), ("in_phase", 1)):
+        assert np.abs(found.follow[name]) == pytest.approx([np.sqrt(0.5)] * 2, rel=1e-2)
+        assert np.sign(found.follow[name].prod()) == sign
+
+
+def test_default_band_lies_around_the_two_modes():
+    found = two_blades(1.0)
+    assert band((1.0, 2.0), found) == (1.0, 2.0)
+    low, high = band(None, found)
+    assert low < min(found.pair) and high > max(found.pair)
+    assert band_warnings((low, high), found) == []
+    assert "[free] band = 1 to 2 Hz holds no resonance" in band_warnings((1.0, 2.0), found)[0]
+
+
+def test_reduce_and_tune_warn_in_the_terminal(tmp_path, capsys):
+    """The cubes of the corner stand on their own: at reduce no mode is named, on the screen and in the report."""
+    path = corner_study.write(tmp_path, change=[("[respond]", "[tune]\nstations = [1, 1]\n[free]\nband = [10, 20]\n"
+                                                              "[respond]")])
+    assert main(["reduce", str(path), "--quiet"]) == 0
+    out = capsys.readouterr().out
+    assert "warning: no free mode is of both blades" in out and "out of phase " not in out.splitlines()[0]
+    assert "warning: [free] band = 10 to 20 Hz holds no resonance" in out
+    assert main(["preload", str(path), "--quiet"]) == main(["tune", str(path), "--quiet"]) == 0
+    assert main(["inspect", str(path), "--quiet"]) == 0
+
+
+def test_tune_warns_of_low_likeness_and_of_a_mode_outside_of_the_band(tmp_path):
+    study = load_study(corner_study.write(tmp_path))       # band 20 to 40 kHz
+    tune = {"likeness": {"full_area": 0.9, "full_line": 0.8, "tuned": 0.49}, "stuck_modes_hz": {"tuned": [25e3, 26e3]},
+            "stuck_hz": {"full_area": 3e4, "full_line": 3e4, "tuned": 3e4}}
+    assert [w[:59] for w in tracking_warnings(study, tune)] == [
+        "the tracked mode, stuck on the kept stations (30000 Hz), re"]
+    tune["likeness"]["tuned"], tune["stuck_hz"]["tuned"] = 0.9, 5e4
+    assert "lies outside of [respond] band = 20000 to 40000 Hz, where there are stuck modes at 25000.0, 26000.0 Hz" in \
+        tracking_warnings(study, tune)[0]
