@@ -12,8 +12,8 @@ at folds, where J alone is not. A system once factorised should be kept: it may 
 R need not be smooth: the sign of det [J, R_p; t'] for a tangent t stays the same along a branch through folds and
 kinks alike, so that it tells forward from backward where the direction itself jumps.
 
-Optional: `pull(away)` - what to add to the residual so that one Newton step brings back what R does not determine, where
-x has come `away` from the last point. The polynomials through noise there would run off.
+Optional: `pull(away)` - what to add to the residual so that one Newton step brings back what R does not determine,
+where x has come `away` from the last point. The polynomials through noise there would run off.
 
 `weights` (n,) say how much each unknown counts in the arc length. Lengths are relative: a step of 0.1 changes the
 weighted unknowns by a tenth of their size, or the parameter by a hundredth of the way.
@@ -67,7 +67,8 @@ def _cut(walk):
     branch, kept, before = walk.branch, [], None
     for point in branch.points:
         out = walk.outside(point.parameter) > 0
-        if branch.end != "work" and before is not None and out != (walk.outside(before.parameter) > 0) and before.converged and point.converged:
+        crosses = before is not None and out != (walk.outside(before.parameter) > 0)
+        if crosses and branch.end != "work" and before.converged and point.converged:
             border = walk.solve_between(before, point, walk.begin)
             if border.converged and not any(_same(border, known, walk) for known in (before, point)):
                 kept.append(border)

@@ -19,8 +19,8 @@ ENDS = {             # why a branch ended, and what to do about it
     "points": "stopped at {at} after {n} points: the branch folds again and again; more damping, more or fewer "
               "harmonics, or the other direction may help",
     "work": "stopped at {at} after {n} points: they cost more evaluations of the residual than allowed; try the other "
-            "direction, more or fewer harmonics, more damping or a lower level first, or allow more (`most_calls` of the "
-            "settings)",
+            "direction, more or fewer harmonics, more damping or a lower level first, or allow more (`most_calls` of "
+            "the settings)",
     "no point": "stopped at {at}: the corrector found no further point; try the other direction, more harmonics or a "
                 "lower level first",
     "lost": "stopped at {at}: the branch was lost again and again; try the other direction, more harmonics or more "
