@@ -7,6 +7,7 @@ import numpy as np
 from hbm.corrector import Metric, correct, solve_at
 from hbm.predictor import forward, on_branch, predict, prediction_errors, tangent
 
+DRIFT = 20, 1e-6, 0.05      # points over which the parameter stands still, to this share of its length, and how far x goes
 PACE = 3e-3          # share of the way by which a branch must get on to be worth following
 ENDS = {             # why a branch ended, and what to do about it
     "end": "reached the end of the band",
@@ -18,6 +19,7 @@ ENDS = {             # why a branch ended, and what to do about it
                  "more damping",
     "points": "stopped at {at} after {n} points: the branch folds again and again; more damping, more or fewer "
               "harmonics, or the other direction may help",
+    "drift": "stopped at {at}: a body walks away, no force brings it back on average; hold that motion by a stiffness",
     "work": "stopped at {at} after {n} points: they cost more evaluations of the residual than allowed; try the other "
             "direction, more or fewer harmonics, more damping or a lower level first, or allow more (`most_calls` of "
             "the settings)",
@@ -142,8 +144,20 @@ class Walk:
             self.branch.finish("closed", self.begin)
         elif np.linalg.norm(new.x) > self._bound():
             self.branch.finish("unbounded", new.parameter)
+        elif self._drifts():
+            self.branch.finish("drift", new.parameter)
         elif len(self.branch.points) >= self.settings.most_points:
             self.branch.finish("points", new.parameter)
+
+    def _drifts(self) -> bool:
+        """Whether the branch runs on at one value of the parameter: a motion grows that the equations do not hold."""
+        count, still, far = DRIFT
+        points = self.branch.points[-count:]
+        if len(points) < count or not all(p.converged for p in points):
+            return False
+        values = [p.parameter for p in points]
+        return (max(values) - min(values) < still * self.length
+                and self.metric().norm(points[-1].x - points[0].x, 0.0) > far)
 
     def wanders(self) -> bool:
         """Whether the branch folds on and on without getting further, and may still be left."""

@@ -20,7 +20,7 @@ BAND = (80, 180)                      # Hz, around the blade's 100 Hz alone and 
 CHAIN = {"t1": 1e6, "t2": 1e5, "n": 1e5}      # N/m between neighbouring nodes of the bar
 
 
-def curve_of_bar(level, half=False, **more):
+def curve_of_bar(level, half=False, skew=0.0, **more):
     """Response of the blade's mode, which stretches the surface, turns it and lifts it; or of one half of the bar.
 
     The halves move against each other along the axis and across it, so that the middle of each spring between them
@@ -40,7 +40,7 @@ def curve_of_bar(level, half=False, **more):
             K[dof[0], dof[0]] += 2 * CHAIN[name]
         B[dof - 1, dof] = 1.0
         B[dof - 1, 0] = -shape[name]
-    pairs = PairSettings(np.full(n, 3e4), np.full(n, 2e4), np.full(n, 0.4), 1 + 0.3 * x**2)
+    pairs = PairSettings(np.full(n, 3e4), np.full(n, 2e4), np.full(n, 0.4), 1 + 0.3 * x**2 + skew * x)
     problem, tip = ContactProblem(M, None, K, B, law, pairs, damping_ratio=0.01), np.eye(1 + 3 * n)[0]
     return follow_band(problem, share * level * tip, BAND, harmonics=3, outputs={"tip": tip}, **more)
 
@@ -53,6 +53,14 @@ def test_a_free_bar_is_followed_to_the_end_and_is_twice_its_half(level):
     assert (whole.share_open.max(axis=0) > 0).all() == (level == 40.0)
     assert whole.residual_calls < 4 * len(whole.frequency)
     assert whole.peak("tip") == pytest.approx(half.peak("tip"), rel=1e-6)
+
+
+def test_a_bar_that_walks_is_said_to():
+    """Pressed more at one end, it is driven along its axis once every pair slides, and nothing brings it back."""
+    curve = curve_of_bar(40.0, skew=0.05)
+    assert not curve.complete and curve.ended.count("walks away") == 1
+    assert "mean motion is held by nothing" in curve.ended and "stiffness" in curve.ended
+    assert curve.residual_calls < 1000
 
 
 def test_work_is_bounded():
