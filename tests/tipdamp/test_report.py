@@ -17,7 +17,7 @@ import pytest
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.response import ForcedResponse
-from tipdamp.report import figure, page, response_figures, text
+from tipdamp.report import draw_matplotlib, figure, page, response_figures, static_figures, text
 from tipdamp.report.results import load_results
 from tipdamp.report.summary import summarise
 from tipdamp.store import Store
@@ -252,6 +252,29 @@ def test_warnings_appear_when_they_should(tmp_path, change, words):
     study, store = artefacts(tmp_path, damage=change)
     found = summarise(load_results(study, store))["warnings"]
     assert any(words in sentence for sentence in found), found
+
+
+def keep_all(files):
+    files["kept"] = files["kept"].replace(weight=np.ones(len(files["kept"])))
+
+
+def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
+    """All stations kept, in a band without resonance: no name without a mark inside the panel, and matplotlib finds
+    room for the axes."""
+    def change(files):
+        keep_all(files)
+        files["reduce.json"]["free_hz"] = {"out_of_phase": 3901.0, "in_phase": 3996.0}
+
+    study, store = artefacts(tmp_path, damage=change)
+    results = load_results(study, store)
+    linear, kept = static_figures.linear(results), static_figures.kept(results)
+    for panel in kept.panels:
+        for item in panel.items:
+            if getattr(item, "name", ""):
+                low, high = panel.y_range
+                assert len(item.x) and ((np.asarray(item.y) >= low) & (np.asarray(item.y) <= high)).all(), item.name
+    draw_matplotlib.draw(linear, tmp_path / "linear.png")
+    assert not [w for w in recwarn if "constrained_layout" in str(w.message)]
 
 
 def test_curve_without_slip_must_be_the_linear_one(tmp_path):
