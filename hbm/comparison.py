@@ -14,6 +14,7 @@ from hbm.residual import ContactProblem, HarmonicBalance
 from hbm.solutions import first_point
 
 ELSEWHERE = 0.2          # relative difference to the nearest point of the curve from which on it is another solution
+SMALL = 1e-3             # relative difference above which more harmonics are advised
 LEFT = 3e-2              # relative difference from which on the integration has gone to another orbit
 PATIENCE = 40            # periods marched from the orbit before Newton helps to find where they lead
 
@@ -105,7 +106,7 @@ def compare(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE,
         if not steady.periodic or _difference(balance, point, rows, steady) > LEFT:
             steady = shooting.march_on(march, begin, rows, most_periods=most_periods - before)
     difference = _difference(balance, point, rows, steady)
-    left, said = _said(steady, difference)
+    left, said = _said(steady, difference, balance.H)
     return Comparison(difference, steady, left, said, float(point.parameter) / (2 * np.pi), balance.H, steady.origin,
                       steady.start)
 
@@ -122,7 +123,7 @@ def _difference(balance, point, rows, steady):
     return float(np.abs(np.abs(steady.harmonics[:, 1]) - np.abs(X[:, 1])).max() / np.abs(X[:, 1]).max())
 
 
-def _said(steady, difference):
+def _said(steady, difference, H):
     left = bool(difference > LEFT)
     if not steady.finished:
         said = "the integration did not finish a period: transitions follow each other faster and faster"
@@ -135,4 +136,6 @@ def _said(steady, difference):
                 f"{steady.multiplier:.4f}): left to itself the integration leaves it")
     else:
         said = f"the integration stays on the orbit, {difference:.2e} away"
+    if steady.periodic and not left and difference > SMALL:
+        said += f"; more harmonics than H = {H} bring it closer"
     return left, said

@@ -183,6 +183,17 @@ def relative_motion(model: ReducedModel, pairs: ContactTable) -> sp.csr_matrix:
     return sp.csr_matrix((values, (rows, columns)), shape=(3 * len(pairs), model.size))
 
 
+def without_normal_motion(B, pairs: ContactTable) -> str:
+    """A sentence on the pairs along whose normal the model has no dof; empty where there are none. B (3P, r)."""
+    held = np.flatnonzero(abs(B[2::3]).sum(axis=1).A1 == 0)
+    if not len(held):
+        return ""
+    p, more = held[0], f" and {len(held) - 1} more" * (len(held) > 1)
+    n = ", ".join(f"{v:.2g}" for v in pairs.normal[p])
+    return (f"pair {p + 1} ({pairs.side[p]}, station {pairs.station[p]}){more}: the model has no dof along the normal "
+            f"({n}) at its nodes, so the normal load stays at the preload and nothing can lift off")
+
+
 def _text(value) -> str:
     if isinstance(value, str):
         # a spreadsheet would run a cell that begins like a formula

@@ -1,5 +1,6 @@
 """ForcedResponse: a curve of periodic solutions as plain arrays, and how it is made from a branch."""
 
+import warnings
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 
@@ -22,8 +23,9 @@ class ForcedResponse:
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point failed
     parameter_name, parameter : what the branch was followed in, and its (n,) values: 'frequency' in Hz, or 'level',
         'preload', 'mu', 'kn' or 'kt' as factors on the force or on that setting of every pair, at one frequency
-    share_stick, share_slip, share_open : (n, P) share of the cycle
-    dissipated : (n, P) J per cycle by friction
+    share_stick, share_slip, share_open : (n, P) share of the cycle; of a law that names no sliders (`tangents` of
+        SampledLaw) a pair that loses energy slips wherever it is closed
+    dissipated : (n, P) J per cycle that the law takes out, over all its components
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
     leaps : (k, 2) parameters at which a branch that folds on and on was left, and at which a solution further ahead was
@@ -71,14 +73,25 @@ class ForcedResponse:
         return names.index(name)
 
     def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
-        """(Hz, m) largest amplitude of an output, at the border of the band too; over the parameter that was followed.
+        """(Hz, m) largest amplitude of an output; over another parameter, (value of that, m).
 
-        The curve was solved there when it was computed, to 1e-8 of the amplitude.
+        At the border of a frequency band it is no resonance: it is given with a warning (see `at_border`). The curve
+        was solved at the largest amplitude when it was computed, to 1e-8 of the amplitude.
         """
         a = self.amplitude(kind)[:, self.column(name)]
         if not np.isfinite(a).any():
             return float("nan"), float("nan")
+        if self.parameter_name == "frequency" and self.at_border(name, kind):
+            warnings.warn(f"peak of '{name}': its largest amplitude lies at the border of the band, "
+                          f"{self.parameter[np.nanargmax(a)]:g} Hz; the resonance may be outside, widen the band",
+                          stacklevel=2)
         return self._top(a, int(np.nanargmax(a)), name, kind)
+
+    def at_border(self, name: str, kind: str = "half_peak_to_peak") -> bool:
+        """Whether the largest amplitude of an output is that of an end of the curve: then `peak` is no resonance."""
+        a = self.amplitude(kind)[:, self.column(name)]
+        good = np.flatnonzero(np.isfinite(a))
+        return bool(len(good) and a[good].max() > 0 and a[good].argmax() in (0, len(good) - 1))
 
     def peaks(self, name: str, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first.
@@ -123,6 +136,28 @@ class ForcedResponse:
                              f"compute it with at = [{value:g}]")
         found.sort(key=lambda place: place[0])
         return np.array([x for _, x in found]).reshape(-1, *X.shape[1:])
+
+    def compare(self, value: float, which: int | None = None, **settings):
+        """Comparison of a solution with time integration that starts on its orbit (see `hbm.comparison.compare`).
+
+            print(curve.compare(106.0).said)
+
+        value : as in `solutions_at`; which : the place there, needed where the curve has several solutions
+        settings : of `compare`. Raises InputError where there is no such solution, and in a curve from a file (there:
+        `hbm.comparison.compare_at`).
+        """
+        from hbm.comparison import compare
+        if self.passages is None:
+            raise InputError("compare: this curve comes from a file and knows no model; use hbm.comparison.compare_at")
+        there = self.solutions_at(value)
+        balance, points = self.passages.solved(value)
+        if which is None and len(points) > 1:
+            sizes = ", ".join(f"{a:.3g}" for a in amplitude(there, "harmonic").max(axis=1))
+            raise InputError(f"compare: the curve has {len(points)} solutions at {value:g}, of amplitude {sizes} m; "
+                             f"say which = 0 to {len(points) - 1}")
+        if not 0 <= (which or 0) < len(points) or not points[which or 0].converged:
+            raise InputError(f"compare: which = {which}: {len(points)} solutions of the curve are known at {value:g}")
+        return compare(balance, points[which or 0], self.passages.rows, **settings)
 
     @property
     def slipping_pairs(self) -> np.ndarray:
@@ -207,7 +242,8 @@ def record(branch, balance, recover, names, problem, start, parameter, seconds):
     for i, point in enumerate(branch.points):
         if point.converged:
             shares[i] = point.detail.bracket.shares
-            work[i] = _dissipated(point, balance, problem.law.tangents)
+            # of all components: springs give nothing, and which of them rub is the law's affair
+            work[i] = fourier.work(point.detail.bracket.g, point.x.reshape(-1, balance.nd, balance.nh))
     values = np.array([p.parameter for p in branch.points]) / parameter.scale
     return ForcedResponse(
         frequency=values if parameter.hz is None else np.full(n, float(parameter.hz)),
@@ -228,13 +264,6 @@ def contact_harmonics(branch, balance):
         if point.converged:
             force[i], motion[i] = point.detail.contact()
     return {"contact_force": force, "contact_motion": motion}
-
-
-def _dissipated(point, balance, tangents):
-    """(P,) J per cycle: sum of pi k Im(f_k conj(u_k)) over the tangents; the springs give nothing."""
-    g = fourier.to_complex(point.detail.bracket.g)[:, :tangents, 1:]
-    u = fourier.to_complex(point.x.reshape(-1, balance.nd, balance.nh))[:, :tangents, 1:]
-    return np.pi * np.sum(np.arange(1, balance.H + 1) * (g * u.conj()).imag, axis=(1, 2))
 
 
 def explain(branch, problem, parameter) -> str:

@@ -20,6 +20,8 @@ KINDS = ("npz", "mat", "mtx")
 def write_model(model: ReducedModel, folder, kind: str) -> list[Path]:
     """model.npz; or model.mat with M, K (and C), or M.mtx, K.mtx (and C.mtx), and dofs.csv. Returns what was written.
 
+    model.mat holds the dof table too: body, node, direction, position, load_names and loads (r, k), group_names and
+    group_nodes. `from_files` needs dofs.csv beside Matrix Market alone.
     The dof table has a line per row of the matrices: body, node, direction, x, y, z (m), a column `load NAME` (N) for
     each load and a column `group NAME`, 1 on its nodes. Raises InputError for another kind.
     """
@@ -32,12 +34,31 @@ def write_model(model: ReducedModel, folder, kind: str) -> list[Path]:
     matrices = {name: A for name, A in (("M", model.M), ("K", model.K), ("C", model.C)) if A is not None}
     if kind == "mat":
         written = [folder / "model.mat"]
-        scipy.io.savemat(written[0], matrices)
+        scipy.io.savemat(written[0], matrices | _table(model))
     else:
         written = [folder / f"{name}.mtx" for name in matrices]
         for path, A in zip(written, matrices.values(), strict=True):
             scipy.io.mmwrite(path, sp.coo_matrix(A), symmetry="symmetric", precision=17)
     return [*written, _write_dofs(model, folder / "dofs.csv")]
+
+
+def _table(model):
+    """The dof table, loads and groups as MATLAB variables; names are cells, as they may hold any character."""
+    def cells(values):
+        out = np.empty((len(values), 1), dtype=object)
+        out[:, 0] = values
+        return out
+
+    table = {"body": cells(model.body.tolist()), "node": model.node[:, None], "position": model.position,
+             "direction": cells(model.direction.tolist())}
+    if model.loads:
+        table |= {"load_names": cells(list(model.loads)), "loads": np.column_stack(list(model.loads.values()))}
+    if model.groups:
+        nodes = np.empty((len(model.groups), 1), dtype=object)
+        for i, members in enumerate(model.groups.values()):
+            nodes[i, 0] = members[:, None]
+        table |= {"group_names": cells(list(model.groups)), "group_nodes": nodes}
+    return table
 
 
 def _write_dofs(model, path):

@@ -2,10 +2,12 @@
 
     model = ReducedModel.from_files(M="mass.mtx", K="stiffness.mtx", dofs="dofs.csv")
 
-The dof table is a CSV with a line per row of the matrices: body, node, direction (x, y, z or mode) and, where known,
+The dof table is a CSV with a line per row of the matrices: body, node, direction (x, y, z, rotations rx, ry, rz, or
+mode) and, where known,
 x, y, z in m, a column `load NAME` in N for each load, a column `group NAME` (not empty on its nodes) for each group of
 nodes, as `hbm.exports` writes them; or the .mapping file that Ansys writes beside its Harwell-Boeing matrices. Abaqus'
-text names node and dof of each entry itself.
+text names node and dof of each entry itself. What `ReducedModel.save` or `hbm.exports` wrote into an .npz or .mat holds
+the table already: with M and K from such a file, `dofs` may be left out.
 """
 
 import csv
@@ -17,10 +19,12 @@ import scipy.io
 import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
-from hbm.model import DIRECTIONS, ReducedModel
+from hbm.model import DIRECTIONS, ROTATIONS, ReducedModel
 
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
-ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z"}
+ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z", "ROTX": "rx", "ROTY": "ry", "ROTZ": "rz"}
+TABLE = ("body", "node", "direction", "position")       # columns of a dof table inside a file
+ABAQUS_DOFS = dict(enumerate((*DIRECTIONS, *ROTATIONS), 1))
 
 
 def model_from_files(M, K, C=None, dofs=None, body="body", groups=None, loads=None) -> ReducedModel:
@@ -39,11 +43,13 @@ def model_from_files(M, K, C=None, dofs=None, body="body", groups=None, loads=No
         if found is not None and labels is not None and found != labels:
             raise InputError(f"{path}: its nodes and dofs are not those of {M}")
         labels = labels or found
-    table = _table_of_labels(labels, body) if labels and dofs is None else read_dofs(dofs, body) if dofs else {}
-    if labels and dofs is not None:
+    saved = _saved_table(M)
+    table = saved if dofs is None else read_dofs(dofs, body)
+    if labels:
+        table = _table_of_labels(labels, body) if dofs is None else table
         _check_labels(labels, table, dofs, M)
-    table["groups"] = table.get("groups", {}) | (groups or {})
-    table["loads"] = table.get("loads", {}) | (loads or {})
+    for name, given in (("groups", groups), ("loads", loads)):
+        table[name] = saved.get(name, {}) | table.get(name, {}) | (given or {})
     return ReducedModel.from_matrices(matrices["M"], matrices["K"], matrices["C"], **({"body": body} | table),
                                       provenance={"M": str(M), "K": str(K), "C": str(C)})
 
@@ -68,7 +74,7 @@ def read_matrix(path, name="matrix"):
         elif kind == ".mat":
             matrix = _matlab(path, name)
         elif kind in (".hb", ".rb", ".matrix"):
-            matrix = harwell_boeing(path)
+            matrix, labels = _ansys(path)
         elif path.read_text(errors="replace")[:14].lower() == "%%matrixmarket":
             matrix = scipy.io.mmread(path)
         else:
@@ -162,10 +168,12 @@ def abaqus_text(path):
 
 
 def _table_of_labels(labels, body):
-    wrong = [label for label in labels if not 1 <= label[1] <= 3]
+    wrong = [label for label in labels if label[1] not in ABAQUS_DOFS]
     if wrong:
-        raise InputError(f"node {wrong[0][0]}: dof {wrong[0][1]} is not a displacement (1, 2, 3); give a dof table")
-    return dict(body=body, node=[n for n, _ in labels], direction=[DIRECTIONS[d - 1] for _, d in labels])
+        node, dof = wrong[0]
+        raise InputError(f"node {node}: dof {dof} is neither displacement (1, 2, 3) nor rotation (4, 5, 6): "
+                         "give a dof table (CSV) in which it is a row of direction 'mode'")
+    return dict(body=body, node=[n for n, _ in labels], direction=[ABAQUS_DOFS[d] for _, d in labels])
 
 
 def _check_labels(labels, table, dofs, M):
@@ -174,8 +182,8 @@ def _check_labels(labels, table, dofs, M):
     if len(rows) != len(labels):
         raise InputError(f"{dofs}: has {len(rows)} rows, {M} names {len(labels)} dofs")
     for i, ((node, dof), (listed, direction)) in enumerate(zip(labels, rows, strict=True)):
-        meant = DIRECTIONS[dof - 1] if 1 <= dof <= 3 else "mode"
-        if (node, meant) != (listed, direction):
+        meant = ABAQUS_DOFS.get(dof, "mode")
+        if (node, direction) not in ((listed, meant), (listed, "mode" if dof > 3 else meant)):
             raise InputError(f"{dofs}, row {i + 1}: is node {listed}, {direction}; {M} has node {node}, dof {dof} "
                              "there: order the table by node and dof number, or leave it out")
 
@@ -185,12 +193,51 @@ def _ansys_mapping(path, body):
     found = [f for f in found if len(f) >= 3 and f[0].isdigit() and f[1].isdigit()]
     for f in found:
         if f[2].upper() not in ANSYS_DOFS:
-            raise InputError(f"{path}: equation {f[0]} is {f[2]} of node {f[1]}, must be UX, UY or UZ: condense the "
-                             "others out, or give a dof table (CSV) in which they are rows of direction 'mode'")
+            raise InputError(f"{path}: equation {f[0]} is {f[2]} of node {f[1]}, must be {', '.join(ANSYS_DOFS)}: "
+                             "condense the others out, or give a dof table (CSV) in which they are rows of direction "
+                             "'mode'")
     if not found:
         raise InputError(f"{path}: holds no lines 'equation node UX'")
     found.sort(key=lambda f: int(f[0]))
     return dict(body=body, node=[int(f[1]) for f in found], direction=[ANSYS_DOFS[f[2].upper()] for f in found])
+
+
+def _ansys(path):
+    """(matrix, None) of Harwell-Boeing in the fixed columns of Ansys, or as loosely as scipy writes and reads it; under
+    the same ending also Abaqus' text, with its labels."""
+    text = path.read_text(errors="replace")
+    if re.search(r"^[ \t]*\d+[ \t]*,", text, re.MULTILINE):
+        return abaqus_text(path)
+    try:
+        return harwell_boeing(path), None
+    except (ValueError, IndexError, TypeError) as ours:
+        if isinstance(ours, InputError):
+            raise
+        try:
+            return scipy.io.hb_read(path), None
+        except Exception:           # it raises what it likes
+            raise ours from None
+
+
+def _saved_table(path) -> dict:
+    """Columns, groups and loads in an .npz of ReducedModel.save or in a .mat of `exports`; empty for other files."""
+    if Path(path).suffix.lower() == ".npz":
+        with np.load(path, allow_pickle=False) as z:
+            if not {"M", "K", "node", "direction"} <= set(z.files):
+                return {}
+        model = ReducedModel.load(path)
+        return {name: getattr(model, name) for name in (*TABLE, "groups", "loads")}
+    if Path(path).suffix.lower() != ".mat":
+        return {}
+    content = scipy.io.loadmat(path, chars_as_strings=True)
+    if not {*TABLE} <= set(content):
+        return {}
+    names = {key: [str(np.ravel(cell)[0]) for cell in np.ravel(content.get(key, []))]
+             for key in ("body", "direction", "group_names", "load_names")}
+    groups = [np.ravel(nodes) for nodes in np.ravel(content.get("group_nodes", []))]
+    return dict(body=names["body"], node=content["node"].ravel(), direction=names["direction"],
+                position=content["position"], groups=dict(zip(names["group_names"], groups, strict=True)),
+                loads=dict(zip(names["load_names"], content.get("loads", np.empty((0, 0))).T, strict=True)))
 
 
 def _npz(path, name):

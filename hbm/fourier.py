@@ -35,6 +35,12 @@ def to_real(X: np.ndarray) -> np.ndarray:
     return x
 
 
+def work(f: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """(P,) J per cycle that forces f take out of motions u, both real coefficients (P, nd, 2H+1)."""
+    F, U = to_complex(f), to_complex(u)
+    return np.pi * np.sum(np.arange(F.shape[-1]) * (F * U.conj()).imag, axis=(1, 2))
+
+
 def basis(tau: np.ndarray, H: int) -> np.ndarray:
     """(n, 2H+1) values of e_j at the n instants tau (radians)."""
     E = np.ones((len(tau), n_real(H)))

@@ -88,6 +88,23 @@ def check_law(law):
     return law
 
 
+def check_shapes(law, pairs):
+    """InputError where stiffness, state or force of a law have another shape than they must."""
+    P, nd = len(pairs), len(law.components)
+    found = [("stuck_stiffness", law.stuck_stiffness(pairs), (P, nd), "(P, components)")]
+    if hasattr(law, "advance"):
+        u = np.zeros((P, nd))
+        state = law.begin(u, np.zeros((P, max(law.tangents, 1)))[:, :law.tangents], True, pairs)
+        found.append(("begin", state, (P, law.states), "(P, states)"))
+        if np.shape(state) == (P, law.states):
+            force, new = law.advance(u, state, pairs)
+            found += [("force of advance", force, (P, nd), "(P, components)"),
+                      ("state of advance", new, (P, law.states), "(P, states)")]
+    for what, value, shape, meaning in found:
+        if np.shape(value) != shape:
+            raise InputError(f"law {law.name}: {what} has the shape {np.shape(value)}, must be {meaning} = {shape}")
+
+
 def check_kind(name, value, kind, made_by):
     """InputError where an argument is not of the class that it must be."""
     if not isinstance(value, kind):

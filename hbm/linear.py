@@ -205,7 +205,7 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis, or deforms."""
     share = {body: np.sum(motion[model.body == body] ** 2) for body in dict.fromkeys(model.body.tolist())}
     body = max(share, key=share.get)
-    rows = np.flatnonzero((model.body == body) & (model.direction != "mode") & np.isfinite(model.position[:, 0]))
+    rows = np.flatnonzero((model.body == body) & model.moves & np.isfinite(model.position[:, 0]))
     if len(rows) < 3:
         return NamedMotion(f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False)
     axis = np.array(["xyz".index(d) for d in model.direction[rows]])

@@ -15,6 +15,7 @@ from hbm.errors import InputError, nearest, shown
 from hbm.inputs import numbers
 
 DIRECTIONS = ("x", "y", "z")
+ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches
 SYMMETRY_TOLERANCE = 1e-10
 
 
@@ -26,7 +27,7 @@ class ReducedModel:
     C : (r, r) N s/m or None - None where damping is given as ratios of the stuck modes
     body : (r,) str - body that the dof belongs to
     node : (r,) int - node number in the user's mesh; for modal dofs the number of the mode, from 1
-    direction : (r,) str - 'x', 'y', 'z' or 'mode'
+    direction : (r,) str - 'x', 'y', 'z', 'rx', 'ry', 'rz' (rotations, rad) or 'mode'
     position : (r, 3) m - of the node; NaN for modal dofs
     groups : {"body/group": (n,) int node numbers}
     loads : {name: (r,) N} - static loads, for example "pull": the pull of 1 N on the damper, condensed
@@ -43,6 +44,11 @@ class ReducedModel:
     groups: dict = field(default_factory=dict)
     loads: dict = field(default_factory=dict)
     provenance: dict = field(default_factory=dict)
+
+    @property
+    def moves(self) -> np.ndarray:
+        """(r,) bool: dofs that are displacements of nodes, neither rotations nor modes."""
+        return np.isin(self.direction, DIRECTIONS)
 
     @property
     def size(self) -> int:
@@ -71,9 +77,10 @@ class ReducedModel:
         for name, column in (("body", body), ("node", node), ("direction", direction), ("position", position)):
             if len(column) != r:
                 raise InputError(f"dof table: {name} has {len(column)} rows, M and K are {K.shape}")
-        unknown = sorted(set(direction.tolist()) - set(DIRECTIONS) - {"mode"})
+        known = (*DIRECTIONS, *ROTATIONS, "mode")
+        unknown = sorted(set(direction.tolist()) - set(known))
         if unknown:
-            raise InputError(f"dof table: direction '{unknown[0]}' is unknown; valid: x, y, z, mode")
+            raise InputError(f"dof table: direction '{unknown[0]}' is unknown; {nearest(unknown[0], known)}")
         groups = {k: np.asarray(v, dtype=np.int64) for k, v in (groups or {}).items()}
         loads = {k: np.asarray(v, dtype=float) for k, v in (loads or {}).items()}
         for name, load in loads.items():
@@ -93,6 +100,9 @@ class ReducedModel:
     def dofs(self, body: str, node: int) -> np.ndarray:
         """Rows of the x, y, z displacement of a node, (3,) int; -1 where that direction is not in the model."""
         rows = self._rows.get((str(body), int(node)))
+        if rows is None and body not in self.body:
+            bodies = list(dict.fromkeys(self.body.tolist()))
+            raise InputError(f"the model has no body '{shown(str(body))}' (node {node}); {nearest(str(body), bodies)}")
         if rows is None:
             raise InputError(f"node {node} of body '{body}' is not in the reduced model: "
                              "make it a master node (contact, excitation or response) and reduce again")
@@ -113,8 +123,7 @@ class ReducedModel:
         cached = self.__dict__.get("_row_table")
         if cached is None:
             cached = {}
-            physical = np.flatnonzero(self.direction != "mode")
-            for i in physical:
+            for i in np.flatnonzero(self.moves):
                 key = (str(self.body[i]), int(self.node[i]))
                 cached.setdefault(key, np.full(3, -1))[DIRECTIONS.index(self.direction[i])] = i
             object.__setattr__(self, "_row_table", cached)

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 
 from hbm import aft, fourier
 from hbm.errors import InputError
-from hbm.inputs import check_kind, check_law, check_samples, numbers
+from hbm.inputs import check_kind, check_law, check_samples, check_shapes, numbers
 from hbm.laws import CorridorLaw, PairSettings
 from hbm.linear import Receptance, stuck_receptance
 from hbm.linearisation import Linearisation, real_times
@@ -65,6 +65,7 @@ class ContactProblem:
             raise InputError(f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.pairs)} pairs of a model with "
                              f"{r} dofs needs ({len(self.pairs) * nd}, {r})")
         numbers("B", self.B, "must be a real matrix")
+        check_shapes(self.law, self.pairs)
         if self.static is not None:
             static = numbers("static", self.static, f"must be {r} real numbers in N")
             if static.shape != (r,) or not np.isfinite(static).all():

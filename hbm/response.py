@@ -1,12 +1,13 @@
 """forced_response: from a reduced model, contact pairs and a forcing to the curve over a frequency band."""
 
 import time
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hbm import continuation
-from hbm.contact import ContactTable, relative_motion
+from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.curve import ForcedResponse, Parameter, contact_harmonics, record
 from hbm.errors import InputError, nearest
 from hbm.inputs import (
@@ -95,6 +96,8 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
     if hasattr(law, "of_pairs"):
         law = law.of_pairs(kept)
     B = relative_motion(model, used)
+    if law.has_normal and (lacking := without_normal_motion(B, used)):
+        warnings.warn(lacking, stacklevel=3)
     if law.components != ("t1", "t2", "n"):
         rows = ["t1", "t2", "n"]
         B = B[np.concatenate([[3 * i + rows.index(c) for c in law.components] for i in range(len(used))])]
@@ -185,7 +188,8 @@ def _curve(task, names, rows, first, last, at, contact, progress):
         tops = refine_peaks(evaluate, branch, recover, _noise(branch, rows, task.balance), weights, settings)
     curve = record(branch, task.balance, recover, names, task.balance.problem, task.start, task.parameter,
                    time.perf_counter() - task.began)
-    curve = replace(curve, tops=tops, passages=Passages(evaluate, branch, recover, scale, weights, settings))
+    curve = replace(curve, tops=tops, passages=Passages(evaluate, branch, rows, recover, scale, weights, settings,
+                                                          task.frozen_at))
     return replace(curve, **contact_harmonics(branch, task.balance)) if contact else curve
 
 

@@ -22,11 +22,13 @@ from typing import ClassVar
 import numpy as np
 from numba import njit
 
+from hbm import fourier
 from hbm.laws import PairSettings, Tangents
 
 STEP = 1e-30
 MOST_PERIODS = 30
 REPEATS = 1e-12          # of the largest motion: the period repeats
+LOSS = 1e-4              # of |force| |motion|, from which on a law without sliders is said to slip
 REGULAR = 1e-6           # of det(I - A): below, the map of a period is not inverted
 
 
@@ -34,7 +36,9 @@ REGULAR = 1e-6           # of det(I - A): below, the map of a period is not inve
 class SampledLaw:
     """A law known by its step over one sample; the harmonics are as good as the samples.
 
-    components : of the relative motion, in the order of u; tangents : leading entries of the state that are sliders
+    components : of the relative motion, in the order of u; tangents : leading entries of the state that are sliders,
+        from whose motion the shares of the cycle in stick and slip are told; 0 for none: then a pair that loses energy
+        slips throughout
     states : length of the state of a pair
     """
 
@@ -147,9 +151,17 @@ def march(law, pairs, x, start, grid, leap=True):
     slips = ~opens & (moved.max(axis=2, initial=0.0) > 1e-12 * size)
     g = np.tensordot(force, project, (0, 0))
     D = (project.T @ dforce.reshape(n, -1)).reshape(nh, P, nd, nd, nh).transpose(1, 2, 0, 3, 4)
+    if ns and not law.tangents:
+        slips = ~opens & _loses(g, x)
     shares = np.stack([~slips & ~opens, slips, opens], axis=2).sum(axis=0) / n
     return *_bracket(law, pairs, x, g, np.ascontiguousarray(D), np.abs(dforce).max(axis=(0, 3, 4)),
                      np.abs(force).max(axis=0)), shares
+
+
+def _loses(g, x):
+    """(P,) bool: pairs that take energy out of the motion, beyond what sampling makes up."""
+    size = np.linalg.norm(g[:, :, 1:], axis=(1, 2)) * np.linalg.norm(x[:, :, 1:], axis=(1, 2))
+    return fourier.work(g, x) > LOSS * size
 
 
 def _map(order, state_state):

@@ -120,14 +120,28 @@ def solve_passages(evaluate, branch, at, weights, settings):
 
 
 class Passages:
-    """Solutions at any parameter of a branch, by Newton from its points: `solutions_at` of a ForcedResponse."""
+    """Solutions at any parameter of a branch, by Newton from its points: `solutions_at` of a ForcedResponse.
 
-    def __init__(self, evaluate, branch, recover, scale, weights, settings):
+    frozen_at(value) -> (balance, w) at a parameter of the branch; rows (m, r) take the outputs out of q
+    """
+
+    def __init__(self, evaluate, branch, rows, recover, scale, weights, settings, frozen_at):
         self.points = [replace(p, detail=None) for p in branch.points]
-        self.evaluate, self.recover, self.scale = evaluate, recover, scale
-        self.weights, self.settings = weights, settings
+        self.evaluate, self.rows, self.recover, self.scale = evaluate, rows, recover, scale
+        self.weights, self.settings, self.frozen_at = weights, settings, frozen_at
 
     def __call__(self, value):
         """[(place in the curve, harmonics (m, H+1))] of the passages between its points."""
         found = passages(self.evaluate, self.points, self.scale * value, self.weights, self.settings)
         return [(place, self.recover @ point.detail.modal) for point, _, place in found if point.converged]
+
+    def solved(self, value):
+        """(balance, [solved points]) at a value, in the order of `solutions_at`."""
+        target = self.scale * value
+        there = [abs(p.parameter - target) <= 1e-12 * abs(target) for p in self.points]
+        found = [(i, p.x) for i, p in enumerate(self.points) if there[i] and p.converged]
+        between = passages(self.evaluate, self.points, target, self.weights, self.settings)
+        found += [(i, p.x) for p, _, i in between if p.converged and not any(there[i - 1:i + 1])]
+        balance, w = self.frozen_at(target)
+        return balance, [continuation.solve_at(balance.evaluate, x, w, balance.weights, self.settings)
+                         for _, x in sorted(found, key=lambda place: place[0])]

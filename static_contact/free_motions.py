@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.optimize import linprog
 
-from hbm.model import ReducedModel
+from hbm.model import ROTATIONS, ReducedModel
 
 FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
 _ROUNDING = 1e-12       # of the distance from the origin
@@ -19,7 +19,7 @@ def rigid_motions(model: ReducedModel) -> np.ndarray:
     """
     blocks = []
     for body in dict.fromkeys(model.body.tolist()):
-        rows = np.flatnonzero((model.body == body) & (model.direction != "mode"))
+        rows = np.flatnonzero((model.body == body) & model.moves)
         if not len(rows) or not np.isfinite(model.position[rows]).all():
             continue
         axis = np.array([("x", "y", "z").index(d) for d in model.direction[rows]])
@@ -33,6 +33,7 @@ def rigid_motions(model: ReducedModel) -> np.ndarray:
             turn = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
             if np.abs(turn).max() > _ARM * size:
                 motions[rows, 3 + k] = turn
+            motions[(model.body == body) & (model.direction == ROTATIONS[k]), 3 + k] = 1.0
         blocks.append(motions)
     return np.hstack(blocks) if blocks else np.zeros((model.size, 0))
 

@@ -27,7 +27,7 @@ def own_law():
 class Case:
     """law; normal: kind of normal load, 'preload', 'variable' or ''; cycles until the plain loop repeats.
 
-    friction : 'together' or 'each' - |T| of the tangents stays within mu N; 'creep' - it does, but there is no slip;
+    friction : 'together' or 'each' - |T| of the tangents stays within mu N; 'creep' - it does, but there is no slider;
         '' - there is no friction
     order : None where the result does not depend on the samples, else the order in which it converges
     """

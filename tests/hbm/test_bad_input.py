@@ -5,7 +5,7 @@ the input whose right answer is known: no force, no friction, a band that runs d
 """
 
 import warnings
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -17,9 +17,29 @@ from hbm.laws import DryFriction2T
 from hbm.linear import free_receptance
 from hbm.model import ReducedModel
 from hbm.response import forced_response
+from hbm.sampled import CubicSpring, SampledLaw
 from tests.hbm.small_rig import small_rig
 
 MODEL, PAIRS, TIP = small_rig(stations=3)
+
+
+@dataclass(frozen=True)
+class Flat(SampledLaw):
+    """A law of one's own in which one shape is wrong."""
+
+    name: str = "Flat"
+    components: tuple = ("t1", "n")
+    states: int = 1
+    wrong: str = ""
+
+    def stuck_stiffness(self, pairs):
+        return pairs.kt if self.wrong == "stiffness" else np.stack([pairs.kt, pairs.kn], axis=1)
+
+    def begin(self, u, sliders, from_position, pairs):
+        return u if self.wrong == "state" else u[:, :1]
+
+    def advance(self, u, state, pairs):
+        return u[:, 0] if self.wrong == "force" else u, state
 
 
 def curve(**changes):
@@ -106,6 +126,11 @@ REFUSED = {
     "K a text": ({"K": "K.mtx"}, r"K = 'K\.mtx': must be a square matrix of numbers"),
     "no law": ({"law": None}, r"law = None: must be a contact law, for example Jenkins1D\(\), DryFriction2T\(\)"),
     "law a text": ({"law": "DryFriction2T"}, r"law = 'DryFriction2T': must be a contact law"),
+    "law of a class of one's own": ({"law": CubicSpring}, r"law = CubicSpring: is what makes a law"),
+    "stiffness of a law": ({"law": Flat(wrong="stiffness")}, r"law Flat: stuck_stiffness has the shape \(6,\), must be "
+                           r"\(P, components\) = \(6, 2\)"),
+    "state of a law": ({"law": Flat(wrong="state")}, r"law Flat: begin has the shape \(6, 2\), must be \(P, states\)"),
+    "force of a law": ({"law": Flat(wrong="force")}, r"law Flat: force of advance has the shape \(6,\), must be"),
     "law not called": ({"law": DryFriction2T}, r"law = DryFriction2T: is what makes a law; call it: DryFriction2T\(\)"),
     "no pair table": ({"pairs": None}, r"pairs = None: must be a ContactTable"),
     "no model": ({"model": None}, r"model = None: must be a ReducedModel"),

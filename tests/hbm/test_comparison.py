@@ -9,12 +9,12 @@ from hbm import shooting
 from hbm.comparison import compare, compare_at
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.laws import DryFriction2T
+from hbm.laws import DryFriction2T, Jenkins1D
 from hbm.march_sampled import SampledMarch
 from hbm.mixed import MixedLaw
 from hbm.model import ReducedModel
-from hbm.response import contact_problem, forced_response
-from tests.hbm.cases import coupled, load, solve
+from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
+from tests.hbm.cases import coupled, load, solve, unilateral
 from tests.hbm.conformance import LAWS, one_dof
 from tests.hbm.small_rig import small_rig
 
@@ -75,3 +75,38 @@ def test_laws_of_every_kind_in_one_model_against_integration():
     assert found.steady.periodic and found.difference < 1e-3 and not found.left
     apart = np.abs(np.abs(found.steady.harmonics[:, 1]) - np.abs(q[:, 1])) / np.abs(q[:, 1]).max()
     assert (apart.reshape(n, 3).max(axis=1) < 1e-3).all()
+
+
+def test_a_curve_compares_itself_and_each_of_its_solutions(tmp_path):
+    """C1 at 1.15 rad/s, H = 5: of the three solutions the middle one is unstable; over the level as over the band."""
+    problem, force = unilateral(load("C1")["parameters"])
+    hz = 1.15 / (2 * np.pi)
+    band = follow_band(problem, force, (0.8 * hz, 1.4 * hz), harmonics=5, outputs={"x": [1.0]}, at=[hz])
+    level = follow_parameter(problem, force, hz, "level", (0.2, 3.0), harmonics=5, outputs={"x": [1.0]})
+    for curve, value in ((band, hz), (level, 1.0)):
+        sizes = np.abs(curve.solutions_at(value)[:, 0, 1])
+        middle = int(np.argsort(sizes)[1])
+        assert len(sizes) == 3
+        for i, size in enumerate(sizes):
+            found = curve.compare(value, which=i)
+            assert found.agrees and (found.steady.multiplier > 1 + 1e-3) == (i == middle), found.said
+            assert i == middle or abs(found.steady.harmonics[0, 1]) == pytest.approx(size, rel=2e-2)
+        with pytest.raises(InputError, match="3 solutions at .* say which = 0 to 2"):
+            curve.compare(value)
+        with pytest.raises(InputError, match="which = 3: 3 solutions"):
+            curve.compare(value, 3)
+    with pytest.raises(InputError, match="from a file"):
+        ForcedResponse.load(band.save(tmp_path / "curve.npz")).compare(hz, 0)
+
+
+def test_more_harmonics_are_advised_where_the_difference_is_large():
+    """One Jenkins element near its resonance: at H = 1 the square corners of the force are missing."""
+    model, pairs, force = one_dof(Jenkins1D())
+    said = {}
+    for H in (1, 15):
+        curve = forced_response(model, pairs, Jenkins1D(), force, (1.5, 1.9), harmonics=H, damping_ratio=0.03,
+                                outputs={"x": [1.0, 0, 0]})
+        found = curve.compare(1.7)
+        said[H] = found.said, found.difference
+    assert said[1][1] > 1e-3 and said[1][0].endswith("; more harmonics than H = 1 bring it closer")
+    assert said[15][1] < 1e-3 and "more harmonics" not in said[15][0]

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import textwrap
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -77,9 +78,54 @@ def test_abaqus_text_names_its_dofs(rig, tmp_path):
     again = model_from_files(tmp_path / "M.mtx", tmp_path / "K.mtx", body="damper")
     assert np.allclose(again.K, model.K[np.ix_(rows, rows)], rtol=1e-14)
     assert again.dofs("damper", 2).tolist() == [3, 4, 5]
-    (tmp_path / "rotation.mtx").write_text("1,6,1,6,2.0")
-    with pytest.raises(InputError, match="dof 6"):
-        model_from_files(tmp_path / "rotation.mtx", tmp_path / "rotation.mtx")
+    (tmp_path / "heat.mtx").write_text("1,11,1,11,2.0")
+    with pytest.raises(InputError, match="dof 11 is neither displacement .* direction 'mode'"):
+        model_from_files(tmp_path / "heat.mtx", tmp_path / "heat.mtx")
+
+
+def bernoulli():
+    """(M, K, dof table rows) of a cantilever of two elements with x, y and rz at each free node; EI = L = rho A = 1."""
+    K, M = np.zeros((9, 9)), np.zeros((9, 9))
+    k = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4.0]])
+    m = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420
+    for e in (0, 3):
+        axial, bending = [e, e + 3], [e + 1, e + 2, e + 4, e + 5]
+        K[np.ix_(axial, axial)] += 1e3 * np.array([[1, -1], [-1, 1]])
+        M[np.ix_(axial, axial)] += np.array([[2, 1], [1, 2]]) / 6
+        K[np.ix_(bending, bending)] += k
+        M[np.ix_(bending, bending)] += m
+    return M[3:, 3:], K[3:, 3:], [(n, d) for n in (1, 2) for d in ("x", "y", "rz")]
+
+
+def test_rotations_are_dofs_that_no_contact_touches(tmp_path):
+    """From a dof table, from Abaqus' text (dof 6), from Ansys' mapping (ROTZ): the same model."""
+    M, K, rows = bernoulli()
+    for name, A in (("M", M), ("K", K)):
+        np.save(tmp_path / f"{name}.npy", A)
+        harwell_boeing_as_ansys(tmp_path / f"{name}.hb", A)
+        for kind in (".mtx", ".matrix"):
+            (tmp_path / f"{name}{kind}").write_text("\n".join(
+                f"{i // 3 + 1},{(1, 2, 6)[i % 3]}, {j // 3 + 1},{(1, 2, 6)[j % 3]}, {A[i, j]:.16e}"
+                for i, j in zip(*np.nonzero(np.tril(A)), strict=True)))
+    (tmp_path / "dofs.csv").write_text("node,direction\n" + "\n".join(f"{n},{d}" for n, d in rows))
+    (tmp_path / "K.mapping").write_text("\n".join(
+        f"{i + 1} {n} {'ROTZ' if d == 'rz' else 'U' + d.upper()}" for i, (n, d) in enumerate(rows)))
+    for kind, dofs in ((".npy", "dofs.csv"), (".mtx", None), (".mtx", "dofs.csv"), (".matrix", None),
+                       (".hb", "K.mapping")):
+        model = model_from_files(tmp_path / f"M{kind}", tmp_path / f"K{kind}", dofs=dofs and tmp_path / dofs)
+        assert np.allclose(model.K, K, rtol=1e-15) and model.direction.tolist() == ["x", "y", "rz"] * 2
+        assert model.dofs("body", 2).tolist() == [3, 4, -1] and model.moves.tolist() == [True, True, False] * 2
+
+
+def test_harwell_boeing_as_scipy_writes_it(tmp_path):
+    """scipy breaks the width that its header states, and reads that back."""
+    rng = np.random.default_rng(1)
+    A = rng.normal(size=(30, 30)) * 10.0 ** rng.integers(-9, 9, (30, 30))
+    A = A + A.T
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scipy.io.hb_write(tmp_path / "K.hb", sp.csc_matrix(A))
+    assert np.allclose(read_matrix(tmp_path / "K.hb")[0], A, rtol=1e-12)
 
 
 def test_harwell_boeing_mapping(rig, tmp_path):
@@ -157,13 +203,13 @@ def test_dof_tables_that_cannot_be_meant(rig, tmp_path):
     refused(r"has 23 rows, .*M\.mtx names 24 dofs", model_from_files, **files)
     dofs.write_bytes("\n".join(lines).replace("damper", "d\xe4mpfer").encode("latin-1"))
     refused(r"dofs\.csv: is not a CSV text in UTF-8", model_from_files, **files)
-    (tmp_path / "K.mapping").write_text("Eqn Node DOF\n 1 7 UX\n 2 7 ROTX\n")
-    refused(r"equation 2 is ROTX of node 7, must be UX, UY or UZ", model_from_files, files["M"], files["K"],
-            dofs=tmp_path / "K.mapping")
+    (tmp_path / "K.mapping").write_text("Eqn Node DOF\n 1 7 UX\n 2 7 TEMP\n")
+    refused(r"equation 2 is TEMP of node 7, must be UX, UY, UZ, ROTX, ROTY, ROTZ", model_from_files, files["M"],
+            files["K"], dofs=tmp_path / "K.mapping")
     dofs.write_text("node,direction\n7,ROTX\n")
     for name in "MK":
         np.save(tmp_path / f"{name}.npy", np.eye(1))
-    refused(r"direction 'rotx' is unknown; valid: x, y, z, mode", model_from_files, tmp_path / "M.npy",
+    refused(r"direction 'rotx' is unknown; .*valid: x, y, z, rx, ry, rz, mode", model_from_files, tmp_path / "M.npy",
             tmp_path / "K.npy", dofs=dofs)
 
 

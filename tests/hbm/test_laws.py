@@ -175,7 +175,10 @@ def test_through_forced_response(case):
     history = plain_history(case.law, problem.pairs, u[None], curve.start, max(case.cycles, 2))[0][1][:, 0]
     F = fourier.to_complex(history.T @ sampled.projector(fourier.basis(np.arange(2048) * 2 * np.pi / 2048, 3)))
     assert np.abs(F - curve.contact_force[i][0]).max() < 2e-3 * np.abs(F).max()
-    assert case.friction in ("", "creep") or curve.share_slip[i, 0] > 0.05
+    assert not case.friction or curve.share_slip[i, 0] > 0.05
+    lost = np.pi * np.sum(np.arange(4) * (curve.contact_force * curve.contact_motion.conj()).imag, axis=(2, 3))
+    assert np.allclose(curve.dissipated, lost, rtol=0, atol=1e-10 * np.abs(lost).max() + 1e-13)
+    assert (lost[i, 0] > 0.01 and curve.slipping_pairs.tolist() == [0]) or not case.friction
     # K_s phi = phi k: the damping ratios are those of the stuck modes, here along x, y, z
     rows = ["xyz"["t1 t2 n".split().index(c)] for c in case.law.components]
     k_s = problem.law.stuck_stiffness(problem.pairs)[0]

@@ -1,5 +1,6 @@
 """forced_response on a small two-blade rig: full stick to gross slip, limits with known answers, bad input."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,8 @@ from hbm import laws
 from hbm.contact import relative_motion
 from hbm.errors import InputError
 from hbm.linear import linear_response, stuck_receptance
-from hbm.response import ForcedResponse, forced_response
+from hbm.model import ReducedModel
+from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
 from tests.hbm.small_rig import small_rig
 
 BAND = (900.0, 1800.0)       # holds the out-of-phase mode, 1347 Hz stuck
@@ -149,3 +151,49 @@ def test_bad_models_are_refused(rig):
         run((model, pairs, np.nan * tip), 1.0, outputs={"tip": tip})
     with pytest.raises(InputError, match="both"):
         stuck_receptance(model.M, 0 * model.K, model.K, 0.01)
+
+
+def test_a_largest_amplitude_at_the_border_of_the_band_is_told(rig, recwarn):
+    """The stuck resonance lies at 1347 Hz: a band below it ends on the slope."""
+    slope = run(rig, 1.0, (1000.0, 1300.0))
+    assert slope.at_border("tip")
+    with pytest.warns(UserWarning, match="peak of 'tip': .* border of the band, 1300 Hz"):
+        assert slope.peak("tip")[0] == 1300.0
+    recwarn.clear()
+    whole = run(rig, 1.0, (1000.0, 1500.0))
+    assert not whole.at_border("tip") and 1340 < whole.peak("tip")[0] < 1355 and not len(recwarn)
+
+
+def test_a_curve_over_the_level_is_read_by_level(rig, recwarn):
+    """At 1200 Hz: the largest amplitude is at the largest level, and each level has its own solution."""
+    model, pairs, tip = rig
+    problem, _ = contact_problem(model, pairs, LAW, damping_ratio=0.02)
+    curve = follow_parameter(problem, 20 * tip, 1200.0, "level", (0.05, 3.0), harmonics=1, outputs={"tip": tip},
+                             at=[1.0])
+    assert curve.complete and curve.peak("tip")[0] == 3.0 and curve.at_border("tip") and not len(recwarn)
+    alone = follow_band(problem, 20 * tip, (1200.0, 1210.0), harmonics=1, outputs={"tip": tip})
+    for level, force in ((1.0, alone.harmonics[0]), (0.1, None)):
+        found = curve.solutions_at(level)
+        assert found.shape == (1, 1, 2) and (force is None or np.allclose(found[0], force, rtol=1e-8, atol=1e-15))
+
+
+def test_a_model_without_motion_along_the_normal_is_told(rig):
+    """Its normal load is constant: the law with a variable one gives what the constant load gives, and says so."""
+    model, pairs, tip = rig
+    keep = np.flatnonzero(model.direction == "x")
+    block = np.ix_(keep, keep)
+    only_x = ReducedModel.from_matrices(model.M[block], model.K[block] + 1e4 * np.eye(len(keep)), body=model.body[keep],
+                                        node=model.node[keep], direction=model.direction[keep],
+                                        position=model.position[keep])
+    with pytest.warns(UserWarning, match=rf"pair 1 \(left, station 0\) and {len(pairs) - 1} more: the model has no dof "
+                                         r"along the normal \(0, -0.82, 0.57\)"):
+        contact_problem(only_x, pairs, LAW, damping_ratio=0.02)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        contact_problem(only_x, pairs, laws.Jenkins1D(), damping_ratio=0.02)
+        contact_problem(model, pairs, LAW, damping_ratio=0.02)
+
+
+def test_a_body_that_is_not_there_is_named(rig):
+    with pytest.raises(InputError, match=r"no body 'blade' \(node 10\); did you mean 'blade\d'\? valid: blade1"):
+        rig[0].displacement_row("blade", 10, [0, 1, 0])

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
+from static_contact.free_motions import rigid_motions
 from static_contact.preload import StaticContact
 from tests.static_contact.beams import beam
 
@@ -98,3 +99,18 @@ def test_single_nodes_do_not_turn():
     statics = StaticContact(model, table)
     assert statics.names == [("slide along x", "N")]
     assert statics.solve(np.array([0, 0, 10.0])).force == pytest.approx(5 / S, rel=1e-12)
+
+
+def test_a_free_body_with_rotations_has_its_rigid_motions():
+    """A beam of two elements, EI = L = 1, with x, y and rz at each node: x, y and the turn with rz = 1 are free."""
+    K = np.zeros((9, 9))
+    k = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4.0]])
+    for e in (0, 3):
+        K[np.ix_([e, e + 3], [e, e + 3])] += 1e3 * np.array([[1, -1], [-1, 1]])
+        K[np.ix_([e + 1, e + 2, e + 4, e + 5], [e + 1, e + 2, e + 4, e + 5])] += k
+    x = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    model = ReducedModel.from_matrices(np.eye(9), K, body="pin", node=np.repeat([1, 2, 3], 3),
+                                       direction=["x", "y", "rz"] * 3, position=np.repeat(x, 3, axis=0))
+    rigid = rigid_motions(model)
+    energy = np.abs(K @ rigid).max(axis=0)
+    assert (energy < 1e-12).all() and np.linalg.matrix_rank(rigid) == 3

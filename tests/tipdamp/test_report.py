@@ -1,10 +1,6 @@
-"""The report from small made-up artefacts, no finite elements: what it says, and what it does with bad luck.
-
-Two sides of five stations, two rows on the right; the curves are those of one damped mass (2800 Hz, zeta 0.022).
-"""
+"""The page: whole, harmless, with a section for everything that was computed."""
 
 import io
-import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -14,147 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.response import ForcedResponse
-from tipdamp.report import draw_matplotlib, figure, page, response_figures, static_figures, text
+from tests.tipdamp.report_files import FULL, HOSTILE, artefacts, curve, damage, table, written
+from tipdamp.report import figure, page, response_figures, static_figures
 from tipdamp.report.results import load_results
 from tipdamp.report.summary import summarise
-from tipdamp.store import Store
-from tipdamp.study import load_study
 
 ROOT = Path(__file__).parents[2]
-# at least these, and so deep                                               [what a run promises to leave]
-PROMISED = {"free_hz": {"out_of_phase", "in_phase"}, "stuck_hz": {"full_area", "full_line", "tuned"},
-            "tuned_pairs": {"front", "back"}, "reduction": {"dofs", "masters", "modes"}, "seconds": set(),
-            "versions": {"tipdamp", "python", "numpy", "scipy", "numba"}, "warnings": set()}
-SIDE_FIGURES = {"sum_N", "min_N", "max_N", "detached", "equilibrium_N", "balance_error"}
-RESPONSE_FIGURES = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "points", "failed_points", "slipping_pairs",
-                    "seconds", "back"}
-STUDY = """
-title = {title}
-[model]
-matrices = "rig.npz"
-pull = 100
-[contact]
-pairs = "pairs.csv"
-[contact.left]
-shape = "cylinder"
-[contact.right]
-shape = "flat"
-width = 1.6e-3
-rows = "edge"
-{rest}
-[reference]
-out_of_phase_hz = 1590
-tuned_hz = 2800
-front = 2
-back = 2
-"""
-FULL = """
-[tune]
-target_hz = 2800
-[respond]
-levels = [1, 20]
-harmonics = [1, 3]
-band = [2300, 3300]
-damping_ratio = 0.022
-"""
-HOSTILE = "<script>alert('x')</script> & $a_$ %{y}"
-
-
-def table(weight=None, preload=10.0):
-    side = np.array(["left"] * 5 + ["right"] * 10)
-    station, row = np.r_[np.arange(5), np.repeat(np.arange(5), 2)], np.r_[np.zeros(5), np.tile([0, 1], 5)]
-    n = len(side)
-    return ContactTable(
-        side, station, row, ["blades"] * n, np.arange(n), ["damper"] * n, np.arange(n),
-        np.column_stack([np.zeros(n), 0.01 * station, np.zeros(n)]), np.tile(np.eye(3), (n, 1, 1)), np.zeros(n),
-        np.full(n, 1e6), np.full(n, 9e5), np.full(n, 0.6), np.full(n, preload),
-        np.ones(n) if weight is None else weight)
-
-
-def curve(Fe, H, failed=()):
-    hz = np.linspace(2300, 3300, 41)
-    x = 1e-6 * Fe * 0.044 / (1 - (hz / 2800)**2 + 0.044j * hz / 2800)
-    harmonics = np.zeros((len(hz), 4, H + 1), dtype=complex)
-    harmonics[:, :, 1] = x[:, None] * [1.0, 0.9, 0.5, 0.4]
-    good = ~np.isin(np.arange(len(hz)), failed)
-    harmonics[~good] = np.nan
-    share = np.where(good, 0.2, np.nan)[:, None] * np.ones(6) * (Fe > 1)
-    names = np.array(["patch_1:1", "patch_1:2", "patch_2:3", "patch_2:4"])
-    return ForcedResponse(frequency=hz, output_names=names, harmonics=harmonics, parameter_name="frequency",
-                          parameter=hz, share_stick=1 - share, share_slip=share, share_open=0 * share,
-                          dissipated=share, converged=good, iterations=np.ones(len(hz), int),
-                          ended="reached the end of the band", complete=bool(good.all()), H=H, origin="preloaded",
-                          start="zero_slider", seconds=0.5, residual_calls=100)
-
-
-def side_figures():
-    return {s: {"sum_N": 70.0, "min_N": 1.0, "max_N": 9.0, "detached": 0, "equilibrium_N": 70.0, "balance_error": 1e-15}
-            for s in ("left", "right")}
-
-
-def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None):
-    """(study, store) with the files that the stages leave; `damage` changes {file: content} before it is written."""
-    study_file = folder / "rig.toml"
-    study_file.write_text(STUDY.format(title=json.dumps(title), rest=sections), encoding="utf-8")
-    study = load_study(study_file)
-    store = Store(study.results)
-    hz = np.linspace(1400, 1900, 50)
-    kept = table(np.r_[1, 1, 0, 1, 1, [1, 0] * 2, 0, 0, [1, 0] * 2])
-    files = {
-        "inspect.json": {"bodies": {"blades": {"dofs": 90}, "damper": {"dofs": 30}}, "pairs": {"left": 5, "right": 10}},
-        "reduce.json": {"reduction": {"dofs": 120, "masters": 60, "modes": {"blades": 4, "damper": 2}},
-                        "rows": {"left": 1, "right": 2},
-                        "free_hz": {"out_of_phase": 1591.0, "in_phase": 1664.0},
-                        "free_response": {"hz": hz, "m_per_N": {"patch_1": 1e-6 + 0 * hz, "patch_2": 2e-6 + 0 * hz}}},
-        "preload.json": {"kn_kt_N_per_m": {"left": [1e6, 9e5], "right": [1e6, 9e5]},
-                         "sides": side_figures(), "residual": 1e-15},
-        "tune.json": {"target_hz": 2800.0, "tuned_pairs": {"front": 2, "back": 2},
-                      "history": [{"front": 3, "back": 2, "hz": 2900.0, "likeness": 0.8},
-                                  {"front": 2, "back": 2, "hz": 2801.0, "likeness": 0.9}],
-                      "stuck_hz": {"full_area": 3000.0, "full_line": 2900.0, "tuned": 2801.0},
-                      "likeness": {"full_area": 0.7, "full_line": 0.8, "tuned": 0.9},
-                      "full_model_check": {"tuned": {"reduced_hz": [2801.0], "full_hz": [2800.9],
-                                                     "largest_error": 4e-5}},
-                      "preload_kept": side_figures(), "carried": {"scale": {"left": 1.5, "right": 1.6}, "moment_Nm": 0},
-                      "roll_stiffness_Nm_per_rad": 1.7},
-        "kept": kept, "responses": []}
-    for H in (1, 3):
-        for Fe in (1.0, 20.0):
-            one = curve(Fe, H, failed if Fe > 1 else ())
-            name = f"responses/Fe_{Fe:g}N_H{H}.npz"
-            with store.writing(name) as path:
-                one.save(path)
-            (hz_top, top), bottom = one.peak("patch_1:1"), one.peak("patch_1:2")[1]
-            files["responses"].append({
-                "file": name, "Fe_N": Fe, "H": H, "peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom, "points": 41,
-                "failed_points": len(failed) if Fe > 1 else 0, "complete": one.complete, "ended": one.ended,
-                "slipping_pairs": ["left 0", "left 1", "right 4"] if Fe > 1 else [], "seconds": 0.5,
-                "origin": "preloaded", "start": "zero_slider", "peak_inside_band": True,
-                "back": {"peak_hz": hz_top, "peak_m": top, "complete": True, "ended": "", "failed_points": 0,
-                         "seconds": 0.5}})
-    if damage:
-        damage(files)
-    for name, pairs in (("preload.csv", table()), ("kept.csv", files["kept"])):
-        with store.writing(name) as path:
-            pairs.save(path)
-    for name in ("inspect", "reduce", "preload", "tune"):
-        store.write_json(f"{name}.json", files[f"{name}.json"])
-        store.finish(name, "key", [f"{name}.json"], 1.25)
-    store.write_json("respond.json", {"responses": files["responses"], "stuck_difference":
-                                      {f["file"]: 1e-15 for f in files["responses"] if not f["slipping_pairs"]}})
-    first = curve(1.0, 1)
-    np.savez(store.path("stuck.npz"), frequency=first.frequency, response=first.harmonics[:, :, 1],
-             output_names=first.output_names)
-    return study, store
-
-
-def written(folder, **options):
-    study, store = artefacts(folder, **options)
-    page.write_report(study, store, lambda *_: None)
-    return store
 
 
 @pytest.fixture(scope="module")
@@ -193,99 +55,6 @@ class Reader(HTMLParser):
 
 def html_of(store):
     return Reader(store.path("report.html").read_text(encoding="utf-8"))
-
-
-# ---- summary.json ----------------------------------------------------------------------------------------------
-
-
-def test_summary_holds_what_is_promised(plain_report):
-    summary = json.loads(plain_report.path("summary.json").read_text())
-    for key, inside in PROMISED.items():
-        assert key in summary and inside <= set(summary[key])
-    for key in ("preload", "preload_kept"):
-        assert all(SIDE_FIGURES == set(side) for side in summary[key].values()) and len(summary[key]) == 2
-    assert all(set(r) >= RESPONSE_FIGURES for r in summary["responses"]) and len(summary["responses"]) == 4
-    last = summary["responses"][-1]
-    assert (last["Fe_N"], last["H"], last["slipping_pairs"]) == (20.0, 3, 3)
-    assert last["peak_m"] == pytest.approx(20e-6, rel=1e-3)      # 1e-6 m/N at resonance, by construction
-    assert set(summary["seconds"]) == {"inspect", "reduce", "preload", "tune", "report"}
-    assert summary["warnings"] == []
-
-
-def damage(stage, *path, value):
-    def change(files):
-        target = files[stage] if stage == "responses" else files[f"{stage}.json"]
-        for key in path[:-1]:
-            target = target[key]
-        target[path[-1]] = value
-    return change
-
-
-def open_pair(files):
-    preload = files["kept"].preload.copy()
-    preload[0] = -0.5
-    files["kept"] = files["kept"].replace(preload=preload)
-
-
-@pytest.mark.parametrize("change, words", [
-    (damage("inspect", "bodies", "damper", "not_read", value=["tetra"]), "not read: tetra"),
-    (damage("reduce", "free_hz", "out_of_phase", value=1640.0), "+3.1 % from the reference 1590 Hz"),
-    (damage("preload", "residual", value=1e-3), "residual of 1.0e-03"),
-    (damage("preload", "sides", "left", "sum_N", value=70.01), "side 'left' is 70.01 N, not the 70.00 N"),
-    (damage("preload", "sides", "left", "balance_error", value=1e-4), "not in equilibrium: 1.0e-04"),
-    (damage("tune", "full_model_check", "tuned", "largest_error", value=2e-3), "off by 0.2 %"),
-    (damage("tune", "carried", "moment_Nm", value=-0.064), "moment of \N{MINUS SIGN}0.0640 N m"),
-    (damage("tune", "carried", value={"held": {"roll about y": 0.05}}), "along 'roll about y'"),
-    (damage("tune", "tuned_pairs", "front", value=3), "keeps 3 + 2 stations, the reference is 2 + 2"),
-    (damage("tune", "history", 0, "hz", value=2700.0), "not monotone: with 3 + 2"),
-    (damage("tune", "likeness", "full_area", value=0.3), "by 0.30 only"),
-    (damage("tune", "target_hz", value=2700.0), "misses the target of 2700 Hz by +3.7 %"),
-    (open_pair, "1 of 8 kept pairs are open at rest: left 0"),
-    (damage("responses", 1, "complete", value=False), "Fe = 20 N, H = 1 is incomplete, 0 failed points: reached"),
-    (damage("responses", 1, "back", "failed_points", value=2), "from the other end is incomplete, 2 failed"),
-    (damage("responses", 1, "peak_inside_band", value=False), "at the edge of the band"),
-    (damage("responses", 3, "back", "peak_m", value=1.9e-5), "two ways through the band disagree"),
-    (damage("responses", 0, "peak_hz", value=2760.0), "from the stuck frequency: another mode is near"),
-    (lambda files: [files["responses"][k].update(slipping_pairs=["left 0"]) for k in (0, 2)], "lowest level, 1 N"),
-])
-def test_warnings_appear_when_they_should(tmp_path, change, words):
-    study, store = artefacts(tmp_path, damage=change)
-    found = summarise(load_results(study, store))["warnings"]
-    assert any(words in sentence for sentence in found), found
-
-
-def keep_all(files):
-    files["kept"] = files["kept"].replace(weight=np.ones(len(files["kept"])))
-
-
-def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
-    """All stations kept, in a band without resonance: no name without a mark inside the panel, and matplotlib finds
-    room for the axes."""
-    def change(files):
-        keep_all(files)
-        files["reduce.json"]["free_hz"] = {"out_of_phase": 3901.0, "in_phase": 3996.0}
-
-    study, store = artefacts(tmp_path, damage=change)
-    results = load_results(study, store)
-    linear, kept = static_figures.linear(results), static_figures.kept(results)
-    for panel in kept.panels:
-        for item in panel.items:
-            if getattr(item, "name", ""):
-                low, high = panel.y_range
-                assert len(item.x) and ((np.asarray(item.y) >= low) & (np.asarray(item.y) <= high)).all(), item.name
-    draw_matplotlib.draw(linear, tmp_path / "linear.png")
-    assert not [w for w in recwarn if "constrained_layout" in str(w.message)]
-
-
-def test_curve_without_slip_must_be_the_linear_one(tmp_path):
-    study, store = artefacts(tmp_path)
-    content = store.read_json("respond.json")
-    content["stuck_difference"] = {"responses/Fe_1N_H1.npz": 3e-5}
-    store.write_json("respond.json", content)
-    assert [w for w in summarise(load_results(study, store))["warnings"] if "differs from the linear" in w]
-
-
-# ---- the page --------------------------------------------------------------------------------------------------
 
 
 def test_page_loads_nothing_from_elsewhere(plain_report):
@@ -438,26 +207,23 @@ def test_drawing_libraries_wait_until_they_are_needed():
     assert child.stdout.strip() == "[]", child.stdout + child.stderr
 
 
-# ---- numbers and names -----------------------------------------------------------------------------------------
+def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
+    """All stations kept, a band without resonance, a blade that the other one leaves alone: no name without a mark
+    inside the panel, and matplotlib has nothing to say."""
+    from tipdamp.report import draw_matplotlib
 
+    def change(files):
+        files["kept"] = files["kept"].replace(weight=np.ones(len(files["kept"])))
+        files["reduce.json"]["free_hz"] = {"out_of_phase": 3901.0, "in_phase": 3996.0}
+        files["reduce.json"]["free_response"]["m_per_N"]["patch_2"] *= 0
 
-@pytest.mark.parametrize("value, written", [(0.75226, "0.7523"), (79.903, "79.90"), (43896, "43896"), (0, "0"),
-                                            (-0.0639, "\N{MINUS SIGN}0.06390"), (None, "\N{EN DASH}"),
-                                            (2.5e-12, "2.500\N{MULTIPLICATION SIGN}10⁻¹²")])
-def test_numbers(value, written):
-    assert text.number(value) == written
-
-
-def test_percent_of_nearly_nothing():
-    assert text.percent(-1e-6) == "0.00 %" and text.percent(-0.0123) == "\N{MINUS SIGN}1.23 %"
-
-
-def test_names_of_pairs():
-    names = ["the left 3", "the left 1", "the left 2", "right 0", "the left 9", "right 0"]
-    assert text.names_of_pairs(names) == "the left 1\N{EN DASH}3, 9; right 0"
-
-
-def test_colors_of_levels_go_from_dark_to_light():
-    grey = [sum(w * int(c[k:k + 2], 16) for w, k in ((0.299, 1), (0.587, 3), (0.114, 5)))
-            for c in figure.level_colors(5)]
-    assert grey == sorted(grey) and min(np.diff(grey)) > 20      # of 255: apart in grey print
+    study, store = artefacts(tmp_path, damage=change)
+    results = load_results(study, store)
+    linear, kept = static_figures.linear(results), static_figures.kept(results)
+    for panel in kept.panels:
+        for item in panel.items:
+            if getattr(item, "name", ""):
+                low, high = panel.y_range
+                assert len(item.x) and ((np.asarray(item.y) >= low) & (np.asarray(item.y) <= high)).all(), item.name
+    draw_matplotlib.draw(linear, tmp_path / "linear.png")
+    assert not [str(w.message) for w in recwarn]

@@ -19,7 +19,8 @@ def linear(results: Results) -> Figure:
     styles = ((BLUE, "solid"), (VERMILION, "dash"))
     curves = [Curve(hz, np.array(y, dtype=float), f"blade {k + 1} ({patch})", *style) for k, ((patch, y), style)
               in enumerate(zip(response["m_per_N"].items(), styles, strict=False))]
-    lowest, highest = (f(f(c.y) for c in curves) for f in (min, max))
+    highest = max(c.y.max() for c in curves)
+    lowest = max(min(c.y.min() for c in curves), 1e-6 * highest)      # a blade of its own does not move at all
     lines = []
     for name in free:
         left = free[name] == min(free.values())

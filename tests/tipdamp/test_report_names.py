@@ -1,0 +1,29 @@
+"""Numbers, names and colours of the report as they are written."""
+
+
+import numpy as np
+import pytest
+
+from tipdamp.report import figure, text
+
+
+@pytest.mark.parametrize("value, written", [(0.75226, "0.7523"), (79.903, "79.90"), (43896, "43896"), (0, "0"),
+                                            (-0.0639, "\N{MINUS SIGN}0.06390"), (None, "\N{EN DASH}"),
+                                            (2.5e-12, "2.500\N{MULTIPLICATION SIGN}10⁻¹²")])
+def test_numbers(value, written):
+    assert text.number(value) == written
+
+
+def test_percent_of_nearly_nothing():
+    assert text.percent(-1e-6) == "0.00 %" and text.percent(-0.0123) == "\N{MINUS SIGN}1.23 %"
+
+
+def test_names_of_pairs():
+    names = ["the left 3", "the left 1", "the left 2", "right 0", "the left 9", "right 0"]
+    assert text.names_of_pairs(names) == "the left 1\N{EN DASH}3, 9; right 0"
+
+
+def test_colors_of_levels_go_from_dark_to_light():
+    grey = [sum(w * int(c[k:k + 2], 16) for w, k in ((0.299, 1), (0.587, 3), (0.114, 5)))
+            for c in figure.level_colors(5)]
+    assert grey == sorted(grey) and min(np.diff(grey)) > 20      # of 255: apart in grey print
