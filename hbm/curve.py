@@ -61,6 +61,14 @@ class ForcedResponse:
     tops: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0), dtype=bool))
     passages: object = field(default=None, repr=False, compare=False)
 
+    def __repr__(self) -> str:
+        f, failed = self.parameter, int((~self.converged).sum())
+        over = f"{f.min():g} to {f.max():g} Hz" if self.parameter_name == "frequency" else \
+            f"{self.parameter_name} {f.min():g} to {f.max():g} at {self.frequency[0]:g} Hz"
+        return (f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), outputs "
+                f"{', '.join(self.output_names)}; {self.share_slip.shape[1]} pairs, {len(self.slipping_pairs)} slip, "
+                f"H = {self.H}; {self.ended}>")
+
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'harmonic' |X_1|, or 'rms' of the vibration."""
         return amplitude(self.harmonics, kind)

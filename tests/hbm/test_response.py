@@ -1,5 +1,6 @@
 """forced_response on a small two-blade rig: full stick to gross slip, limits with known answers, bad input."""
 
+import re
 import warnings
 from dataclasses import replace
 
@@ -197,3 +198,15 @@ def test_a_model_without_motion_along_the_normal_is_told(rig):
 def test_a_body_that_is_not_there_is_named(rig):
     with pytest.raises(InputError, match=r"no body 'blade' \(node 10\); did you mean 'blade\d'\? valid: blade1"):
         rig[0].displacement_row("blade", 10, [0, 1, 0])
+
+
+def test_the_records_print_in_one_line(rig):
+    """However many dofs, pairs and points they hold."""
+    model, pairs, tip = rig
+    curve = run(rig, 12.0)
+    steady = curve.compare(1200.0)
+    for record, words in ((model, r"<ReducedModel: 120 dofs \(blade1 30, blade2 30, damper 60\), 0 of them modes; C"),
+                          (pairs, r"<ContactTable: 18 pairs \(left 9, right 9\), 18 carry; preload .* N>"),
+                          (curve, r"<ForcedResponse: 900 to 1800 Hz, \d+ points \(0 failed\), outputs tip; 18 "),
+                          (steady, r"steady=<Steady: periodic after \d+ periods")):
+        assert re.search(words, repr(record)) and "\n" not in repr(record) and len(repr(record)) < 500, repr(record)
