@@ -145,6 +145,15 @@ class ForcedResponse:
         found.sort(key=lambda place: place[0])
         return np.array([x for _, x in found]).reshape(-1, *X.shape[1:])
 
+    def time_history(self, name: str, value: float, which: int = 0, n: int = 256) -> tuple[np.ndarray, np.ndarray]:
+        """(t (n,) s, x (n,) m) of an output over one period; value, which : as in `solutions_at`, `compare`."""
+        found = self.solutions_at(value)
+        if not 0 <= which < len(found):
+            raise InputError(f"time_history: which = {which}: the curve has {len(found)} solutions at {value:g}")
+        hz = value if self.parameter_name == "frequency" else self.frequency[0]
+        tau = 2 * np.pi * np.arange(n) / n
+        return tau / (2 * np.pi * hz), fourier.basis(tau, self.H) @ fourier.to_real(found[which, self.column(name)])
+
     def compare(self, value: float, which: int | None = None, **settings):
         """Comparison of a solution with time integration that starts on its orbit (see `hbm.comparison.compare`).
 

@@ -246,8 +246,8 @@ def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_
 def test_the_page_on_own_models_names_every_column_and_ending(tmp_path):
     """And its example of a table of pairs is one."""
     page = (Path(__file__).parents[2] / "docs" / "own_model.md").read_text(encoding="utf-8")
-    missing = [name for name in (*COLUMNS, *FORMATS, *DIRECTIONS, *ROTATIONS, "mode", GROUND) if f"`{name}`" not in page]
-    assert not missing
+    names = (*COLUMNS, *FORMATS, *DIRECTIONS, *ROTATIONS, "mode", GROUND)
+    assert not [name for name in names if f"`{name}`" not in page]
     (tmp_path / "pairs.csv").write_text(page.split("```csv\n")[1].split("```")[0])
     pairs = ContactTable.load(tmp_path / "pairs.csv")
     assert len(pairs) == 1 and pairs.damper_body[0] == GROUND and pairs.normal[0].tolist() == [0, 1, 0]

@@ -10,7 +10,7 @@ import pytest
 from hbm import laws
 from hbm.contact import relative_motion
 from hbm.errors import InputError
-from hbm.linear import linear_response, stuck_receptance
+from hbm.linear import linear_response, natural_frequencies, stuck_receptance
 from hbm.model import ReducedModel
 from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
 from tests.hbm.small_rig import small_rig
@@ -210,3 +210,24 @@ def test_the_records_print_in_one_line(rig):
                           (curve, r"<ForcedResponse: 900 to 1800 Hz, \d+ points \(0 failed\), outputs tip; 18 "),
                           (steady, r"steady=<Steady: periodic after \d+ periods")):
         assert re.search(words, repr(record)) and "\n" not in repr(record) and len(repr(record)) < 500, repr(record)
+
+
+def test_a_point_over_time(rig):
+    """x(t) = X_0 + Re sum X_k exp(i k w t), sampled over one period."""
+    curve = run(rig, 12.0, (1190.0, 1210.0), H=3)
+    t, x = curve.time_history("tip", 1200.0, n=64)
+    X = curve.solutions_at(1200.0)[0, 0]
+    assert np.allclose(np.diff(t), 1 / 1200.0 / 64)
+    series = sum((X[k] * np.exp(2j * np.pi * 1200.0 * k * t)).real for k in range(4))
+    assert np.allclose(x, series, rtol=0, atol=1e-12 * abs(X[1]))
+    with pytest.raises(InputError, match="which = 1: the curve has 1 solutions at 1200"):
+        curve.time_history("tip", 1200.0, which=1)
+
+
+def test_a_band_is_chosen_by_the_frequencies_without_and_with_stuck_pairs(rig):
+    """A lightly damped stuck curve peaks at a stuck frequency; without contact the damper is free but for its roll."""
+    model, pairs, _ = rig
+    stuck, free = natural_frequencies(model, pairs), natural_frequencies(model)
+    hz = run(rig, 1e-3, damping_ratio=1e-4).peak("tip")[0]
+    assert np.abs(stuck / hz - 1).min() < 1e-5 and (stuck >= free * (1 - 1e-9)).all()
+    assert (free[:5] < 1e-3 * free[6]).all() and free[6] > 100
