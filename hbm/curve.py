@@ -60,6 +60,14 @@ class ForcedResponse:
     tops: np.ndarray = field(default_factory=lambda: np.empty((0, 0), dtype=bool))
     passages: object = field(default=None, repr=False, compare=False)
 
+    def __repr__(self) -> str:
+        f, failed = self.parameter, int((~self.converged).sum())
+        over = f"{f.min():g} to {f.max():g} Hz" if self.parameter_name == "frequency" else \
+            f"{self.parameter_name} {f.min():g} to {f.max():g} at {self.frequency[0]:g} Hz"
+        return (f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), outputs "
+                f"{', '.join(self.output_names)}; {self.share_slip.shape[1]} pairs, {len(self.slipping_pairs)} slip, "
+                f"H = {self.H}; {self.ended}>")
+
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'harmonic' |X_1|, or 'rms' of the vibration."""
         return amplitude(self.harmonics, kind)
@@ -145,6 +153,15 @@ class ForcedResponse:
                              f"compute it with at = [{value:g}]")
         found.sort(key=lambda place: place[0])
         return np.array([x for _, x in found]).reshape(-1, *X.shape[1:])
+
+    def time_history(self, name: str, value: float, which: int = 0, n: int = 256) -> tuple[np.ndarray, np.ndarray]:
+        """(t (n,) s, x (n,) m) of an output over one period; value, which : as in `solutions_at`, `compare`."""
+        found = self.solutions_at(value)
+        if not 0 <= which < len(found):
+            raise InputError(f"time_history: which = {which}: the curve has {len(found)} solutions at {value:g}")
+        hz = value if self.parameter_name == "frequency" else self.frequency[0]
+        tau = 2 * np.pi * np.arange(n) / n
+        return tau / (2 * np.pi * hz), fourier.basis(tau, self.H) @ fourier.to_real(found[which, self.column(name)])
 
     def compare(self, value: float, which: int | None = None, **settings):
         """Comparison of a solution with time integration that starts on its orbit (see `hbm.comparison.compare`).
