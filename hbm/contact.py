@@ -98,6 +98,11 @@ class ContactTable:
     def __len__(self) -> int:
         return len(self.side)
 
+    def __repr__(self) -> str:
+        sides = ", ".join(f"{side} {int((self.side == side).sum())}" for side in self.sides)
+        load = f"preload {self.preload.min():.3g} to {self.preload.max():.3g} N" if len(self) else "empty"
+        return f"<ContactTable: {len(self)} pairs ({sides}), {int(self.carrying.sum())} carry; {load}>"
+
     @property
     def normal(self) -> np.ndarray:
         """(P, 3) from the damper into the blade."""

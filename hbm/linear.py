@@ -171,6 +171,16 @@ def assembled(model, pairs):
     return model.K + (B.T @ B.multiply(k[:, None])).toarray()
 
 
+def natural_frequencies(model, pairs=None) -> np.ndarray:
+    """(r,) Hz, undamped, lowest first, of the model whose pairs all stick, or without contact where pairs is None.
+
+    Between the two lie the resonances of a friction damper: a band is chosen by them. Rigid motions of a free damper
+    are about 0.
+    """
+    values = la.eigh(assembled(model, pairs), model.M, eigvals_only=True)
+    return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+
+
 def linear_response(model, pairs, forcing, frequencies, damping_ratio=None, outputs=None) -> np.ndarray:
     """(n, m) complex harmonic 1 of the outputs when every pair sticks, or without damper where pairs is None.
 

@@ -45,6 +45,12 @@ class ReducedModel:
     loads: dict = field(default_factory=dict)
     provenance: dict = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        bodies = ", ".join(f"{body} {int((self.body == body).sum())}" for body in dict.fromkeys(self.body.tolist()))
+        return (f"<ReducedModel: {self.size} dofs ({bodies}), {int((self.direction == 'mode').sum())} of them modes; "
+                f"C {'given' if self.C is not None else 'none'}, groups {len(self.groups)}, "
+                f"loads {', '.join(self.loads) or 'none'}>")
+
     @property
     def moves(self) -> np.ndarray:
         """(r,) bool: dofs that are displacements of nodes, neither rotations nor modes."""

@@ -41,6 +41,10 @@ class Steady:
     origin: str
     start: str
 
+    def __repr__(self) -> str:
+        return (f"<Steady: {'periodic' if self.periodic else 'not periodic'} after {self.periods} periods (change "
+                f"{self.period_change:.1e}), {len(self.harmonics)} outputs, multiplier {self.multiplier:.4g}>")
+
 
 def march_on(march, state, rows, tolerance=REPEATS, most_periods=2000) -> Steady:
     """Marching from a state until the period map repeats; rows (m, r) are the outputs."""

@@ -54,6 +54,11 @@ class FrictionState:
     iterations: int
     converged: bool
 
+    def __repr__(self) -> str:
+        return (f"<FrictionState: time {self.time:g}, {len(self.pairs)} pairs, {int(self.slips.sum())} slip, "
+                f"{int((self.force <= 0).sum())} open; residual {self.residual:.1e}, "
+                f"{'converged' if self.converged else 'not converged'}>")
+
     @property
     def force(self) -> np.ndarray:
         """(P,) N contact force."""

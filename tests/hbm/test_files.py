@@ -11,9 +11,10 @@ import pytest
 import scipy.io
 import scipy.sparse as sp
 
+from hbm.contact import COLUMNS, GROUND, ContactTable
 from hbm.errors import InputError
-from hbm.files import model_from_files, read_matrix
-from hbm.model import ReducedModel
+from hbm.files import FORMATS, model_from_files, read_matrix
+from hbm.model import DIRECTIONS, ROTATIONS, ReducedModel
 from tests.hbm.small_rig import small_rig
 
 
@@ -240,3 +241,13 @@ def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_
     assert done.returncode == 0, done.stderr
     complete, _, hz, amplitude = done.stdout.split()
     assert complete == "True" and float(amplitude) > 0 and 200 < float(hz) < 600
+
+
+def test_the_page_on_own_models_names_every_column_and_ending(tmp_path):
+    """And its example of a table of pairs is one."""
+    page = (Path(__file__).parents[2] / "docs" / "own_model.md").read_text(encoding="utf-8")
+    names = (*COLUMNS, *FORMATS, *DIRECTIONS, *ROTATIONS, "mode", GROUND)
+    assert not [name for name in names if f"`{name}`" not in page]
+    (tmp_path / "pairs.csv").write_text(page.split("```csv\n")[1].split("```")[0])
+    pairs = ContactTable.load(tmp_path / "pairs.csv")
+    assert len(pairs) == 1 and pairs.damper_body[0] == GROUND and pairs.normal[0].tolist() == [0, 1, 0]

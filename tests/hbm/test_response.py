@@ -1,5 +1,6 @@
 """forced_response on a small two-blade rig: full stick to gross slip, limits with known answers, bad input."""
 
+import re
 import warnings
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import pytest
 from hbm import laws
 from hbm.contact import relative_motion
 from hbm.errors import InputError
-from hbm.linear import linear_response, stuck_receptance
+from hbm.linear import linear_response, natural_frequencies, stuck_receptance
 from hbm.model import ReducedModel
 from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
 from tests.hbm.small_rig import small_rig
@@ -197,3 +198,36 @@ def test_a_model_without_motion_along_the_normal_is_told(rig):
 def test_a_body_that_is_not_there_is_named(rig):
     with pytest.raises(InputError, match=r"no body 'blade' \(node 10\); did you mean 'blade\d'\? valid: blade1"):
         rig[0].displacement_row("blade", 10, [0, 1, 0])
+
+
+def test_the_records_print_in_one_line(rig):
+    """However many dofs, pairs and points they hold."""
+    model, pairs, tip = rig
+    curve = run(rig, 12.0)
+    steady = curve.compare(1200.0)
+    for record, words in ((model, r"<ReducedModel: 120 dofs \(blade1 30, blade2 30, damper 60\), 0 of them modes; C"),
+                          (pairs, r"<ContactTable: 18 pairs \(left 9, right 9\), 18 carry; preload .* N>"),
+                          (curve, r"<ForcedResponse: 900 to 1800 Hz, \d+ points \(0 failed\), outputs tip; 18 "),
+                          (steady, r"steady=<Steady: periodic after \d+ periods")):
+        assert re.search(words, repr(record)) and "\n" not in repr(record) and len(repr(record)) < 500, repr(record)
+
+
+def test_a_point_over_time(rig):
+    """x(t) = X_0 + Re sum X_k exp(i k w t), sampled over one period."""
+    curve = run(rig, 12.0, (1190.0, 1210.0), H=3)
+    t, x = curve.time_history("tip", 1200.0, n=64)
+    X = curve.solutions_at(1200.0)[0, 0]
+    assert np.allclose(np.diff(t), 1 / 1200.0 / 64)
+    series = sum((X[k] * np.exp(2j * np.pi * 1200.0 * k * t)).real for k in range(4))
+    assert np.allclose(x, series, rtol=0, atol=1e-12 * abs(X[1]))
+    with pytest.raises(InputError, match="which = 1: the curve has 1 solutions at 1200"):
+        curve.time_history("tip", 1200.0, which=1)
+
+
+def test_a_band_is_chosen_by_the_frequencies_without_and_with_stuck_pairs(rig):
+    """A lightly damped stuck curve peaks at a stuck frequency; without contact the damper is free but for its roll."""
+    model, pairs, _ = rig
+    stuck, free = natural_frequencies(model, pairs), natural_frequencies(model)
+    hz = run(rig, 1e-3, damping_ratio=1e-4).peak("tip")[0]
+    assert np.abs(stuck / hz - 1).min() < 1e-5 and (stuck >= free * (1 - 1e-9)).all()
+    assert (free[:5] < 1e-3 * free[6]).all() and free[6] > 100

@@ -88,6 +88,7 @@ def test_one_pair_by_hand(push):
     assert let_go.tangential[0, 0] == pytest.approx(max(stuck, -MU * P), rel=1e-9)
     assert (abs(stuck) < MU * P) == (push == 120.0)
     assert let_go.displacement[1] == pytest.approx(-let_go.tangential[0, 0] / kb, rel=1e-9)
+    assert repr(pushed).startswith("<FrictionState: time 2, 1 pairs, 1 slip, 0 open; ") and "\n" not in repr(pushed)
 
 
 def test_tangents_coupled_or_not():
