@@ -87,7 +87,8 @@ def rig(roll=True):
     K = np.eye(B.shape[1]) - (B.T * law.stuck_stiffness(pairs).ravel()) @ B
     if not roll:
         K -= d["roll"].T @ d["roll"]
-    nodes = SimpleNamespace(**{name: d[name] for name in ("body", "node", "direction", "position")})
+    nodes = SimpleNamespace(**{name: d[name] for name in ("body", "node", "direction", "position")},
+                            moves=np.isin(d["direction"], list("xyz")))
     rows = d["motion"].astype(float)
 
     def describe(motion):
