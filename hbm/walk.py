@@ -7,7 +7,7 @@ import numpy as np
 from hbm.corrector import Metric, correct, solve_at
 from hbm.predictor import forward, on_branch, predict, prediction_errors, tangent
 
-DRIFT = 20, 1e-6, 0.05      # points over which the parameter stands still, to this share of its length, and how far x goes
+DRIFT = 20, 1e-6, 0.05      # points over which the parameter stands still, share of its length, and how far x goes
 PACE = 3e-3          # share of the way by which a branch must get on to be worth following
 ENDS = {             # why a branch ended, and what to do about it
     "end": "reached the end of the band",
