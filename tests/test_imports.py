@@ -79,7 +79,7 @@ def test_hbm_needs_numpy_scipy_numba_alone(path):
     assert tops(path) - {"hbm"} - KERNEL <= sys.stdlib_module_names
 
 
-CONTINUATION = ("corrector", "predictor", "walk", "leaps", "continuation")
+CONTINUATION = ("corrector", "predictor", "walk", "leaps", "work", "continuation")
 
 
 @pytest.mark.parametrize("name", CONTINUATION)
