@@ -32,9 +32,8 @@ class ForcedResponse:
         taken up; between them there may be points solved one from the other, or none; empty where it is one branch
     contact_force, contact_motion : (n, P, nd, H+1) complex, N and m - of each pair in the order of the law,
         the force of the damper on the blade and the relative motion that makes it; empty unless asked for
-    tops : (n, m, kinds) bool, the points solved at a local maximum of an output in a kind of amplitude; empty in a
-        curve made otherwise
-    passages : function of a value of the parameter that solves the passages of the curve there; None from a file
+    tops : (n, m) bool, the points solved at the largest half peak to peak of an output; empty in a curve made otherwise
+    passages : what solves beside the points: passages of a value, local maxima; None from a file
     """
 
     frequency: np.ndarray
@@ -58,7 +57,7 @@ class ForcedResponse:
     leaps: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
     contact_force: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
     contact_motion: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
-    tops: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0), dtype=bool))
+    tops: np.ndarray = field(default_factory=lambda: np.empty((0, 0), dtype=bool))
     passages: object = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
@@ -83,8 +82,8 @@ class ForcedResponse:
     def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
         """(Hz, m) largest amplitude of an output; over another parameter, (value of that, m).
 
-        At the border of a frequency band it is no resonance: it is given with a warning (see `at_border`). The curve
-        was solved at the largest amplitude when it was computed, to 1e-8 of the amplitude.
+        At the border of a frequency band it is no resonance: it is given with a warning (see `at_border`). Solved to
+        1e-8 of the amplitude; in a curve from a file half peak to peak alone is, the others lie on a parabola.
         """
         a = self.amplitude(kind)[:, self.column(name)]
         if not np.isfinite(a).any():
@@ -93,7 +92,10 @@ class ForcedResponse:
             warnings.warn(f"peak of '{name}': its largest amplitude lies at the border of the band, "
                           f"{self.parameter[np.nanargmax(a)]:g} Hz; the resonance may be outside, widen the band",
                           stacklevel=2)
-        return self._top(a, int(np.nanargmax(a)), name, kind)
+        top = self._top(a, int(np.nanargmax(a)), self.column(name), kind)
+        if kind != KINDS[0] and self.passages is not None and not self.at_border(name, kind):
+            return max([top, *map(tuple, self.peaks(name, kind)[:1])], key=lambda pair: pair[1])
+        return top
 
     def at_border(self, name: str, kind: str = "half_peak_to_peak") -> bool:
         """Whether the largest amplitude of an output is that of an end of the curve: then `peak` is no resonance."""
@@ -102,18 +104,25 @@ class ForcedResponse:
         return bool(len(good) and a[good].max() > 0 and a[good].argmax() in (0, len(good) - 1))
 
     def peaks(self, name: str, kind: str = "half_peak_to_peak") -> np.ndarray:
-        """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first.
+        """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first, solved to 1e-8.
 
-        Ripples are left out: what is less than a thousandth of its height above the saddles beside it. Solved to 1e-8
-        in half peak to peak; in other kinds the largest alone, the others lie on a parabola, good to about 1e-4.
+        Ripples are left out: what is less than a thousandth of its height above the saddles beside it. A curve from a
+        file knows its points alone: the largest half peak to peak is solved there, the others lie on a parabola, good
+        to about 1e-4.
         """
-        a = self.amplitude(kind)[:, self.column(name)]
-        found = np.reshape([self._top(a, i, name, kind) for i in crests(a, self.parameter)], (-1, 2))
+        j = self.column(name)
+        a = self.amplitude(kind)[:, j]
+        if self.passages is not None:
+            solved = self.tops[:, j] if kind == KINDS[0] else np.zeros(len(a), dtype=bool)
+            found = self.passages.maxima(j, a, solved, kind)
+        else:
+            found = [self._top(a, i, j, kind) for i in crests(a, self.parameter)]
+        found = np.reshape(found, (-1, 2))
         return found[np.argsort(-found[:, 1], kind="stable")]
 
-    def _top(self, a, i, name, kind):
+    def _top(self, a, i, j, kind):
         """(parameter, amplitude) of point i where it was solved as a top, else of the parabola around it."""
-        solved = self.tops.size and self.tops[i, self.column(name), KINDS.index(kind)]
+        solved = self.tops.size and self.tops[i, j] and kind == KINDS[0]
         f = self.parameter[max(i - 1, 0):i + 2]
         apart = np.abs(np.diff(f))
         if solved or not 0 < i < len(a) - 1 or not np.isfinite(a[i - 1:i + 2]).all() or 20 * min(apart) <= max(apart):

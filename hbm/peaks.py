@@ -1,4 +1,4 @@
-"""The local maxima of the outputs along a branch, each brought to rest by points solved around it."""
+"""Local maxima of the outputs along a branch, each brought to rest by points solved around it."""
 
 import numpy as np
 
@@ -10,36 +10,43 @@ TRUST = 1e-8             # error of a foretold height from which on the next is 
 MOST = 12                # points tried around one maximum
 
 
-def refine_peaks(evaluate, branch, recover, noise, weights, settings) -> np.ndarray:
-    """Insert solved points at the local maxima of every output, and say which these are.
+def refine_largest(evaluate, branch, recover, noise, weights, settings) -> np.ndarray:
+    """Insert solved points at the largest local maximum of half peak to peak of every output, and say which they are.
 
-    All maxima of half peak to peak; in the other kinds, whose maxima lie a little beside these, the largest.
     noise : (m,) amplitudes below which an output is rounding
-    Returns (n, m, kinds) bool, for the branch as it is afterwards and the kinds of `curve.KINDS`.
+    Returns (n, m) bool, for the branch as it is afterwards.
     """
-    tops = []
-    for k, kind in enumerate(KINDS):
-        def heights(point, kind=kind):
-            return amplitude(recover @ point.detail.modal, kind)
+    def heights(point):
+        return amplitude(recover @ point.detail.modal, KINDS[0])
 
-        table = list(amplitude(harmonics(branch, recover), kind))
-        for j in np.flatnonzero(np.nanmax(table, axis=0) > noise):
-            climb = _Climb(evaluate, branch, table, j, heights, weights, settings)
-            for top in _maxima(branch, np.array(table)[:, j], kind):
-                tops.append((climb.run(branch.points.index(top)), j, k))
+    table, tops = list(amplitude(harmonics(branch, recover), KINDS[0])), []
+    for j in np.flatnonzero(np.nanmax(table, axis=0) > noise):
+        column = np.array(table)[:, j]
+        found = sorted(crests(column, [p.parameter for p in branch.points]), key=lambda i: -column[i])
+        if found:
+            tops.append((_Climb(evaluate, branch, table, j, heights, weights, settings).run(found[0]), j))
     place = {id(point): i for i, point in enumerate(branch.points)}
-    marks = np.zeros((len(branch.points), len(recover), len(KINDS)), dtype=bool)
-    for point, j, k in tops:
-        marks[place[id(point)], j, k] = True
+    marks = np.zeros((len(branch.points), len(recover)), dtype=bool)
+    for point, j in tops:
+        marks[place[id(point)], j] = True
     return marks
 
 
-def _maxima(branch, heights, kind):
-    """The points to climb from: all crests, or in another kind than the first the largest alone."""
-    found = crests(heights, [p.parameter for p in branch.points])
-    if kind != KINDS[0]:
-        found = sorted(found, key=lambda i: -heights[i])[:1]
-    return [branch.points[i] for i in found]
+def all_maxima(evaluate, branch, row, column, solved, kind, weights, settings) -> list[tuple[float, float]]:
+    """(parameter, amplitude) of every local maximum of one output in one kind of amplitude, solved.
+
+    row : (nodal from modal) of the output; column : (n,) its amplitudes at the points of the branch, which
+    gets more; solved : (n,) bool, maxima that are solved already
+    """
+    def heights(point):
+        return amplitude(row @ point.detail.modal, kind)[None]
+
+    table = [np.array([a]) for a in column]
+    climb, tops = _Climb(evaluate, branch, table, 0, heights, weights, settings), []
+    for begin, done in [(branch.points[i], solved[i]) for i in crests(column, [p.parameter for p in branch.points])]:
+        top = begin if done else climb.run(branch.points.index(begin))
+        tops.append((top.parameter, float(table[branch.points.index(top)][0])))
+    return tops
 
 
 class _Climb:

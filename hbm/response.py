@@ -23,7 +23,7 @@ from hbm.inputs import (
 from hbm.laws import PairSettings
 from hbm.linear import describe_motion
 from hbm.model import ReducedModel
-from hbm.peaks import refine_peaks
+from hbm.peaks import refine_largest
 from hbm.residual import ContactProblem, HarmonicBalance
 from hbm.solutions import Passages, first_of, solve_passages, starts
 
@@ -182,14 +182,15 @@ def _curve(task, names, rows, first, last, at, contact, progress):
     scale, evaluate, weights, settings = task.parameter.scale, task.evaluate, task.balance.weights, task.settings
     recover = rows @ task.balance.receptance.shapes
     branch = _branch(task, scale * first, scale * last, progress)
-    tops = np.empty((0, 0, 0), dtype=bool)
+    tops, noise = np.empty((0, 0), dtype=bool), np.zeros(len(rows))
     if len(branch.points) > 2:
         solve_passages(evaluate, branch, scale * at, weights, settings)
-        tops = refine_peaks(evaluate, branch, recover, _noise(branch, rows, task.balance), weights, settings)
+        noise = _noise(branch, rows, task.balance)
+        tops = refine_largest(evaluate, branch, recover, noise, weights, settings)
     curve = record(branch, task.balance, recover, names, task.balance.problem, task.start, task.parameter,
                    time.perf_counter() - task.began)
-    curve = replace(curve, tops=tops, passages=Passages(evaluate, branch, rows, recover, scale, weights, settings,
-                                                          task.frozen_at))
+    beside = Passages(evaluate, branch, rows, recover, noise, scale, weights, settings, task.frozen_at)
+    curve = replace(curve, tops=tops, passages=beside)
     return replace(curve, **contact_harmonics(branch, task.balance)) if contact else curve
 
 

@@ -120,20 +120,33 @@ def solve_passages(evaluate, branch, at, weights, settings):
 
 
 class Passages:
-    """Solutions at any parameter of a branch, by Newton from its points: `solutions_at` of a ForcedResponse.
+    """Solutions beside the points of a branch, by Newton from them: `solutions_at` and `peaks` of a ForcedResponse.
 
-    frozen_at(value) -> (balance, w) at a parameter of the branch; rows (m, r) take the outputs out of q
+    frozen_at(value) -> (balance, w) at a parameter of the branch; rows (m, r) take the outputs out of q;
+    noise (m,): amplitudes below which an output is rounding
     """
 
-    def __init__(self, evaluate, branch, rows, recover, scale, weights, settings, frozen_at):
+    def __init__(self, evaluate, branch, rows, recover, noise, scale, weights, settings, frozen_at):
         self.points = [replace(p, detail=None) for p in branch.points]
-        self.evaluate, self.rows, self.recover, self.scale = evaluate, rows, recover, scale
+        self.evaluate, self.rows, self.recover, self.noise, self.scale = evaluate, rows, recover, noise, scale
         self.weights, self.settings, self.frozen_at = weights, settings, frozen_at
 
     def __call__(self, value):
         """[(place in the curve, harmonics (m, H+1))] of the passages between its points."""
         found = passages(self.evaluate, self.points, self.scale * value, self.weights, self.settings)
         return [(place, self.recover @ point.detail.modal) for point, _, place in found if point.converged]
+
+    def maxima(self, j, column, solved, kind):
+        """[(parameter, amplitude)] of the local maxima of output j, whose amplitudes at the points are `column`.
+
+        solved : (n,) bool, the points that are such maxima
+        """
+        from hbm.peaks import all_maxima
+        if not np.nanmax(column, initial=0.0) > self.noise[j]:
+            return []
+        branch = continuation.Branch(list(self.points))
+        found = all_maxima(self.evaluate, branch, self.recover[j], column, solved, kind, self.weights, self.settings)
+        return [(parameter / self.scale, top) for parameter, top in found]
 
     def solved(self, value):
         """(balance, [solved points]) at a value, in the order of `solutions_at`."""

@@ -17,9 +17,9 @@ COLUMNS = ("pair", "blade_node", "damper_node", "T1_N", "T2_N", "slider1_m", "sl
 
 
 def history(study, model) -> list:
-    """(n, r) N: the load cases that the study passes through, and at last its pull."""
+    """(n, r) N: the load cases that the study passes through, and at last the load of the response."""
     passed = [loads.total(study, case, model, study.driver["pull"]) for case in study["preload"]["history"]]
-    return [*passed, study.driver["pull"] * model.loads[loads.PULL]]
+    return [*passed, loads.at_rest(study, model)]
 
 
 def solve(study, model, pairs, through):
@@ -28,7 +28,7 @@ def solve(study, model, pairs, through):
     states = FrictionalContact(model, pairs).solve(through, steps=given["steps"])
     end = states[-1]
     if not end.converged:
-        names = [*given["history"], "the pull"] if len(through) > 1 else ["the load"]
+        names = [*given["history"], loads.rest_name(study)] if len(through) > 1 else ["the load"]
         on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]
         raise InputError(f"{study.path}: [preload] friction: no equilibrium was found on the way to {on_way} "
                          f"({100 * (end.time % 1 or 1):.0f} % of it): it lifts the damper off or passes what friction "

@@ -5,7 +5,8 @@ import numpy as np
 from tipdamp.language import LOAD, OTHER_MATERIAL, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
 
 _KINDS = {"texts": "list of texts", "one_or_more": "text or list of texts", "numbers": "list of numbers",
-          "ratios": "number or list", "counts": "whole number or list", "count": "whole number", "vector": "[x, y, z]",
+          "ratios": "number or list", "counts": "whole number or list", "stations": "[front, back] or 'all'",
+          "count": "whole number", "vector": "[x, y, z]",
           "triple": "[x, y, z]", "group_values": "[[body, group, value], ...]",
           "group_vectors": "[[body, group, x, y, z], ...]", "band": "[first, last]",
           "flag": "true or false", "table": "[[coordinate, value], ...]", "roll": "'from_flat' or number"}

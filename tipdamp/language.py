@@ -135,14 +135,17 @@ LOAD = {
 PRELOAD = {
     "friction": Key("flag", "the preload with Coulomb friction (mu and kt of the pairs): it then depends on how the "
                     "load was reached, and the response starts from the friction forces at the end", False),
-    "history": Key("texts", "load cases ([loads.NAME]) that are passed in this order before the pull; default: straight"
-                   " from no load to the pull", ()),
+    "history": Key("texts", "load cases ([loads.NAME]) that are passed in this order before the pull (or `case`); "
+                   "default: straight from no load to it", ()),
+    "case": Key("text", "load case ([loads.NAME]) whose preload is that of the stages tune and respond, instead of the "
+                "pull alone: a damper pressed by rotation, say", ""),
     "steps": Key("count", "increments from each load of the history to the next", 20, low=1, high=10000),
 }
 TUNE = {
     "target_hz": Key("number", "measured stuck frequency that the kept stations must meet", None, low=0,
                      open_low=True),
-    "stations": Key("counts", "[front, back]: stations kept at each end, instead of a target", (), low=1, high=9999),
+    "stations": Key("stations", "[front, back]: stations kept at each end, or 'all', instead of a target", (), low=0,
+                    high=9999),
     "stiffness": Key("choice", "'kept': a node keeps its share of the full patch; 'conserved': the nodes that stay "
                      "take over the stiffness of their whole side", "kept", choices=("kept", "conserved")),
     "follow": Key("choice", "free mode that is tracked", "out_of_phase", choices=("out_of_phase", "in_phase")),

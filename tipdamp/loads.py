@@ -67,6 +67,19 @@ def total(study, case: str, model, pull: float) -> np.ndarray:
     """(r,) N: the case on the reduced dofs with its pull, or the study's own."""
     given = study.loads[case]
     own = model.loads.get(case)
-    if own is None:
-        raise InputError(f"{study.path}: [loads.{case}]: the model holds no load named '{case}'")
+    if own is None and given["pull"] is None:
+        raise InputError(f"{study.path}: [loads.{case}]: the model holds no load named '{case}', and no pull is "
+                         f"stated; {nearest(case, [name for name in model.loads if name != PULL])}")
+    own = np.zeros(model.size) if own is None else own
     return own + (pull if given["pull"] is None else given["pull"]) * model.loads[PULL]
+
+
+def at_rest(study, model) -> np.ndarray:
+    """(r,) N: the load under which the damper vibrates: the pull, or the case that [preload] names."""
+    case, pull = study["preload"]["case"], study.driver["pull"]
+    return total(study, case, model, pull) if case else pull * model.loads[PULL]
+
+
+def rest_name(study) -> str:
+    """What it is called."""
+    return f"the load case '{study['preload']['case']}'" if study["preload"]["case"] else "the pull"

@@ -14,11 +14,14 @@ def is_given(side: dict) -> bool:
     return side["kn"] is not None
 
 
-def with_values(study, pairs: ContactTable, materials: dict) -> ContactTable:
-    """The pairs with stiffness, friction and initial gap of the study; an own table brings its own."""
+def with_values(study, pairs: ContactTable, materials: dict, pull=None) -> ContactTable:
+    """The pairs with stiffness, friction and initial gap of the study; an own table brings its own.
+
+    pull (3,) N: load on the damper, by default Fc.
+    """
     if study["contact"]["pairs"]:
         return pairs
-    kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials))
+    kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials, pull))
     along = pairs.position @ np.array(study.driver["axis"])
     gap = pairs.gap.copy()
     for name, side in study.sides.items():
@@ -28,7 +31,7 @@ def with_values(study, pairs: ContactTable, materials: dict) -> ContactTable:
     return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study["contact"]["mu"]))
 
 
-def side_stiffness(study, pairs: ContactTable, materials: dict) -> dict:
+def side_stiffness(study, pairs: ContactTable, materials: dict, pull=None) -> dict:
     """{side: NodalStiffness} under its part of the pull, with all that it was made from; {} with an own table.
 
     materials {side: [E, nu, E, nu]} of the two bodies, as `side_materials` finds them; only theory needs them.
@@ -41,7 +44,8 @@ def side_stiffness(study, pairs: ContactTable, materials: dict) -> dict:
     contact, damper, found = study["contact"], study.driver, {}
     if contact["pairs"]:
         return found
-    forces = side_forces(side_normals(pairs), damper["pull"] * np.array(damper["pull_direction"]))
+    pull = damper["pull"] * np.array(damper["pull_direction"]) if pull is None else pull
+    forces = side_forces(side_normals(pairs), pull)
     for name, side in study.sides.items():
         mine = pairs.side == name
         count, length = int(mine.sum()), float(np.ptp(pairs.position[mine] @ np.array(damper["axis"])))

@@ -68,9 +68,10 @@ def check_respond(where, respond):
 def check_history(where, preload, cases):
     if preload["history"] and not preload["friction"]:
         raise InputError(f"{where} history: without friction the preload does not depend on it; set friction = true")
-    for name in preload["history"]:
-        if name not in cases:
-            raise InputError(f"{where} history: no load case [loads.{name}]; {nearest(name, cases)}")
+    for key, names in (("history", preload["history"]), ("case", [preload["case"]] if preload["case"] else [])):
+        for name in names:
+            if name not in cases:
+                raise InputError(f"{where} {key}: no load case [loads.{name}]; {nearest(name, cases)}")
 
 
 def check_modes(where, body):
@@ -82,5 +83,6 @@ def check_modes(where, body):
 def check_tune(where, tune):
     if (tune["target_hz"] is None) == (not tune["stations"]):
         raise InputError(f"{where} needs either target_hz or stations = [front, back]")
-    if tune["stations"] and len(tune["stations"]) != 2:
-        raise InputError(f"{where} stations = {list(tune['stations'])}: must be two numbers [front, back]")
+    if tune["stations"] and tune["stations"] != "all" and (len(tune["stations"]) != 2 or not any(tune["stations"])):
+        raise InputError(f"{where} stations = {list(tune['stations'])}: must be two numbers [front, back], not both 0, "
+                         "or 'all'")

@@ -64,6 +64,10 @@ def _count(where, value, spec, _=1.0):
     return value
 
 
+def _stations(where, value, spec, factor):
+    return value if value == "all" else _each(_count, True)(f"{where} (or 'all')", value, spec, factor)
+
+
 def _vector(where, value, *_):
     if not isinstance(value, list) or len(value) != 3:
         raise InputError(f"{where}: must be three numbers")
@@ -121,5 +125,5 @@ def _scaled(where, value, spec, factor):
 READ = {"text": _text, "choice": _text, "flag": _flag, "roll": _roll, "number": _scaled, "count": _count,
          "texts": _each(_text, False), "one_or_more": _each(_text, True),
          "numbers": _each(_scaled, False), "ratios": _each(_scaled, True),
-         "counts": _each(_count, True), "vector": _vector, "triple": _triple,
+         "counts": _each(_count, True), "stations": _stations, "vector": _vector, "triple": _triple,
          "group_values": _on_groups(1), "group_vectors": _on_groups(3), "band": _band, "table": _profile}

@@ -12,7 +12,7 @@ import pytest
 
 from hbm.errors import InputError
 from tests.tipdamp.report_files import FULL, HOSTILE, artefacts, curve, damage, table, written
-from tipdamp.report import figure, page, response_figures
+from tipdamp.report import figure, page, response_figures, static_figures
 from tipdamp.report.results import load_results
 from tipdamp.report.summary import summarise
 
@@ -205,3 +205,25 @@ def test_drawing_libraries_wait_until_they_are_needed():
             "print([m for m in ('plotly', 'matplotlib', 'dolfinx', 'gmsh') if m in sys.modules])")
     child = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert child.stdout.strip() == "[]", child.stdout + child.stderr
+
+
+def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
+    """All stations kept, a band without resonance, a blade that the other one leaves alone: no name without a mark
+    inside the panel, and matplotlib has nothing to say."""
+    from tipdamp.report import draw_matplotlib
+
+    def change(files):
+        files["kept"] = files["kept"].replace(weight=np.ones(len(files["kept"])))
+        files["reduce.json"]["free_hz"] = {"out_of_phase": 3901.0, "in_phase": 3996.0}
+        files["reduce.json"]["free_response"]["m_per_N"]["patch_2"] *= 0
+
+    study, store = artefacts(tmp_path, damage=change)
+    results = load_results(study, store)
+    linear, kept = static_figures.linear(results), static_figures.kept(results)
+    for panel in kept.panels:
+        for item in panel.items:
+            if getattr(item, "name", ""):
+                low, high = panel.y_range
+                assert len(item.x) and ((np.asarray(item.y) >= low) & (np.asarray(item.y) <= high)).all(), item.name
+    draw_matplotlib.draw(linear, tmp_path / "linear.png")
+    assert not [str(w.message) for w in recwarn]

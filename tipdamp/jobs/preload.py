@@ -9,13 +9,13 @@ from tipdamp.jobs.terms import equilibrium, load_on_damper, preload_map, pull, s
 
 
 def preload(study, store, tick):
-    """Unilateral static contact of the whole patch under the pull: the preload map."""
+    """Unilateral static contact of the whole patch under the pull, or the case in its place: the preload map."""
     model = ReducedModel.load(store.path("model.npz"))
     pairs = ContactTable.load(store.path("pairs.csv"))
     materials = store.read_json("reduce.json").get("side_materials", {})
-    made = stiffness.facts(study, stiffness.side_stiffness(study, pairs, materials))
-    pairs = stiffness.with_values(study, pairs, materials)
-    forces = equilibrium(study, pairs)
+    made = stiffness.facts(study, stiffness.side_stiffness(study, pairs, materials, pull(study, model)))
+    pairs = stiffness.with_values(study, pairs, materials, pull(study, model))
+    forces = equilibrium(study, model, pairs)
     tick(0.2, f"{len(pairs)} pairs")
     statics = static_contact(study, model, pairs)
     more, files = {}, []
@@ -23,7 +23,7 @@ def preload(study, store, tick):
         result, found, more, forces = preload_with_friction(study, statics, pairs, store)
         files.append("preload_friction.csv")
     else:
-        result = statics.solve(study.driver["pull"] * model.loads["pull"])
+        result = statics.solve(loads.at_rest(study, model))
         found = {"balance": result.balance, "method": result.method, "motions": result.motions}
     pulled = preload_map(result, pairs)
     with store.writing("preload.csv") as path:
@@ -46,9 +46,9 @@ def preload_with_friction(study, statics: StaticContact, pairs, store):
     state = friction.solve(study, statics.model, statics.pairs, friction.history(study, statics.model))
     with store.writing("preload_friction.csv") as path:
         friction.save(path, pairs, state.tangential, state.slider, state.slips)
-    balance = friction.balance_error(state.pairs, state.tangential, pull(study))
+    balance = friction.balance_error(state.pairs, state.tangential, pull(study, statics.model))
     facts = {"friction": {**friction.facts(state), "file": "preload_friction.csv",
-                          "without_friction_N": equilibrium(study, pairs)}}
+                          "without_friction_N": equilibrium(study, statics.model, pairs)}}
     return state, {"balance": balance, "method": "friction", "motions": ()}, facts, side_sums(state.pairs)
 
 

@@ -9,16 +9,19 @@ from static_contact.carry import roll_springs
 from static_contact.detachment import conserve_total
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
+from tipdamp import loads
 from tipdamp.bodies import BLADES, DAMPER
 
 
-def pull(study) -> np.ndarray:
-    """Fc as a vector, (3,) N."""
+def pull(study, model: ReducedModel) -> np.ndarray:
+    """(3,) N: Fc as a vector, or the resultant on the damper of the case that [preload] names."""
+    if study["preload"]["case"]:
+        return load_on_damper(model, loads.at_rest(study, model))
     return study.driver["pull"] * np.array(study.driver["pull_direction"])
 
 
-def equilibrium(study, pairs) -> dict:
-    return side_forces(side_normals(pairs), pull(study))
+def equilibrium(study, model: ReducedModel, pairs) -> dict:
+    return side_forces(side_normals(pairs), pull(study, model))
 
 
 def line_of(study, pairs: ContactTable) -> ContactTable:

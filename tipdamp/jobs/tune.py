@@ -41,7 +41,8 @@ def tune(study, store, tick):
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
     if study["tune"]["stations"]:
-        found = keep_stations(model, line, *study["tune"]["stations"], follow, springs=rows, conserve=conserves(study))
+        front, back = ends_kept(study, line)
+        found = keep_stations(model, line, front, back, follow, springs=rows, conserve=conserves(study))
     else:
         found = detach_until(model, line, study["tune"]["target_hz"], follow, springs=rows, progress=report,
                              conserve=conserves(study))
@@ -63,6 +64,12 @@ def tune(study, store, tick):
         "cases": {name: kept_case(study, model, found.pairs, name) for name in study.loads}})
     shapes = {"kept stations stuck": stuck["tuned"], "whole area stuck": stuck["full_area"]}
     return [*(["kept_friction.csv"] if tangential is not None else []), *pictures.keep_stuck(store, model, shapes)]
+
+
+def ends_kept(study, line: ContactTable) -> tuple[int, int]:
+    """(front, back) stations that the study keeps."""
+    stations = int(line.station.max()) + 1
+    return ((stations + 1) // 2, stations // 2) if study["tune"]["stations"] == "all" else study["tune"]["stations"]
 
 
 def full_model_check(study, store, model, sets, stuck, tick) -> dict:
@@ -92,8 +99,8 @@ def tuning_figures(found: Detachment, stuck: dict) -> dict:
 def kept_pairs(study, model, whole, found, tangential=None):
     """The full table with weight 0 on detached pairs and, on the kept ones, the preload that carries the pull; what
     was done; and with friction the forces T (P, 2) on them, from those of the whole map."""
-    forces = equilibrium(study, whole) if tangential is None else side_sums(whole)
-    held = study.driver["pull"] * model.loads["pull"]
+    forces = equilibrium(study, model, whole) if tangential is None else side_sums(whole)
+    held = loads.at_rest(study, model)
     if study["tune"]["preload"] == "resolved":
         statics = static_contact(study, model, found.pairs)
         if tangential is None:
@@ -107,20 +114,20 @@ def kept_pairs(study, model, whole, found, tangential=None):
     else:
         carrying = np.flatnonzero(found.pairs.carrying)
         if tangential is not None:
-            forces = balancing_forces(whole, found.pairs.select(carrying), tangential, pull(study),
+            forces = balancing_forces(whole, found.pairs.select(carrying), tangential, pull(study, model),
                                       study.driver["axis"])
         done = carry_scaled(whole, found.pairs.select(carrying), forces, study.driver["axis"])
         preload = found.pairs.preload.copy()
         preload[carrying] = done.pairs.preload
         kept, facts = found.pairs.replace(preload=preload), {"scale": done.scale, "moment_Nm": done.moment}
         if tangential is None:
-            balance = balance_error(kept.select(carrying), pull(study))
+            balance = balance_error(kept.select(carrying), pull(study, model))
         else:
             whole_T, tangential = tangential, np.zeros_like(tangential)
             tangential[carrying] = carry_tangential(whole, whole_T, done)
     kept_only = kept.select(kept.carrying)
     if tangential is not None:
-        balance = friction.balance_error(kept_only, tangential[kept.carrying], pull(study))
+        balance = friction.balance_error(kept_only, tangential[kept.carrying], pull(study, model))
     return kept, {"preload_kept": side_figures(kept_only, forces, balance), "carried": facts}, tangential
 
 

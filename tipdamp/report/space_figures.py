@@ -29,7 +29,8 @@ NO_SURFACE = (" The study starts from matrices: there is no mesh whose surface o
 
 def preload_on_damper(results) -> Scene:
     """Of the pull and of every further load case."""
-    return pressure_map({PULL: results.whole, **results.loads}, results.surfaces, results.axis)
+    rest = results.study["preload"]["case"] or PULL
+    return pressure_map({rest: results.whole, **results.loads}, results.surfaces, results.axis)
 
 
 def pairs_of(results) -> Scene:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from hbm.contact import ContactTable
+from tipdamp.loads import rest_name
 from tipdamp.report.figure import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, Curve, Figure, Line, Marks, Panel
 from tipdamp.report.results import Results
 from tipdamp.report.text import hertz, listing, number
@@ -18,7 +19,8 @@ def linear(results: Results) -> Figure:
     styles = ((BLUE, "solid"), (VERMILION, "dash"))
     curves = [Curve(hz, np.array(y, dtype=float), f"blade {k + 1} ({patch})", *style) for k, ((patch, y), style)
               in enumerate(zip(response["m_per_N"].items(), styles, strict=False))]
-    lowest, highest = (f(f(c.y) for c in curves) for f in (min, max))
+    highest = max(c.y.max() for c in curves)
+    lowest = max(min(c.y.min() for c in curves), 1e-6 * highest)      # a blade of its own does not move at all
     lines = []
     for name in free:
         left = free[name] == min(free.values())
@@ -26,6 +28,7 @@ def linear(results: Results) -> Figure:
         if results.study.reference.get(f"{name}_hz"):
             value = results.study.reference[f"{name}_hz"]
             lines.append(Line("x", value, f"reference {value:g} Hz", GREY, "dash", "low", left))
+    lines = [line for line in lines if hz[0] <= line.value <= hz[-1]]
     zeta = listing(f"{100 * z:g} %" for z in results.study["free"]["damping_ratio"])
     where = (f"Out of phase the blades move at {hertz(free['out_of_phase'])} Hz, in phase at {hertz(free['in_phase'])} "
              "Hz." if free else "None of the modes is of both blades.")
@@ -43,8 +46,9 @@ def preload(results: Results) -> Figure:
     sums = listing(f"{number(s['sum_N'])} N on side '{name}' (equilibrium {number(s['equilibrium_N'])} N, "
                    f"{s['detached']} open)" for name, s in sides.items())
     worst = max(s["balance_error"] or 0.0 for s in sides.values())
-    caption = (f"Normal preload of every node of the whole patch under the pull (kn v0) along the axis of the damper; "
-               f"filled marks are closed, hollow ones open (negative: the remaining gap times kn). The sum is {sums}; "
+    caption = (f"Normal preload of every node of the whole patch under {rest_name(results.study)} (kn v0) along the "
+               f"axis of the damper; filled marks are closed, hollow ones open (negative: the remaining gap times kn). "
+               f"The sum is {sums}; "
                f"contact forces and pull balance to {worst:.0e} of the pull. {_ends(results)}"
                + results.beside_paper("Corresponds to figure 9"))
     return Figure("preload", "Preload of the whole patch", caption, _map(results, results.whole))
@@ -110,7 +114,8 @@ def _station_sums(results, pairs):
 def kept(results: Results) -> Figure:
     """What the kept stations carry."""
     table = results.kept
-    values = np.r_[table.preload[table.carrying], results.whole.preload]
+    whole = [_station_sums(results, results.whole.select(results.whole.side == side))[1] for side in table.sides]
+    values = np.r_[table.preload[table.carrying], results.whole.preload, np.concatenate(whole)]
     span = (min(1.1 * float(values.min()), 0.0) - 0.04 * float(values.max()), 1.12 * float(values.max()))
     panels = []
     for side in table.sides:
@@ -135,12 +140,14 @@ def _kept_items(results, mine, side):
     yield Curve(x, whole, "whole patch, sum over the rows", GREY, "dash", 1.2)
     gone = mine.select(~mine.carrying)
     gone = results.along(gone)[~np.isin(gone.station, carrying.station)]
-    yield Marks(gone, np.zeros(len(gone)), "detached station", GREY, "x", size=6)
+    if len(gone):
+        yield Marks(gone, np.zeros(len(gone)), "detached station", GREY, "x", size=6)
     at, force = results.along(carrying), carrying.preload
     stems = np.column_stack([at, at, np.full(len(at), np.nan)]).ravel()
     yield Curve(stems, np.column_stack([np.zeros(len(at)), force, np.full(len(at), np.nan)]).ravel(), "", BLUE,
                 width=1.2)
-    yield Marks(at[force > 0], force[force > 0], "kept pair", BLUE)
+    if (force > 0).any():
+        yield Marks(at[force > 0], force[force > 0], "kept pair", BLUE)
     if (force <= 0).any():
         yield Marks(at[force <= 0], force[force <= 0], "kept pair, open at rest", VERMILION, filled=False)
 

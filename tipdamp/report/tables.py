@@ -89,7 +89,9 @@ def load_cases(results: Results) -> Table:
 
     found = results["preload"]
     names = results.whole.sides
-    rows = [("the pull", f"{results.study.driver['pull']:g}", *(t for n in names for t in side(found["sides"][n])))]
+    case = results.study["preload"]["case"]
+    rest = (f"the response's ({case})", "") if case else ("the pull", f"{results.study.driver['pull']:g}")
+    rows = [(*rest, *(t for n in names for t in side(found["sides"][n])))]
     for case, facts in found["cases"].items():
         given = results.study.loads[case]
         pull = results.study.driver["pull"] if given["pull"] is None else given["pull"]
