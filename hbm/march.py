@@ -50,6 +50,7 @@ class March:
                  massless_above: float = MASSLESS):
         self.balance, self.w, self.tolerance = balance, float(w), float(tolerance)
         law, pairs = balance.problem.law, balance.problem.pairs
+        compilation.announce(integrator.run if law.corridor else None)         # before anything compiled is called
         self.law = Law(len(law.components), law.tangents, law.has_normal, pairs.kt, pairs.kn, pairs.mu, pairs.preload)
         stiffness = law.stuck_stiffness(pairs).ravel()
         B = balance.problem.B
@@ -137,7 +138,6 @@ class March:
 
         That happens where the motion chatters faster and faster.
         """
-        compilation.announce(integrator.run)
         state = state.copy()
         self.finished = integrator.run(
             self.system, self.law, self.tables, (state.mode, state.closed, state.slider), state.z, n, self.tolerance,

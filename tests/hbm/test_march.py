@@ -198,8 +198,7 @@ def test_compilation_of_the_integration_is_announced(monkeypatch):
     asked = []
     monkeypatch.setattr(compilation, "announce", asked.append)
     _, q, point, balance = at("A1", 1.05, 3)
-    march = March(balance, 1.05)
-    march.periods(march.on_orbit(point))
+    March(balance, 1.05)              # before the first compiled function is called
     assert integrator.run in asked
 
 
