@@ -17,6 +17,7 @@ from hbm.errors import InputError
 from hbm.model import DIRECTIONS, ReducedModel
 from modal.body import Body, check_support
 from modal.definite import check_condensed, definite_factor
+from modal.eigen import Modes
 from modal.elasticity import Material
 from modal.mesh import Mesh
 from modal.stress import nodal_stress
@@ -27,7 +28,8 @@ from modal.truncation import Truncation
 class Reduction:
     """model - the body's ReducedModel; boundary, interior : (b,), (i,) int - dofs of the body
     Psi : (i, b); Phi : (i, m); omega : (m,) rad/s - fixed-interface modes, the static shapes of interior loads after
-    them; load_modes - how many of those; rigid - number of rigid modes; truncation - what was left out."""
+    them; load_modes - how many of those; rigid - number of rigid modes; truncation - what was left out, None where it
+    was not asked for."""
 
     body: Body
     model: ReducedModel
@@ -38,7 +40,7 @@ class Reduction:
     omega: np.ndarray
     rigid: int
     load_modes: int
-    truncation: Truncation
+    truncation: Truncation | None
 
     def condense(self, numbers, forces) -> np.ndarray:
         """Nodal forces (n, 3) N on any nodes of the mesh as a load on the reduced dofs, (b + m,).
@@ -75,6 +77,9 @@ class Reduction:
         drop = np.arange(count, true)
         keep = np.delete(np.arange(len(self.omega)), drop)
         rows = np.concatenate([np.arange(b), b + keep])
+        if self.truncation is None:
+            raise InputError(f"body '{self.body.name}': it was reduced without the bound that fewer modes need; "
+                             "reduce with bound = True")
         coupling = self.model.M[:b, b + drop] / self.omega[drop]
         left = Truncation(self.truncation.body, np.array([len(rows)]),
                           self.omega[drop[:1]] if len(drop) else self.truncation.omega,
@@ -85,12 +90,14 @@ class Reduction:
 
 
 def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: float | None = None,
-                  loads=()) -> Reduction:
+                  loads=(), bound: bool = True) -> Reduction:
     """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
 
     modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
     loads : [(node numbers, (n, 3) forces) or (d,) N on the free dofs], of which the static shape is kept beside the
     modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
+    bound : whether `truncation` is made, for which one mode more is sought, and a back-solve a master dof. Without it
+    (truncation None) and with 0 modes the cost is one factorisation and the static shapes: what a preload needs.
     Raises InputError when a master does not exist or is clamped, when the body's support is not as declared, and when
     a motion meets negative stiffness, as above the critical speed of a rotating body.
     """
@@ -102,12 +109,14 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     K_IB, K_II, M_IB, M_II = K_I[:, boundary], K_I[:, interior], M_I[:, boundary], M_I[:, interior]
     del K_I, M_I
     factor = definite_factor(body, K_II, M_II)
-    found = factor.modes(M_II, modes, below_hz)  # first: the count of the modes makes a second factor for a while
+    statics = modes == 0 and not bound
+    # the modes first: their count makes a second factor for a while
+    found = _no_modes(len(interior)) if statics else factor.modes(M_II, modes, below_hz)
     Psi = factor.solve((-K_IB).toarray(order="F"))
     M_Psi = M_II @ Psi
     direct = M_IB.tocoo()
     M_Psi[direct.row, direct.col] += direct.data
-    G = _left_out(factor, M_II, M_Psi, found.phi)
+    G = _left_out(factor, M_II, M_Psi, found.phi) if bound else None
     omega, Phi = _with_load_modes(body, interior, factor, M_II, found, loads)
 
     S = K[boundary][:, boundary].toarray() + K_IB.T @ Psi
@@ -117,7 +126,9 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     mass = np.block([[(M_BB + M_BB.T) / 2, M_BM], [M_BM.T, np.eye(len(omega))]])
     stiffness = sl.block_diag((S + S.T) / 2, np.diag(omega**2))
     model = _label(body, boundary, mass, stiffness, len(omega))
-    truncation = Truncation(np.array([body.name]), np.array([model.size]), np.array([found.free_to]), (G,))
+    truncation = None
+    if bound:
+        truncation = Truncation(np.array([body.name]), np.array([model.size]), np.array([found.free_to]), (G,))
     reduction = Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, len(omega) - len(found.omega),
                           truncation)
     _check_rigid(reduction)
@@ -145,6 +156,10 @@ def _partition(body, masters):
         raise InputError(f"body '{body.name}': it is free and its master nodes do not hold it; name at least three "
                          "that are not on one line")
     return boundary, np.setdiff1d(np.arange(body.dofs), boundary), rigid
+
+
+def _no_modes(size):
+    return Modes(np.empty(0), np.empty((size, 0)), 0.0)
 
 
 def _left_out(factor, M_II, M_Psi, Phi):

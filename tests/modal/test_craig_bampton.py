@@ -37,6 +37,18 @@ def test_statics_of_the_masters_is_exact(body, bar):
     assert reduced == pytest.approx(exact, rel=1e-8, abs=1e-8 * np.abs(exact).max())
 
 
+def test_statics_alone_looks_for_no_mode(body, bar, monkeypatch):
+    """One factorisation and the static shapes: the same matrices as with the bound, which fewer modes would need."""
+    masters = bar.group("tip")
+    whole, counted = craig_bampton(body, masters, 0), []
+    monkeypatch.setattr(Factor, "modes", lambda *_: counted.append(1))
+    statics = craig_bampton(body, masters, 0, bound=False)
+    assert np.array_equal(statics.model.K, whole.model.K) and np.array_equal(statics.model.M, whole.model.M)
+    assert statics.truncation is None and not counted
+    with pytest.raises(InputError, match="bound = True"):
+        statics.fewer(0)
+
+
 def test_frequencies_fall_towards_the_full_model(body, bar):
     full = sl.eigh(body.K.toarray(), body.M.toarray(), eigvals_only=True, subset_by_index=(0, 4))
     previous = np.full(5, np.inf)
