@@ -1,5 +1,7 @@
 """Reduction: statics exact, frequencies from above and converging, rigid motions kept, one answer by both solvers."""
 
+import itertools
+
 import numpy as np
 import pytest
 import scipy.linalg as sl
@@ -77,6 +79,18 @@ def test_free_body_keeps_six_rigid_motions_and_its_mass(free_body, bar):
     assert np.abs(K @ R).max() < 1e-9 * np.abs(K).max() * np.abs(R).max()
     mass = 7850 * 0.1 * 0.02 * 0.01  # rho times the volume of the bar
     assert np.diag(R[:, :3].T @ M @ R[:, :3]) == pytest.approx(np.full(3, mass), rel=1e-8)
+
+
+def test_three_masters_of_a_free_body_may_be_an_axis(free_body):
+    """Two masters held are an axis: a dof of the third that turns the body about it meets no stiffness, but rounding.
+    Any three of the eight corners keep the six rigid motions."""
+    low, high = free_body.position.min(axis=0), free_body.position.max(axis=0)
+    corners = [free_body.node[np.linalg.norm(free_body.position - place, axis=1).argmin()]
+               for place in itertools.product(*zip(low, high, strict=True))]
+    for masters in itertools.combinations(corners, 3):
+        model = craig_bampton(free_body, masters, 0).model
+        lam = sl.eigh(model.K, model.M, eigvals_only=True)
+        assert (np.abs(lam[:6]) < 1e-9 * lam[-1]).all() and lam[6] > 1e-6 * lam[-1], masters
 
 
 def test_recovery_moves_every_node_of_a_rigid_body(free_body, bar):
