@@ -71,6 +71,27 @@ def test_all_modes_give_the_full_model_back(body, bar):
     assert lam[:50] == pytest.approx(full[:50], rel=1e-7)
 
 
+@pytest.mark.parametrize("with_petsc", [True, False])
+def test_all_nodes_as_masters_is_the_body_itself(body, bar, monkeypatch, with_petsc):
+    """Nothing is left to condense: K and M come back entry by entry, statics and recovery hold."""
+    if not with_petsc:
+        monkeypatch.setattr(petsc, "start", lambda: None)
+    masters = body.node[np.unique(body.dof_node)]
+    f = np.random.default_rng(0).standard_normal(body.dofs)
+    for asked in ({"modes": 0}, {"modes": 0, "bound": False}, {"below_hz": 1e4, "loads": [f]}):
+        reduction = craig_bampton(body, masters, **asked)
+        K, M = (A[reduction.boundary][:, reduction.boundary].toarray() for A in (body.K, body.M))
+        assert reduction.model.K == pytest.approx(K, rel=1e-14, abs=1e-15 * np.abs(K).max())
+        assert reduction.model.M == pytest.approx(M, rel=1e-14, abs=1e-15 * np.abs(M).max())
+        assert reduction.Psi.shape == (0, body.dofs) and reduction.Phi.shape == (0, 0) and not len(reduction.omega)
+        q = np.linalg.solve(reduction.model.K, reduction.condense_dofs(f))
+        exact = np.linalg.solve(body.K.toarray(), f)
+        assert reduction.recover(q)[body.dof_node, body.dof_direction] == pytest.approx(
+            exact, rel=1e-8, abs=1e-8 * np.abs(exact).max())
+    with pytest.raises(InputError, match="3 modes asked for: must be between 0 and the 0 dofs"):
+        craig_bampton(body, masters, 3)
+
+
 def test_free_body_keeps_six_rigid_motions_and_its_mass(free_body, bar):
     reduction = craig_bampton(free_body, bar.group("tip"), 10)
     b = len(reduction.boundary)
