@@ -22,7 +22,9 @@ MESHES = {"hex8": lambda: block("hexahedron"), "hex20": lambda: block("hexahedro
           "mixture, linear": lambda: mixture(1), "mixture, quadratic": lambda: mixture(2)}
 # style: (writer, end of the name, relative precision of coordinates as written)
 STYLES = {"abaqus flat": (mesh_texts.abaqus_flat, ".inp", 1e-15), "abaqus cae": (mesh_texts.abaqus_cae, ".inp", 1e-15),
-          "ansys": (mesh_texts.ansys, ".cdb", 1e-13), "nastran small": (mesh_texts.nastran, ".bdf", 2e-4),
+          "ansys": (mesh_texts.ansys, ".cdb", 1e-13),
+          "ansys etblock": (lambda m: mesh_texts.ansys(m, etblock=True), ".cdb", 1e-13),
+          "nastran small": (mesh_texts.nastran, ".bdf", 2e-4),
           "nastran large": (lambda m: mesh_texts.nastran(m, "large"), ".bdf", 1e-9),
           "nastran free": (lambda m: mesh_texts.nastran(m, "free"), ".bdf", 1e-15),
           "gmsh 2.2": (gmsh_files.text, ".msh", 1e-15),
