@@ -138,8 +138,9 @@ class StaticContact:
 
     def _refuse(self, amounts, load):
         """InputError where forces do more along a free motion than inexact meshes explain."""
-        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it" for (name, unit), amount, reach
-                  in zip(self.names, amounts, self._reach(load), strict=True) if abs(amount) > TAKEN_UP * reach]
+        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it"
+                  for (name, unit), amount, reach in zip(self.names, amounts, self._reach(load), strict=True)
+                  if abs(amount) > TAKEN_UP * reach]
         if loaded:
             raise InputError("; ".join(loaded))
 

@@ -54,8 +54,8 @@ def damper_on_two_lines(size, turn, place):
 @pytest.mark.parametrize("turn", TURNS)
 def test_nodes_on_one_line(size, turn, place):
     """A turn about the line moves no node and counts neither as free nor as loaded; the slide along it is free, named
-    after the axis nearest to it, and refused when loaded, but for what inexact coordinates could make, which is taken up
-    and reported. The pull of 40 N: 40 / (2 sin 45) on each side."""
+    after the axis nearest to it, and refused when loaded, but for what inexact coordinates could make, which is taken
+    up and reported. The pull of 40 N: 40 / (2 sin 45) on each side."""
     model, table = damper_on_two_lines(size, turn, place)
     statics = StaticContact(model, table)
     assert [name for name, _ in statics.names] == [f"slide along {'xyz'[np.abs(turn[:, 0]).argmax()]}"]
