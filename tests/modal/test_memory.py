@@ -23,8 +23,8 @@ def test_forecast_of_the_measured_reductions():
 
 
 def test_forecast_of_many_masters():
-    """Arrays of numpy at the height of a reduction of 3969 dofs, traced: what 250 masters need beyond 62, and up to half
-    as much again, since the forecast counts all dofs as rows and a quarter of them here are masters or clamped."""
+    """Arrays of numpy at the height of a reduction of 3969 dofs, traced: what 250 masters need beyond 62, and up to
+    half as much again, since the forecast counts all dofs as rows and a quarter of them are masters or clamped."""
     mesh = block("hexahedron", (26, 6, 6))
     body = elastic_body(mesh, Material(E=207e9, nu=0.3, density=7850.0), "block", clamp="clamp")
 
