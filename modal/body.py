@@ -38,9 +38,9 @@ class Body:
     def from_matrices(cls, name, K, M, node, position, dof_node, dof_direction, **rest) -> "Body":
         """K, M from any code, with a dof table.
 
-        Raises InputError when shapes disagree, an entry or a position is not finite, a matrix is not symmetric to
-        1e-10, M is not positive definite or not the same along x, y and z, a node or a dof stands there twice, or the
-        dof table names a node that is not there.
+        Raises InputError when shapes disagree, an entry or a position is not finite, a matrix is complex or not
+        symmetric to 1e-10, M is not positive definite or not the same along x, y and z, a node or a dof stands there
+        twice, or the dof table names a node that is not there.
         """
         K, M = sp.csr_matrix(K), sp.csr_matrix(M)
         dof_node, dof_direction = np.asarray(dof_node), np.asarray(dof_direction)

@@ -9,6 +9,7 @@ six rigid motions.
 """
 
 from dataclasses import dataclass, replace
+from numbers import Integral
 
 import numpy as np
 import scipy.linalg as sl
@@ -93,6 +94,7 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
                   loads=(), bound: bool = True) -> Reduction:
     """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
 
+    masters - any nodes that are not clamped; all of them gives the body itself, with no modes.
     modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
     loads : [(node numbers, (n, 3) forces) or (d,) N on the free dofs], of which the static shape is kept beside the
     modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
@@ -101,8 +103,7 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     Raises InputError when a master does not exist or is clamped, when the body's support is not as declared, and when
     a motion meets negative stiffness, as above the critical speed of a rotating body.
     """
-    if (modes is None) == (below_hz is None):
-        raise InputError(f"body '{body.name}': give either a number of modes or the frequency below which all are kept")
+    _check_modes(body, modes, below_hz)
     boundary, interior, rigid = _partition(body, masters)
     K, M = body.K.tocsr(), body.M.tocsr()
     K_I, M_I = K[interior], M[interior]
@@ -144,6 +145,16 @@ def nodal_load(body: Body, numbers, forces) -> np.ndarray:
     return full[body.dof_node, body.dof_direction]
 
 
+def _check_modes(body, modes, below_hz):
+    """One of the two, and a number that means something."""
+    if (modes is None) == (below_hz is None):
+        raise InputError(f"body '{body.name}': give either a number of modes or the frequency below which all are kept")
+    if modes is not None and (isinstance(modes, bool) or not isinstance(modes, Integral)):
+        raise InputError(f"body '{body.name}': modes = {modes!r} must be a whole number")
+    if below_hz is not None and not 0 <= below_hz < np.inf:
+        raise InputError(f"body '{body.name}': below_hz = {below_hz:g} must be finite and not negative")
+
+
 def _partition(body, masters):
     """Boundary and interior dofs, and the number of rigid modes."""
     masters = np.unique(np.asarray(masters, dtype=np.int64))
@@ -178,7 +189,7 @@ def _with_load_modes(body, interior, factor, M_II, found, loads):
     What the modes leave of K_II^-1 f stays orthogonal to them in both; a small eigenvalue problem among the shapes
     makes each of them a mode of its own with a (high) frequency.                  [MacNeal 1971, residual flexibility]
     """
-    if not loads:
+    if not loads or not len(interior):
         return found.omega, found.phi
     f = np.column_stack([(load if isinstance(load, np.ndarray) else nodal_load(body, *load))[interior]
                          for load in loads])

@@ -34,14 +34,15 @@ def check_stiffness_diagonal(body):
 
 
 def check_condensed(body, boundary, S):
-    """The stiffness S (b, b) condensed on the dofs `boundary` has no motion with negative stiffness, scaled to a unit
-    diagonal and to rounding. With a definite stiffness of the other dofs that makes the whole of K semidefinite."""
-    diagonal = S.diagonal()
-    if (diagonal <= 0).any():
-        i = int(diagonal.argmin())
-        raise negative_stiffness(body, f"{diagonal[i]:.3g} N/m at {dof_name(body, boundary[i])} with the other masters "
+    """The stiffness S (b, b) condensed on the dofs `boundary` has no motion with negative stiffness, to rounding, which
+    goes with the diagonal of K: where the other masters are an axis of a free body, S itself is zero to rounding.
+    With a definite stiffness of the other dofs that makes the whole of K semidefinite."""
+    own = body.K.diagonal()[boundary]
+    scaled = S / np.sqrt(np.outer(own, own))
+    i = int(scaled.diagonal().argmin())
+    if scaled[i, i] < -NEGATIVE:
+        raise negative_stiffness(body, f"{S[i, i]:.3g} N/m at {dof_name(body, boundary[i])} with the other masters "
                                        "held")
-    scaled = S / np.sqrt(np.outer(diagonal, diagonal))
     try:
         sl.cholesky(scaled + NEGATIVE * np.eye(len(S)), check_finite=False)
     except np.linalg.LinAlgError:

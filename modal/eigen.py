@@ -42,11 +42,14 @@ class Factor:
     def __init__(self, K: sp.csr_matrix):
         self.K = sp.csr_matrix(K)
         PETSc = petsc.start()
-        self._solver = _Cholmod(PETSc, self.K) if PETSc else _Superlu(self.K)
+        # all nodes may be masters: a matrix of no rows has nothing to factorise
+        self._solver = None if not self.K.shape[0] else _Cholmod(PETSc, self.K) if PETSc else _Superlu(self.K)
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """K^-1 right for (d,) or (d, m). Raises SingularStiffness when a residual exceeds 1e-8 of its column."""
         right = np.asarray(right, dtype=float)
+        if self._solver is None:
+            return right
         columns = right[:, None] if right.ndim == 1 else right
         x = np.empty(columns.shape, order="F")
         for first in range(0, columns.shape[1], _COLUMNS):
@@ -94,6 +97,8 @@ class Factor:
         count = modes_below(self.K, M, np.sqrt(top)) if below_hz is not None else count
         if not 0 <= count <= size:
             raise InputError(f"{count} modes asked for: must be between 0 and the {size} dofs")
+        if not size:
+            return Modes(np.empty(0), np.empty((0, 0)), np.inf)
         if size <= _DENSE or count > size // 4:
             lam, phi = sl.eigh(self.K.toarray(), M.toarray())
             free = lam[count] if count < size else np.inf

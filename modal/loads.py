@@ -44,29 +44,37 @@ def on_dofs(body: Body, nodal: np.ndarray) -> np.ndarray:
 def point_force(body: Body, group: str, force) -> np.ndarray:
     """A total force (3,) N in equal parts on the nodes of a group."""
     mine = np.isin(body.node, body.group(group))
-    return on_dofs(body, np.outer(mine / mine.sum(), force))
+    return on_dofs(body, np.outer(mine / mine.sum(), _finite("force", force, 3)))
 
 
 def pressure(body: Body, mesh: Mesh, group: str, value: float) -> np.ndarray:
     """A pressure in Pa on the faces whose nodes all belong to the group; positive presses on the body."""
+    value = _finite("pressure", value)
     return on_dofs(body, _on_faces(mesh, group, lambda area: -value * area))
 
 
 def traction(body: Body, mesh: Mesh, group: str, value) -> np.ndarray:
     """A traction (3,) Pa, of fixed direction, on the faces whose nodes all belong to the group."""
-    value = np.asarray(value, dtype=float)
+    value = _finite("traction", value, 3)
     return on_dofs(body, _on_faces(mesh, group, lambda area: np.linalg.norm(area, axis=-1, keepdims=True) * value))
 
 
 def gravity(body: Body, acceleration) -> np.ndarray:
     """Weight under an acceleration (3,) m/s2."""
-    return _inertia(body, np.tile(np.asarray(acceleration, dtype=float), (len(body.node), 1)))
+    return _inertia(body, np.tile(_finite("acceleration", acceleration, 3), (len(body.node), 1)))
 
 
 def centrifugal(body: Body, rotation: Rotation) -> np.ndarray:
     """Body force M (speed^2 r), r the arm of each point from the axis: exact, since r is linear over an element."""
     arm = (body.position - np.asarray(rotation.point, dtype=float)) @ rotation.across
     return _inertia(body, rotation.speed**2 * arm)
+
+
+def _finite(name, value, *shape):
+    array = np.asarray(value, dtype=float)
+    if array.shape != shape or not np.isfinite(array).all():
+        raise InputError(f"{name} = {value} must be {'three finite numbers' if shape else 'a finite number'}")
+    return array
 
 
 def _inertia(body, acceleration):

@@ -46,7 +46,10 @@ def check_table(body):
 
 
 def check_matrix(body, label, A):
-    """Finite and symmetric."""
+    """Real, finite and symmetric."""
+    if np.iscomplexobj(A):
+        raise InputError(f"body '{body.name}': {label} is complex ({A.dtype}): must be real; structural damping is "
+                         "given with the response, as a damping ratio or C")
     entries = A.tocoo()
     bad = ~np.isfinite(entries.data)
     if bad.any():

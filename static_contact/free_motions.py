@@ -6,6 +6,7 @@ from scipy.optimize import linprog
 from hbm.model import ROTATIONS, ReducedModel
 
 FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
+TAKEN_UP = 1e-3         # of the load: what inexact coordinates of meshes leave along motions that nothing holds
 _ROUNDING = 1e-12       # of the distance from the origin
 _FITS = 1e-7            # of the largest gap: overlaps that linear programming takes for none
 _ARM = 1e-6             # of the body's size: nodes that near to an axis lie on it, and turning about it moves nothing

@@ -16,10 +16,10 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.complementarity import Normal, closed_pairs
-from static_contact.free_motions import FREE_STIFFNESS, free_motions, rigid_motions, unstressed
+from static_contact.free_motions import FREE_STIFFNESS, TAKEN_UP, free_motions, rigid_motions, unstressed
 
 _LARGEST_RESIDUAL = 1e-8  # of the load
-LOAD_TOLERANCE = 1e-7   # of the load's reach: matrices from text files have eight digits
+_ROUNDING = 1e-10          # of the load's reach: below it nothing is reported
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,11 @@ class Preload:
     """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening of open ones (0
     where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
     displacement : (r,) m; motions - free ones and the load along each
-    held : {name: amount} - load along free motions that was taken up in the reference state (empty by default)
-    residual - |K q + B' N - f| / |f|, without load / |B' N|
-    balance - |sum of contact forces and loads| / |sum of loads| on the floating dampers, None where none floats
+    held : {name: amount} - of loads and contact forces along free motions, in their units, taken up in the reference
+    state; empty where that is no more than 1e-8 of the load
+    residual - |K q + B' N - f| / |f|, f without what is held; without load / |B' N|
+    balance - |sum of contact forces, loads and what is held| / |sum of loads| on the floating dampers, None where none
+    floats
     iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
     or sets that cycled, 'unloaded' where no load acts and the bodies fit without any force
     """
@@ -73,7 +75,7 @@ class StaticContact:
         self.free, self.names, self.coefficients, gauge = free_motions(self.rigid, model, K)
         self.idle = np.linalg.qr(self.free)[0]
         try:
-            # the gauge carries no force (no load along it is accepted), it only makes the free motions definite
+            # the gauge makes the free motions definite; what it carries is part of `held`
             self.factor = sl.cho_factor(K + gauge)
         except np.linalg.LinAlgError:
             raise InputError("a motion meets no stiffness and is not a rigid motion of a body whose node positions "
@@ -86,27 +88,41 @@ class StaticContact:
     def solve(self, load: np.ndarray, *, gap=None, hold: bool = False) -> Preload:
         """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
 
-        A load along a motion that no contact resists raises InputError with its amount; with hold=True it is taken
-        up in the reference state instead, and reported. Raises InputError when the load lifts the damper off, and
-        when the solution leaves more than 1e-8 of the load unbalanced.
+        A load along a motion that no contact resists raises InputError with its amount; below 1e-3 of what the load
+        could do along it, as inexact meshes leave it, or with hold=True, it is taken up in the reference state
+        instead, and reported. Raises InputError when the load lifts the damper off, and when the solution leaves more
+        than 1e-8 of the load unbalanced.
         """
         load = finite_values("load", load, self.model.size, "dofs of the model")
         gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
-        motions = tuple(Motion(name, unit, float(amount)) for (name, unit), amount
-                        in zip(self.names, self.free.T @ load, strict=True))
-        loaded = [m for m, s in zip(motions, self._reach(load), strict=True) if abs(m.load) > LOAD_TOLERANCE * s]
-        if loaded and not hold:
-            raise InputError("; ".join(f"{m.name} is loaded: {abs(m.load):.3g} {m.unit}, and no contact resists it"
-                                       for m in loaded))
-        applied = load - self._taken_up(loaded) if loaded else load
-        q, u, force, closed, iterations, method = self._contact(applied, gap)
-        left, scale = self.model.K @ q + self.B.T @ force - applied, applied if applied.any() else self.B.T @ force
-        self._check_balance(left, scale)
+        along = self.free.T @ load
+        if not hold:
+            self._refuse(along, load)
+        taken = self._taken_up(along)
+        q, u, force, closed, iterations, method = self._contact(load - taken, gap)
+        contact = self.B.T @ force
+        scale = load if load.any() else contact
+        left, held = self.model.K @ q + contact - load, {}
+        if _ratio(left, scale) > _LARGEST_RESIDUAL:
+            # the gauge carries what nearly free motions take of the contact forces: tilted normals slide a little
+            taken -= self.idle @ (self.idle.T @ (left + taken))
+            left += taken
+            amounts = self.free.T @ taken
+            if not hold:
+                self._refuse(amounts, scale)
+            held = {name: float(amount) for (name, _), amount, reach
+                    in zip(self.names, amounts, self._reach(scale), strict=True) if abs(amount) > _ROUNDING * reach}
+        if not _ratio(left, scale) <= _LARGEST_RESIDUAL:
+            raise InputError(f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced (allowed: "
+                             f"{_LARGEST_RESIDUAL:g}): the model's K is too ill-conditioned")
         spring = np.where(np.isinf(self.kn), 0.0, self.kn)
         return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
-                       force=force, opening=np.where(closed, 0.0, gap - u), displacement=q, motions=motions,
-                       held={m.name: m.load for m in loaded}, residual=_ratio(left, scale),
-                       balance=self._balance(load, force), iterations=iterations, method=method)
+                       force=force, opening=np.where(closed, 0.0, gap - u), displacement=q,
+                       motions=tuple(Motion(*name, float(amount)) for name, amount
+                                     in zip(self.names, along, strict=True)),
+                       held=held, residual=_ratio(left, scale),
+                       balance=self._balance(load - taken if held else load, force), iterations=iterations,
+                       method=method)
 
     def _contact(self, applied, gap):
         """Displacement, motion and force of the pairs, which are closed, sets tried, method."""
@@ -120,27 +136,27 @@ class StaticContact:
         u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
         return start - self.by_pair @ (force - self.normal.k0 * u), u, force, closed, iterations, method
 
-    def _check_balance(self, left, applied):
-        """Refuses what is left of the balance, but for the rounding along free motions, which nothing could take."""
-        off = _ratio(left - self.idle @ (self.idle.T @ left), applied)
-        if not off <= _LARGEST_RESIDUAL:
-            raise InputError(f"the static solution leaves {off:.1e} of the load unbalanced (allowed: "
-                             f"{_LARGEST_RESIDUAL:g}): the model's K is too ill-conditioned")
+    def _refuse(self, amounts, load):
+        """InputError where forces do more along a free motion than inexact meshes explain."""
+        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it"
+                  for (name, unit), amount, reach in zip(self.names, amounts, self._reach(load), strict=True)
+                  if abs(amount) > TAKEN_UP * reach]
+        if loaded:
+            raise InputError("; ".join(loaded))
 
     def _reach(self, load):
         """What the load on the bodies that take part in each free motion could do at most along it, N or N m."""
         return sum(np.abs(self.free[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
                    for mine in (self.model.body == body for body in set(self.model.body.tolist())))
 
-    def _taken_up(self, loaded):
-        """Nodal forces that do the loads' work along the loaded free motions: pure couples against rolls, pure forces
-        against slides, so that the balance of forces on the normals stays what it was."""
+    def _taken_up(self, along):
+        """Nodal forces that do the load's work along the free motions: pure couples against rolls, pure forces against
+        slides, so that the balance of forces on the normals stays what it was."""
         taken = np.zeros(self.model.size)
-        for motion in loaded:
-            coefficients = self.coefficients[:, self.names.index((motion.name, motion.unit))]
-            lead = np.tile(np.repeat([motion.unit == "N", motion.unit == "N m"], 3), len(coefficients) // 6)
+        for (_, unit), amount, coefficients in zip(self.names, along, self.coefficients.T, strict=True):
+            lead = np.tile(np.repeat([unit == "N", unit == "N m"], 3), len(coefficients) // 6)
             part = np.where(lead, coefficients, 0.0)
-            resultant = motion.load * part / (part @ part)
+            resultant = amount * part / (part @ part)
             taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
         return taken
 

@@ -69,6 +69,13 @@ def test_b25_rounding_is_let_pass(good):
     given(good, K=altered(good.K, 7, 30, good.K[7, 30] + 1e-12 * abs(good.K).max()))
 
 
+@pytest.mark.parametrize("label", ["K", "M"])
+def test_complex_matrices(good, label):
+    """As an export with structural damping holds them: the imaginary part is not dropped, it is refused."""
+    with pytest.raises(InputError, match=f"{label} is complex .complex128.: must be real"):
+        given(good, **{label: getattr(good, label) * (1 + 0.05j)})
+
+
 def test_b26_mass_with_a_zero_row(good):
     keep = sp.diags(np.where(np.arange(good.dofs) == 12, 0.0, 1.0))
     where = f"dof 12 \\((block, )?node {good.node[good.dof_node[12]]}, {'xyz'[good.dof_direction[12]]}"
@@ -245,6 +252,15 @@ def test_b33_damping_that_drives():
 def test_b35_number_of_modes(good, modes):
     with pytest.raises(InputError, match=f"{modes} modes asked for: must be between 0 and the"):
         craig_bampton(good, good.groups["tip"], modes)
+
+
+@pytest.mark.parametrize("asked, message", [
+    ({"modes": 2.5}, "modes = 2.5 must be a whole number"), ({"modes": True}, "modes = True must be a whole number"),
+    ({"below_hz": np.nan}, "below_hz = nan must be finite"), ({"below_hz": np.inf}, "below_hz = inf must be finite"),
+    ({"below_hz": -5.0}, "below_hz = -5 must be finite and not negative")])
+def test_b35_modes_that_are_no_number(good, asked, message):
+    with pytest.raises(InputError, match=message):
+        craig_bampton(good, good.groups["tip"], **asked)
 
 
 def test_b35_no_modes_is_guyan(good):

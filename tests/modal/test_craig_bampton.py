@@ -1,5 +1,7 @@
 """Reduction: statics exact, frequencies from above and converging, rigid motions kept, one answer by both solvers."""
 
+import itertools
+
 import numpy as np
 import pytest
 import scipy.linalg as sl
@@ -69,6 +71,27 @@ def test_all_modes_give_the_full_model_back(body, bar):
     assert lam[:50] == pytest.approx(full[:50], rel=1e-7)
 
 
+@pytest.mark.parametrize("with_petsc", [True, False])
+def test_all_nodes_as_masters_is_the_body_itself(body, bar, monkeypatch, with_petsc):
+    """Nothing is left to condense: K and M come back entry by entry, statics and recovery hold."""
+    if not with_petsc:
+        monkeypatch.setattr(petsc, "start", lambda: None)
+    masters = body.node[np.unique(body.dof_node)]
+    f = np.random.default_rng(0).standard_normal(body.dofs)
+    for asked in ({"modes": 0}, {"modes": 0, "bound": False}, {"below_hz": 1e4, "loads": [f]}):
+        reduction = craig_bampton(body, masters, **asked)
+        K, M = (A[reduction.boundary][:, reduction.boundary].toarray() for A in (body.K, body.M))
+        assert reduction.model.K == pytest.approx(K, rel=1e-14, abs=1e-15 * np.abs(K).max())
+        assert reduction.model.M == pytest.approx(M, rel=1e-14, abs=1e-15 * np.abs(M).max())
+        assert reduction.Psi.shape == (0, body.dofs) and reduction.Phi.shape == (0, 0) and not len(reduction.omega)
+        q = np.linalg.solve(reduction.model.K, reduction.condense_dofs(f))
+        exact = np.linalg.solve(body.K.toarray(), f)
+        assert reduction.recover(q)[body.dof_node, body.dof_direction] == pytest.approx(
+            exact, rel=1e-8, abs=1e-8 * np.abs(exact).max())
+    with pytest.raises(InputError, match="3 modes asked for: must be between 0 and the 0 dofs"):
+        craig_bampton(body, masters, 3)
+
+
 def test_free_body_keeps_six_rigid_motions_and_its_mass(free_body, bar):
     reduction = craig_bampton(free_body, bar.group("tip"), 10)
     b = len(reduction.boundary)
@@ -77,6 +100,18 @@ def test_free_body_keeps_six_rigid_motions_and_its_mass(free_body, bar):
     assert np.abs(K @ R).max() < 1e-9 * np.abs(K).max() * np.abs(R).max()
     mass = 7850 * 0.1 * 0.02 * 0.01  # rho times the volume of the bar
     assert np.diag(R[:, :3].T @ M @ R[:, :3]) == pytest.approx(np.full(3, mass), rel=1e-8)
+
+
+def test_three_masters_of_a_free_body_may_be_an_axis(free_body):
+    """Two masters held are an axis: a dof of the third that turns the body about it meets no stiffness, but rounding.
+    Any three of the eight corners keep the six rigid motions."""
+    low, high = free_body.position.min(axis=0), free_body.position.max(axis=0)
+    corners = [free_body.node[np.linalg.norm(free_body.position - place, axis=1).argmin()]
+               for place in itertools.product(*zip(low, high, strict=True))]
+    for masters in itertools.combinations(corners, 3):
+        model = craig_bampton(free_body, masters, 0).model
+        lam = sl.eigh(model.K, model.M, eigvals_only=True)
+        assert (np.abs(lam[:6]) < 1e-9 * lam[-1]).all() and lam[6] > 1e-6 * lam[-1], masters
 
 
 def test_recovery_moves_every_node_of_a_rigid_body(free_body, bar):

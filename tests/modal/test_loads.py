@@ -107,3 +107,16 @@ def test_centrifugal_force_of_a_free_bar(bar):
 def test_rotation_is_checked():
     with pytest.raises(InputError, match="axis must not be zero"):
         Rotation(10.0, (0, 0, 0))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, [1.0, 2.0]])
+def test_values_that_are_no_load(bar, value):
+    """Refused where they come in: beyond it nan would be a load case of nan."""
+    mesh, _, free = bar
+    for name, load in (("pressure", lambda: pressure(free, mesh, "x1", value)),
+                       ("traction", lambda: traction(free, mesh, "x1", value)),
+                       ("force", lambda: point_force(free, "x1", value)),
+                       ("acceleration", lambda: gravity(free, value)),
+                       ("acceleration", lambda: gravity(free, [0.0, np.nan, 0.0]))):
+        with pytest.raises(InputError, match=f"^{name} = .* must be (three finite numbers|a finite number)$"):
+            load()

@@ -54,7 +54,8 @@ def damper_on_two_lines(size, turn, place):
 @pytest.mark.parametrize("turn", TURNS)
 def test_nodes_on_one_line(size, turn, place):
     """A turn about the line moves no node and counts neither as free nor as loaded; the slide along it is free, named
-    after the axis nearest to it, and refused when loaded. The pull of 40 N: 40 / (2 sin 45) on each side."""
+    after the axis nearest to it, and refused when loaded, but for what inexact coordinates could make, which is taken
+    up and reported. The pull of 40 N: 40 / (2 sin 45) on each side."""
     model, table = damper_on_two_lines(size, turn, place)
     statics = StaticContact(model, table)
     assert [name for name, _ in statics.names] == [f"slide along {'xyz'[np.abs(turn[:, 0]).argmax()]}"]
@@ -67,20 +68,20 @@ def test_nodes_on_one_line(size, turn, place):
     amount = 2.0 / np.abs(turn[:, 0]).max()                   # per unit along the axis that names it
     with pytest.raises(InputError, match=f"slide along . is loaded: {amount:.3g} N"):
         statics.solve(load @ [2.0, 0, 40.0])
-    with pytest.raises(InputError, match="slide along . is loaded"):
-        statics.solve(load @ [1e-4, 0, 40.0])                 # small, not rounding
+    (held,) = statics.solve(load @ [1e-4, 0, 40.0]).held.values()
+    assert abs(held) == pytest.approx(1e-4 / np.abs(turn[:, 0]).max(), rel=1e-6)      # small, not rounding
 
 
 def test_large_loads_elsewhere_hide_nothing():
-    """What counts is the load on the bodies that move: a million newtons on a blade make 0.01 N along the slide of
+    """What counts is the load on the bodies that move: a million newtons on a blade make 0.1 N along the slide of
     the damper no rounding."""
     model, table = damper_on_two_lines(0.07, np.eye(3), 0.0)
     load = np.zeros(63)
     load[[2, 5, 8, 11, 14, 17, 20]] = 40 / 7
     load[21 + 1] = 1e6
     StaticContact(model, table).solve(load)
-    load[0] = 0.01
-    with pytest.raises(InputError, match="slide along x is loaded: 0.01 N"):
+    load[0] = 0.1
+    with pytest.raises(InputError, match="slide along x is loaded: 0.1 N"):
         StaticContact(model, table).solve(load)
 
 

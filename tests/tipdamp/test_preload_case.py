@@ -50,6 +50,18 @@ def test_a_case_in_place_of_the_pull(tmp_path, friction, preload):
         assert all(side["balance_error"] < 1e-4 for side in found.values())
 
 
+def test_a_pull_a_little_off_is_taken_up_and_said(tmp_path):
+    """10 N along (1, 1e-4, 1): 10 x 1e-4 / sqrt(2) N along y, where no side stands."""
+    study = load_study(corner_study.write(tmp_path, change=[("[1, 0, 1]", "[1, 1e-4, 1]"), ("[respond]", TUNE)]))
+    store = results_folder(study, None)
+    for name in ("reduce", "preload"):
+        run_stage(name, study, store, quiet=True)
+    found = store.read_json("preload.json")
+    assert abs(found["held"]["slide along y"]) == pytest.approx(1e-3 / np.sqrt(2), rel=1e-3)
+    assert found["warnings"] == ["the pull does 0.00071 N along the slide along y that no contact resists, as inexact "
+                                 "coordinates leave it: it is taken up in the reference state"]
+
+
 def test_a_changed_case_is_solved_again(tmp_path):
     heavy = '[loads.heavy]\npull = 20\n[preload]\ncase = "heavy"\n'
     store, _ = run(tmp_path, heavy, "reduce", "preload")

@@ -24,7 +24,8 @@ def preload(study, store, tick):
         files.append("preload_friction.csv")
     else:
         result = statics.solve(loads.at_rest(study, model))
-        found = {"balance": result.balance, "method": result.method, "motions": result.motions}
+        found = {"balance": result.balance, "method": result.method, "motions": result.motions,
+                 "held": result.held}
     pulled = preload_map(result, pairs)
     with store.writing("preload.csv") as path:
         pulled.save(path)
@@ -35,7 +36,9 @@ def preload(study, store, tick):
         "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()] for s in pairs.sides},
         "stiffness": made,
         "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in found["motions"]],
-        "cases": cases})
+        "held": found["held"], "cases": cases,
+        "warnings": held_warnings({"the pull": found["held"],
+                                   **{f"[loads.{name}]": case["held"] for name, case in cases.items()}})})
     files += [case["file"] for case in cases.values()]
     tables = {name: ContactTable.load(store.path(case["file"])) for name, case in cases.items()}
     return [*files, *pictures.keep_preload(store, {"pull": pulled, **tables})]
@@ -49,7 +52,7 @@ def preload_with_friction(study, statics: StaticContact, pairs, store):
     balance = friction.balance_error(state.pairs, state.tangential, pull(study, statics.model))
     facts = {"friction": {**friction.facts(state), "file": "preload_friction.csv",
                           "without_friction_N": equilibrium(study, statics.model, pairs)}}
-    return state, {"balance": balance, "method": "friction", "motions": ()}, facts, side_sums(state.pairs)
+    return state, {"balance": balance, "method": "friction", "motions": (), "held": {}}, facts, side_sums(state.pairs)
 
 
 def load_case(study, store, statics: StaticContact, pairs: ContactTable, name: str) -> dict:
@@ -58,17 +61,26 @@ def load_case(study, store, statics: StaticContact, pairs: ContactTable, name: s
     try:
         if study["preload"]["friction"]:
             result = friction.solve(study, statics.model, statics.pairs, [load])
-            balance = friction.balance_error(result.pairs, result.tangential, load_on_damper(statics.model, load))
+            balance, held = friction.balance_error(result.pairs, result.tangential,
+                                                   load_on_damper(statics.model, load)), {}
         else:
             result = statics.solve(load)
-            balance = result.balance
+            balance, held = result.balance, result.held
     except InputError as error:
         raise InputError(f"{study.path}: [loads.{name}]: {error}") from None
     with store.writing(f"loads/{name}.csv") as path:
         preload_map(result, pairs).save(path)
     sides = {s: {"sum_N": result.force[pairs.side == s].sum(), "max_N": result.force[pairs.side == s].max(),
                  "detached": int((result.force[(pairs.side == s) & pairs.carrying] <= 0).sum())} for s in pairs.sides}
-    return {"file": f"loads/{name}.csv", "sides": sides, "residual": result.residual, "balance_error": balance}
+    return {"file": f"loads/{name}.csv", "sides": sides, "residual": result.residual, "balance_error": balance,
+            "held": held}
+
+
+def held_warnings(cases: dict) -> list[str]:
+    """Sentences about what the reference state holds; cases - {load: {motion: amount in N, of rolls in N m}}."""
+    return [f"{load} does {abs(amount):.2g} {'N m' if motion.startswith('roll') else 'N'} along the {motion} that no "
+            "contact resists, as inexact coordinates leave it: it is taken up in the reference state"
+            for load, held in cases.items() for motion, amount in held.items()]
 
 
 def side_figures(pairs: ContactTable, forces: dict, balance: float) -> dict:

@@ -34,6 +34,8 @@ def read(path, data: bytes) -> Content:
         name = words[0].upper()
         if name == "ET" and len(words) > 2:
             routines[_whole(words[1], path, place)] = _whole(re.sub(r"^[A-Za-z]+", "", words[2]), path, place)
+        elif name == "ETBLOCK":
+            place = _etblock(path, lines, place, routines)
         elif name == "NBLOCK":
             place = _nblock(path, lines, place, words, content)
         elif name == "EBLOCK":
@@ -96,6 +98,22 @@ def _counted(path, number, words, column):
     if count is not None and count < 0:
         raise InputError(f"{path}, line {number}: {words[0]} says {count} entries; a count must not be negative")
     return count
+
+
+def _etblock(path, lines, place, routines):
+    """Number and routine of each element type; key options behind them are not read. The first two stand apart in
+    Ansys' columns, and mapdl-archive puts blanks between where its format line says columns."""
+    _format(path, lines, place, "ETBLOCK")
+    place += 1
+    while place < len(lines) and not lines[place].strip().startswith("-1"):
+        words = lines[place].split()
+        place += 1
+        if len(words) < 2:
+            raise InputError(f"{path}, line {place}: '{shown(lines[place - 1].strip())}' must be the number and the "
+                             "routine of an element type: cut off or damaged")
+        routines[_whole(words[0], path, place)] = _whole(words[1], path, place)
+    _closed(path, lines, place, "ETBLOCK", r"\s*-1")
+    return place + 1
 
 
 def _nblock(path, lines, place, words, content):

@@ -40,6 +40,7 @@ def _reduce(results):
 
 
 def _preload(results):
+    yield from map(sentence, warnings("preload", results.study, results["preload"]))
     yield from _balance("the preload of the whole patch", results["preload"]["sides"])
     if results["preload"]["residual"] > BALANCE:
         yield f"The static contact is solved to a residual of {results['preload']['residual']:.1e} only."
