@@ -66,26 +66,32 @@ def master_nodes(study, meshes, pairs) -> dict:
 def assemble_bodies(study, meshes, tick, masters=None) -> list:
     """[blades, damper] as Body records; the support of each is checked when it is reduced, onto the `masters` that
     the forecast of the memory then counts."""
-    from modal.elasticity import Material, elastic_body
+    from modal.elasticity import elastic_body
     from modal.memory import check_memory
 
     check_memory(*((len(mesh.node), len(np.unique(masters[name])) if masters else 0, mesh.source)
                    for name, mesh in meshes.items()))
 
-    def others(name):
-        return {m["group"]: material(m) for m in study.materials.values() if m["group"] in meshes[name].cell_groups}
-
     def body(name, **support):
-        return elastic_body(meshes[name], material(study["material"]), name, other_materials=others(name), **support)
+        own, others = materials(study, meshes[name])
+        return elastic_body(meshes[name], own, name, other_materials=others, **support)
+
+    tick(0.02, "assembling the blades")
+    blades = body(BLADES, clamp=study[BLADES]["clamp"])
+    blades = at_speed(study, blades, meshes[BLADES], *materials(study, meshes[BLADES]))
+    tick(0.1, "assembling the damper")
+    return [blades, body(DAMPER, free=True)]
+
+
+def materials(study, mesh) -> tuple:
+    """The study's Material, and {group of cells: Material} of those cells of the mesh that are of another."""
+    from modal.elasticity import Material
 
     def material(section):
         return Material(section["E"], section["nu"], section["density"])
 
-    tick(0.02, "assembling the blades")
-    blades = body(BLADES, clamp=study[BLADES]["clamp"])
-    blades = at_speed(study, blades, meshes[BLADES], material(study["material"]), others(BLADES))
-    tick(0.1, "assembling the damper")
-    return [blades, body(DAMPER, free=True)]
+    return material(study["material"]), {m["group"]: material(m) for m in study.materials.values()
+                                         if m["group"] in mesh.cell_groups}
 
 
 def matched_pairs(study, meshes) -> ContactTable:

@@ -140,6 +140,8 @@ PRELOAD = {
     "case": Key("text", "load case ([loads.NAME]) whose preload is that of the stages tune and respond, instead of the "
                 "pull alone: a damper pressed by rotation, say", ""),
     "steps": Key("count", "increments from each load of the history to the next", 20, low=1, high=10000),
+    "stress": Key("flag", "write displacement and von Mises stress of blades and damper at rest, stress_*.vtu; both "
+                  "are assembled and factorised for it", False),
 }
 TUNE = {
     "target_hz": Key("number", "measured stuck frequency that the kept stations must meet", None, low=0,

@@ -108,6 +108,9 @@ history = ["heavy"]
     assert main(["reduce", str(path), "--quiet"]) == main(["preload", str(path), "--quiet"]) == 0
     sides = results_folder(load_study(path), None).read_json("preload.json")["cases"]["heavy"]["sides"]
     assert sides["one"]["sum_N"] == pytest.approx(30 / np.sqrt(2) / 1.3, rel=1e-3)       # all pairs slip, as above
+    path.write_text(text + "stress = true\n")
+    assert main(["preload", str(path), "--quiet"]) == 2
+    assert "[preload] stress needs meshes, and the study gives matrices" in capsys.readouterr().err
     path.write_text(text.replace("pull = 30", ""))
     assert main(["reduce", str(path), "--quiet"]) == 0
     assert main(["preload", str(path), "--quiet"]) == 2

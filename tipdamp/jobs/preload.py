@@ -4,12 +4,14 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.preload import StaticContact
-from tipdamp import friction, loads, pictures, stiffness
+from tipdamp import friction, loads, pictures, stiffness, stresses
 from tipdamp.jobs.terms import equilibrium, load_on_damper, preload_map, pull, side_sums, static_contact
 
 
 def preload(study, store, tick):
     """Unilateral static contact of the whole patch under the pull, or the case in its place: the preload map."""
+    if study["preload"]["stress"] and "model" in study:
+        raise InputError(f"{study.path}: [preload] stress needs meshes, and the study gives matrices ([model])")
     model = ReducedModel.load(store.path("model.npz"))
     pairs = ContactTable.load(store.path("pairs.csv"))
     materials = store.read_json("reduce.json").get("side_materials", {})
@@ -40,6 +42,8 @@ def preload(study, store, tick):
         "warnings": held_warnings({"the pull": found["held"],
                                    **{f"[loads.{name}]": case["held"] for name, case in cases.items()}})})
     files += [case["file"] for case in cases.values()]
+    if study["preload"]["stress"]:
+        files += stresses.keep_stress(study, store, model, result.displacement, tick)
     tables = {name: ContactTable.load(store.path(case["file"])) for name, case in cases.items()}
     return [*files, *pictures.keep_preload(store, {"pull": pulled, **tables})]
 

@@ -1,0 +1,61 @@
+"""Displacement and stress of whole bodies under the preload, from the motion of their masters: [preload] stress."""
+
+import numpy as np
+
+from tipdamp import bodies, loads
+from tipdamp.bodies import DAMPER
+from tipdamp.pictures import write_shapes
+
+
+def keep_stress(study, store, model, q, tick) -> list[str]:
+    """stress_blades.vtu and stress_damper.vtu of the displacement q (r,) m at rest; the names of what was written.
+
+    The bodies are assembled again: beyond the masters the reduced model knows the static shape only as Psi, which costs
+    a back-solve for each of them, and one back-solve with q given on the masters is exact for loads inside as well.
+    """
+    from modal.stress import nodal_stress, von_mises
+
+    meshes, files = bodies.read_meshes(study), []
+    for i, body in enumerate(bodies.assemble_bodies(study, meshes, lambda *_: None)):
+        tick(0.4 + 0.3 * i, f"stresses of the {body.name}")
+        mesh = meshes[body.name]
+        shape = static_shape(body, model, q, body_load(study, body, mesh))
+        own, others = bodies.materials(study, mesh)
+        what = loads.rest_name(study).removeprefix("the ")
+        fields = {f"displacement (m), {what}": shape,
+                  f"von Mises stress (Pa), {what}": von_mises(nodal_stress(mesh, own, shape, others))}
+        with store.writing(f"stress_{body.name}.vtu") as path:
+            files += [f"stress_{body.name}.vtu"] if write_shapes(path, mesh, fields) else []
+    return files
+
+
+def body_load(study, body, mesh) -> np.ndarray:
+    """(d,) N on the free dofs: what acts on a body at rest, the pull or the case that [preload] names."""
+    from modal.craig_bampton import nodal_load
+    from static_contact.pull import pull_forces
+
+    case, d = study["preload"]["case"], study[DAMPER]
+    force = loads.case_forces(study, case, body, mesh) if case else np.zeros(body.dofs)
+    if body.name != DAMPER:
+        return force
+    stated = study.loads[case]["pull"] if case else None
+    pull = study.driver["pull"] if stated is None else stated
+    return force + pull * nodal_load(body, *pull_forces(mesh, d["load_points"], d["axis"], d["pull_direction"],
+                                                        shares=d["shares"], positions=d["positions"]))
+
+
+def static_shape(body, model, q, force) -> np.ndarray:
+    """(n, 3) m: K_II u_I = f_I - K_IB u_B, with the masters' displacement u_B from q."""
+    from modal.eigen import Factor
+
+    place = {(int(body.node[n]), "xyz"[k]): i for i, (n, k) in
+             enumerate(zip(body.dof_node, body.dof_direction, strict=True))}
+    own = np.flatnonzero((model.body == body.name) & (model.direction != "mode"))
+    boundary = np.array([place[int(model.node[i]), model.direction[i]] for i in own])
+    u = np.zeros(body.dofs)
+    u[boundary] = q[own]
+    inner = np.setdiff1d(np.arange(body.dofs), boundary)
+    u[inner] = Factor(body.K[inner][:, inner]).solve((force - body.K @ u)[inner])
+    out = np.zeros((len(body.node), 3))
+    out[body.dof_node, body.dof_direction] = u
+    return out
