@@ -134,6 +134,9 @@ def _said(steady, difference, H):
     elif steady.multiplier > 1 + 1e-6:
         said = (f"the orbit is there, {difference:.2e} away, but it is unstable (Floquet multiplier "
                 f"{steady.multiplier:.4f}): left to itself the integration leaves it")
+    elif steady.by_newton and np.isnan(steady.multiplier):
+        said = (f"the orbit is there, {difference:.2e} away, found by Newton on the period map; with so many unknowns "
+                "it is not known whether it is stable")
     else:
         said = f"the integration stays on the orbit, {difference:.2e} away"
     if steady.periodic and not left and difference > SMALL:

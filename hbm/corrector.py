@@ -25,7 +25,8 @@ class Settings:
     highest_order: int = 5        # of the predicting polynomials
     most_iterations: int = 12
     most_points: int = 5000
-    most_calls: int = 2000        # of the residual, and as many more for each point as the next line says
+    most_calls: int = 2000        # of the residual from 400 unknowns on, (400/n)^2 times as many below; and for each
+                                  # point as many more as the next line says
     calls_per_point: int = 12
     most_gaps: int = 3
     most_leaps: int = 12

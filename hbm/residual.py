@@ -22,7 +22,7 @@ from hbm.model import symmetric
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
 SERIES_TERMS = 18        # 4^-18 is below 1e-10
-HELD = 1e-8              # share of its stuck stiffness that Newton's matrix leaves the mean position of a moving pair
+HELD = 1e-10             # share of its stuck stiffness that Newton's matrix leaves the mean position of a moving pair
 ORDER_ZERO_WEIGHT = 0.01     # the mean position is nearly indeterminate in slip: it counts little in the arc length
 SETTINGS = ("preload", "mu", "kn", "kt")      # of the pairs, that may be a parameter of the continuation
 

@@ -209,7 +209,7 @@ def _noise(branch, rows, balance):
 
 def _branch(task, first, last, progress):
     """The branch from `first` to `last`; progress is told of its points, and of the work between them."""
-    work = Work(task.settings, progress, first / task.parameter.scale)
+    work = Work(task.settings, progress, first / task.parameter.scale, len(task.balance.weights))
     task.balance.on_call = work.call
     found = []
     try:

@@ -27,6 +27,7 @@ class Steady:
     periodic : whether that is below the tolerance; periods : how many were marched; work : (P,) J per cycle by friction
     multiplier : largest modulus of the Floquet multipliers of the motion that are not 1 of a slider at rest, NaN where
         the monodromy was not computed
+    by_newton : whether Newton on the period map led there, and not marching alone, which leaves unstable orbits
     finished : False where the transitions of a period were too many (chatter)
     origin, start : of the balance whose problem was integrated, as in ForcedResponse
     """
@@ -37,6 +38,7 @@ class Steady:
     periods: int
     work: np.ndarray
     multiplier: float
+    by_newton: bool
     finished: bool
     origin: str
     start: str
@@ -53,7 +55,7 @@ def march_on(march, state, rows, tolerance=REPEATS, most_periods=2000) -> Steady
 
 def shoot(march, state, rows, tolerance=REPEATS, most_steps=8, most_periods=20) -> Steady:
     """Newton on the period map from a state, then marching until the map repeats, over at most `most_periods`."""
-    v, used, multiplier = march.vector(state), 0, np.nan
+    v, used, multiplier, by_newton = march.vector(state), 0, np.nan, False
     size = march.size[0]
     for _ in range(most_steps):
         base = _map(march, v)
@@ -61,12 +63,12 @@ def shoot(march, state, rows, tolerance=REPEATS, most_steps=8, most_periods=20) 
         if not march.finished or np.abs(base - v).max() <= 0.1 * tolerance * size:
             break
         newton = _by_columns if len(v) <= MOST_COLUMNS else _by_krylov
-        step, more, multiplier = newton(march, v, base, size)
+        (step, more, multiplier), by_newton = newton(march, v, base, size), True
         used += more
         v, more = _shortened(march, v, step, base)
         used += more
     state, change, more = _until_it_repeats(march, march.from_vector(v), tolerance, most_periods)
-    return _steady(march, state, change, used + more, rows, tolerance, multiplier)
+    return _steady(march, state, change, used + more, rows, tolerance, multiplier, by_newton)
 
 
 def _map(march, v):
@@ -125,8 +127,8 @@ def _until_it_repeats(march, state, tolerance, most_periods):
     return state, change, n
 
 
-def _steady(march, state, change, n, rows, tolerance, multiplier=np.nan):
+def _steady(march, state, change, n, rows, tolerance, multiplier=np.nan, by_newton=False):
     sliders, from_position = march.balance.start
     return Steady(march.harmonics(rows), change, bool(change <= tolerance), n, march.work.copy(), multiplier,
-                  bool(march.finished), "preloaded" if march.balance.problem.preloaded else "unloaded",
+                  by_newton, bool(march.finished), "preloaded" if march.balance.problem.preloaded else "unloaded",
                   "zero_force" if from_position else "given" if sliders.any() else "zero_slider")

@@ -1,5 +1,6 @@
 """The work spent on a branch: shown between its points too, and bounded."""
 
+LARGE = 400              # unknowns from which on the calls of the settings hold as they are
 TICK = 20                # residual calls without a new point, after which progress is told of
 
 
@@ -13,7 +14,9 @@ class Work:
     Between points progress comes with the value of the last one, step 0 and the calls since.
     """
 
-    def __init__(self, settings, progress, first):
+    def __init__(self, settings, progress, first, unknowns):
+        # a call costs about the cube of the unknowns: small problems may make more
+        self.most = settings.most_calls * max(1.0, LARGE / unknowns) ** 2
         self.settings, self.progress, self.value = settings, progress, first
         self.calls, self.points, self.since = 0, 0, 0
 
@@ -28,5 +31,5 @@ class Work:
         self.calls, self.since = self.calls + 1, self.since + 1
         if self.progress and self.since % TICK == 0:
             self.progress(self.value, 0.0, self.since)
-        if self.calls > self.settings.most_calls + self.settings.calls_per_point * self.points:
+        if self.calls > self.most + self.settings.calls_per_point * self.points:
             raise Spent

@@ -46,7 +46,7 @@ def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp=None, free:
     other_materials {cell group: Material}: what those cells are made of instead. Raises InputError for an absent or
     empty group, a cell that two materials claim, and a mesh that the memory will not hold.
     """
-    check_memory(len(mesh.node), mesh.source)
+    check_memory((len(mesh.node), 0, mesh.source))
     clamps = [clamp] if isinstance(clamp, str) else list(clamp or ())
     held = np.zeros(len(mesh.node), dtype=bool)
     for group in clamps:

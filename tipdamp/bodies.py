@@ -56,13 +56,21 @@ def named_groups(study):
         yield DAMPER, f"contact.{name}", "damper", dimensions
 
 
-def assemble_bodies(study, meshes, tick) -> list:
-    """[blades, damper] as Body records; the support of each is checked when it is reduced."""
+def master_nodes(study, meshes, pairs) -> dict:
+    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto."""
+    r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
+    groups = [meshes[BLADES].group(g) for g in (r["excitation"], *r["patches"]) if g]
+    return {BLADES: np.concatenate([pairs.blade_node, *groups]), DAMPER: pairs.damper_node}
+
+
+def assemble_bodies(study, meshes, tick, masters=None) -> list:
+    """[blades, damper] as Body records; the support of each is checked when it is reduced, onto the `masters` that
+    the forecast of the memory then counts."""
     from modal.elasticity import Material, elastic_body
     from modal.memory import check_memory
 
-    for mesh in meshes.values():
-        check_memory(len(mesh.node), mesh.source)
+    check_memory(*((len(mesh.node), len(np.unique(masters[name])) if masters else 0, mesh.source)
+                   for name, mesh in meshes.items()))
 
     def others(name):
         return {m["group"]: material(m) for m in study.materials.values() if m["group"] in meshes[name].cell_groups}
@@ -158,10 +166,8 @@ def reduced_model(study, store, tick) -> tuple:
     meshes = read_meshes(study)
     check(study, meshes)
     pairs = matched_pairs(study, meshes)
-    blades, damper = assemble_bodies(study, meshes, tick)
-    r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
-    groups = [blades.group(g) for g in (r["excitation"], *r["patches"]) if g]
-    masters = {BLADES: np.concatenate([pairs.blade_node, *groups]), DAMPER: pairs.damper_node}
+    masters = master_nodes(study, meshes, pairs)
+    blades, damper = assemble_bodies(study, meshes, tick, masters)
     materials = side_materials(study, meshes, pairs)
     d = study[DAMPER]
     nodes, forces = pull_forces(meshes[DAMPER], d["load_points"], d["axis"], d["pull_direction"],

@@ -36,7 +36,7 @@ def describe_meshes(study, store, tick) -> dict:
         for name in _with_page(study, store, content, meshes, trouble=str(error)).get("pictures", ()):
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
-    warnings = _assembled(study, meshes, found, tick)
+    warnings = _assembled(study, meshes, pairs, found, tick)
     angles = pair_checks.surface_angles(pairs, meshes)
     if not study["contact"]["pairs"]:
         warnings += [*distance_warnings(study, pairs, meshes)]
@@ -61,12 +61,12 @@ def _of_mesh(study, name, mesh) -> dict:
             "cell_groups": {k: len(v) for k, v in sorted(mesh.cell_groups.items())}, "not_read": list(mesh.unused)}
 
 
-def _assembled(study, meshes, found, tick) -> list:
+def _assembled(study, meshes, pairs, found, tick) -> list:
     """Dofs, mass and rigid modes into `found`; the warnings about each body."""
     from modal.body import check_support
 
     warnings = []
-    for body in bodies.assemble_bodies(study, meshes, tick):
+    for body in bodies.assemble_bodies(study, meshes, tick, bodies.master_nodes(study, meshes, pairs)):
         found[body.name] |= {"free_dofs": body.dofs, "moving_mass_kg": body.mass(), "rigid_modes": check_support(body)}
         warnings += mesh_warnings(study, body.name, meshes[body.name], body.mass().max())
     return warnings

@@ -99,6 +99,16 @@ def test_a_curve_compares_itself_and_each_of_its_solutions(tmp_path):
         ForcedResponse.load(band.save(tmp_path / "curve.npz")).compare(hz, 0)
 
 
+def test_stability_that_was_not_computed_is_not_claimed(monkeypatch):
+    """The middle solution of C1 is unstable: Newton in a Krylov space finds it without any multiplier."""
+    monkeypatch.setattr(shooting, "MOST_COLUMNS", 0)
+    problem, force = unilateral(load("C1")["parameters"])
+    hz = 1.15 / (2 * np.pi)
+    curve = follow_band(problem, force, (0.8 * hz, 1.4 * hz), harmonics=5, outputs={"x": [1.0]}, at=[hz])
+    said = [curve.compare(hz, which=i).said for i in np.argsort(np.abs(curve.solutions_at(hz)[:, 0, 1]))]
+    assert "not known whether it is stable" in said[1]
+
+
 def test_more_harmonics_are_advised_where_the_difference_is_large():
     """One Jenkins element near its resonance: at H = 1 the square corners of the force are missing."""
     model, pairs, force = one_dof(Jenkins1D())

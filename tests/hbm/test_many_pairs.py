@@ -75,7 +75,7 @@ def test_work_is_bounded():
 
 def test_progress_is_told_of_work_without_points():
     told = []
-    work = Work(replace(DEFAULT, most_calls=5 * TICK, calls_per_point=1), lambda *what: told.append(what), 80.0)
+    work = Work(replace(DEFAULT, most_calls=5 * TICK, calls_per_point=1), lambda *what: told.append(what), 80.0, 400)
     work.point(81.0, 0.1, 3)
     for _ in range(5 * TICK + 1):
         work.call()

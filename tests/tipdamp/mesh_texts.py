@@ -94,9 +94,14 @@ def abaqus_cae(mesh, shift=(0.0, 0.0, 0.0)):
 
 # ---- Ansys -----------------------------------------------------------------------------------------------------
 
-def ansys(mesh, width=9, etblock=False):
+# one row of ETBLOCK: in the columns of its format line, and as mapdl-archive 0.4.2 writes it (_generate_etblock)
+ETBLOCK = {"columns": lambda number, routine: f"{number:9d}{routine:9d}" + 18 * f"{0:9d}",
+           "blanks": lambda number, routine: f"{number:9d} {routine:3d} " + " ".join(18 * "0") + " 0 0"}
+
+
+def ansys(mesh, width=9, etblock=None):
     """As CDWRITE writes it: blocked nodes with trailing zeros left out, SOLID185/186 also for wedges and tetrahedra;
-    element types by ET, or in the one block that newer releases and mapdl-archive write."""
+    element types by ET, or in the block that newer releases and mapdl-archive write."""
     lines = ["/COM,ANSYS RELEASE 2021 R1", "/PREP7", "/NOPR", "*IF,_CDRDOFF,EQ,1,THEN     !if solid model was read in",
              "*ENDIF", "ET,        1,185", "ET,        2,186", "ET,        3,187", "KEYOP,     2,  2,        0",
              f"NBLOCK,6,SOLID,{mesh.node[-1]:10d},{len(mesh.node):10d}", f"(3i{width},6e21.13e3)"]
@@ -109,8 +114,7 @@ def ansys(mesh, width=9, etblock=False):
         head = [i for i, line in enumerate(lines) if line.startswith("ET,")]
         types = [(int(number), int(routine)) for _, number, routine in (lines[i].split(",") for i in head)]
         lines[head[0]:head[-1] + 1] = [f"ETBLOCK,{len(types):9d},{types[-1][0]:9d}", "(2i9,19a9)",
-                                       *(f"{number:9d}{routine:9d}" + 18 * f"{0:9d}" for number, routine in types),
-                                       f"{-1:9d}"]
+                                       *(ETBLOCK[etblock](*one) for one in types), f"{-1:9d}"]
     count = sum(map(len, mesh.cells.values()))
     lines += ["N,R5.3,LOC,       -1,", f"EBLOCK,19,SOLID,{count:10d},{count:10d}", f"(19i{width})"]
     for kind in mesh.cells:

@@ -513,10 +513,15 @@ def test_a24_mesh_too_large_for_the_memory(tmp_path, capsys, monkeypatch):
     assert 100e9 < memory.predicted_bytes(5_000_000) < 2000e9
     with pytest.raises(InputError, match=r"5000000 nodes \(15000000 dofs\) are predicted to need \d+ GB"):
         monkeypatch.setattr(memory, "available_bytes", lambda: 64e9)
-        memory.check_memory(5_000_000, "big.msh")
+        memory.check_memory((5_000_000, 0, "big.msh"))
     monkeypatch.setattr(memory, "available_bytes", lambda: 1e5)
     code, error, _ = inspect(corner_study.write(tmp_path), capsys)
-    assert code == 2 and "blades.inp: 54 nodes (162 dofs) are predicted to need" in error
+    assert code == 2 and "blades.inp: 54 nodes (162 dofs, 18 master nodes); " in error
+    assert "damper.inp: 27 nodes (81 dofs, 15 master nodes) are predicted to need" in error
+    # each fits alone, both do not
+    monkeypatch.setattr(memory, "available_bytes", lambda: 1.2 * memory.predicted_bytes(54, 18))
+    code, error, _ = inspect(corner_study.write(tmp_path), capsys)
+    assert code == 2 and "are predicted to need" in error
 
 
 @every_format

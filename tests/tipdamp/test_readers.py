@@ -23,7 +23,8 @@ MESHES = {"hex8": lambda: block("hexahedron"), "hex20": lambda: block("hexahedro
 # style: (writer, end of the name, relative precision of coordinates as written)
 STYLES = {"abaqus flat": (mesh_texts.abaqus_flat, ".inp", 1e-15), "abaqus cae": (mesh_texts.abaqus_cae, ".inp", 1e-15),
           "ansys": (mesh_texts.ansys, ".cdb", 1e-13),
-          "ansys etblock": (lambda m: mesh_texts.ansys(m, etblock=True), ".cdb", 1e-13),
+          "ansys etblock": (lambda m: mesh_texts.ansys(m, etblock="columns"), ".cdb", 1e-13),
+          "ansys etblock, blanks": (lambda m: mesh_texts.ansys(m, etblock="blanks"), ".cdb", 1e-13),
           "nastran small": (mesh_texts.nastran, ".bdf", 2e-4),
           "nastran large": (lambda m: mesh_texts.nastran(m, "large"), ".bdf", 1e-9),
           "nastran free": (lambda m: mesh_texts.nastran(m, "free"), ".bdf", 1e-15),
@@ -108,6 +109,43 @@ def test_abaqus_instance_is_moved_to_its_place(tmp_path):
     expected = mesh.position[:, [1, 0, 2]] * [-1, 1, 1]
     assert read_mesh(path).position == pytest.approx(expected, abs=1e-12)
     assert np.array_equal(read_mesh(path).group("tip_nodes"), mesh.node[len(mesh.node) // 2:])
+
+
+def two_instances():
+    """Two cubes, x in 0..1 and 5..6, from two parts that name their sets alike."""
+    lines = []
+    for part, first, shift, contact in (("A", 1, 0, "1, 2"), ("B", 101, 5, "105, 106")):
+        corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+        lines += [f"*PART, NAME={part}", "*NODE",
+                  *(f"{first + i}, {x + shift}., {y}., {z}." for i, (x, y, z) in enumerate(corners)),
+                  "*ELEMENT, TYPE=C3D8, ELSET=All", ", ".join(str(n) for n in [first, *range(first, first + 8)]),
+                  "*NSET, NSET=Contact", contact, "*NSET, NSET=whole, ELSET=All", f"*NSET, NSET=only_{part}",
+                  f"{first}", "*SURFACE, NAME=top", "All, S2", "*END PART"]
+    return "\n".join([*lines, "*ASSEMBLY, NAME=X", "*INSTANCE, NAME=A-1, PART=A", "*END INSTANCE",
+                      "*INSTANCE, NAME=B-1, PART=B", "*END INSTANCE", "*NSET, NSET=of_b", "B-1.Contact",
+                      "*NSET, NSET=only_A, INSTANCE=A-1", "8", "*NSET, NSET=apart, INSTANCE=A-1", "7, 8",
+                      "*SURFACE, NAME=side_b", "B-1.All, S1", "*END ASSEMBLY", ""])
+
+
+def test_abaqus_sets_of_one_name_in_two_instances(tmp_path):
+    """Joined under the name, which is said; 'Instance.Set' is each alone; what a part names stays in its instance."""
+    (tmp_path / "b.inp").write_text(two_instances())
+    mesh = read_mesh(tmp_path / "b.inp")
+    groups = {name: found.tolist() for name, found in mesh.groups.items()}
+    assert groups["Contact"] == [1, 2, 105, 106] and groups["of_b"] == [105, 106]
+    assert groups["A-1.Contact"] == [1, 2] and groups["B-1.Contact"] == [105, 106]
+    assert groups["A-1.whole"] == list(range(1, 9)) and groups["B-1.whole"] == list(range(101, 109))
+    assert groups["A-1.top"] == [5, 6, 7, 8] and groups["B-1.top"] == [105, 106, 107, 108]
+    assert groups["side_b"] == [101, 102, 103, 104] and groups["only_B"] == [101] and groups["apart"] == [7, 8]
+    assert groups["A-1.only_A"] == [1] and groups["only_A"] == [1, 8]
+    assert not {"B-1.only_B", "A-1.apart"} & set(groups)                  # no second name where one is enough
+    assert {name: found.tolist() for name, found in mesh.cell_groups.items()} == {
+        "All": [1, 101], "A-1.All": [1], "B-1.All": [101]}
+    assert any("'Contact' joins the sets of that name of A-1, B-1; one alone is 'A-1.Contact' or 'B-1.Contact'" in w
+               for w in mesh.warnings)
+    assert any("'only_A' joins the sets of that name of A-1, the assembly; one alone is 'A-1.only_A'" in w
+               for w in mesh.warnings)
+    assert not any(name in w for w in mesh.warnings for name in ("only_B", "apart", "side_b"))
 
 
 def test_abaqus_include(tmp_path):

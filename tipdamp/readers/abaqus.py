@@ -50,6 +50,8 @@ class _File:
     open: list = field(default_factory=list)
     skipped: dict = field(default_factory=dict)
     integration: set = field(default_factory=set)
+    qualified: dict = field(default_factory=dict)  # key of 'Instance.Set' in the model: key of 'Set'
+    owners: dict = field(default_factory=dict)     # key of 'Set': instances, and "the assembly", that define it
 
 
 def read(path, data: bytes) -> Content:
@@ -204,6 +206,7 @@ def _set(kind):
             f.content.unused.append(f"set '{shown(name)}' of reference points of the assembly")
             return
         f.scope.add(kind, name)
+        _owned_by_assembly(f, kind, name)
         if kind == "NSET" and "ELSET" in options:
             f.scope.add(kind, name, ("ELSET", options["ELSET"]))
         words = [w.strip().strip('"') for line in data for w in line.split(",") if w.strip()]
@@ -229,6 +232,7 @@ def _surface(f, options, data, where):
         f.content.unused.append(f"surface '{shown(name)}' of type {shown(kind)}")
         return
     f.scope.add("SURFACE", name)
+    _owned_by_assembly(f, "SURFACE", name)
     for line in data:
         words = [w.strip().strip('"') for w in line.split(",")]
         item = np.array([int(words[0])]) if words[0].isdigit() else ("NSET" if kind == "NODE" else "ELSET", words[0])
@@ -253,8 +257,29 @@ def _instance(f, options, data, where):
     for n, xyz in part.nodes:
         f.model.nodes.append((n, _moved(xyz, data, where)))
     f.model.elements += part.elements
+    instance = options.get("NAME") or options["PART"]
     for key, items in part.sets.items():
-        f.model.add(key[0], part.names[key], *items)
+        own, name = [_within(part, instance, item) for item in items], part.names[key]
+        f.model.add(key[0], name, *own)
+        f.model.add(key[0], f"{instance}.{name}", *own)
+        f.qualified[key[0], f"{instance}.{name}".upper()] = key
+        f.owners.setdefault(key, []).append(instance)
+
+
+def _within(part, instance, item):
+    """An item of a part's set in the model: sets of the part that it names are those of this instance."""
+    if not isinstance(item, tuple):
+        return item
+    if item[0] in ("NODES", "FACE"):
+        return item[0], _within(part, instance, item[1]), *item[2:]
+    kind, name = item
+    return (kind, f"{instance}.{name}") if (kind, name.upper()) in part.sets else item
+
+
+def _owned_by_assembly(f, kind, name):
+    owners = f.owners.setdefault((kind, name.upper()), []) if f.open and f.open[-1] == "ASSEMBLY" else None
+    if owners is not None and "the assembly" not in owners:
+        owners.append("the assembly")
 
 
 def _moved(xyz, data, where):
@@ -283,11 +308,14 @@ def _collect(f):
     for per, n, nodes in [e for e in model.elements if e[0]]:
         kind, between, _ = SOLID[per]
         content.add_cells(kind, n, nodes, CELLS[kind].columns(between) if between else None)
-    for key in model.sets:
+    shared = {key for key, owners in f.owners.items() if len(owners) > 1}
+    wanted = [key for key in model.sets if f.qualified.get(key) in shared or key not in f.qualified]
+    _warn_of_shared(f, shared)
+    for key in wanted:
         if key[0] == "ELSET":
             content.add_cell_group(model.names[key], _members(f, *key))
     for kind, dimension in (("NSET", 0), ("SURFACE", 2), ("ELSET", 3)):  # a name twice: the first kind is the group
-        for key in [k for k in model.sets if k[0] == kind]:
+        for key in [k for k in wanted if k[0] == kind]:
             name = model.names[key]
             taken = next((g for g in content.groups if g.upper() == key[1]), None)
             if taken is not None:
@@ -296,6 +324,15 @@ def _collect(f):
                 continue
             nodes, dimension_found = _nodes_of(f, key, dimension)
             content.add_group(name, nodes, dimension_found)
+
+
+def _warn_of_shared(f, shared):
+    """A name that several instances carry is one group of all their members, and a group of each instance beside it."""
+    for key in sorted(k for k in shared if not k[1].startswith("_")):   # Abaqus' own names begin with _
+        name = f.model.names[key]
+        alone = [f"'{shown(f'{owner}.{name}')}'" for owner in f.owners[key] if owner != "the assembly"]
+        f.content.warnings.append(f"group '{shown(name)}' joins the sets of that name of {', '.join(f.owners[key])}; "
+                                  f"one alone is {' or '.join(alone)}")
 
 
 def _nodes_of(f, key, dimension):
@@ -308,14 +345,15 @@ def _nodes_of(f, key, dimension):
     nodes, kinds = [np.empty(0, dtype=np.int64)], set()
     for item in f.model.sets[key]:
         kinds.add(item[0])
-        found = item[1] if isinstance(item[1], np.ndarray) else _members(f, *_plain(item[1]))
+        found = item[1] if isinstance(item[1], np.ndarray) else _members(f, *_key(f, item[1]))
         nodes.append(found if item[0] == "NODES" else _face_nodes(f, found, item[2], f.model.names[key]))
     return np.concatenate(nodes), 2 if "FACE" in kinds else 0
 
 
-def _plain(reference):
-    """A reference into an instance, 'Part-1-1.Set', names the same set as 'Set'."""
-    return reference[0], reference[1].rpartition(".")[2].upper()
+def _key(f, reference):
+    """Of a set that is named: 'Set', or 'Part-1-1.Set' of one instance, which may also stand in the assembly."""
+    kind, name = reference[0], reference[1].upper()
+    return (kind, name) if (kind, name) in f.model.sets else (kind, name.rpartition(".")[2])
 
 
 def _members(f, kind, name, within=()):
@@ -335,7 +373,7 @@ def _members(f, kind, name, within=()):
         if isinstance(item, np.ndarray):
             found.append(item)
         else:
-            numbers_ = _members(f, *_plain(item), within=(*within, key))
+            numbers_ = _members(f, *_key(f, item), within=(*within, key))
             found.append(_element_nodes(f, numbers_) if kind == "NSET" and item[0] == "ELSET" else numbers_)
     return np.unique(np.concatenate(found))
 

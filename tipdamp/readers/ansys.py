@@ -101,16 +101,17 @@ def _counted(path, number, words, column):
 
 
 def _etblock(path, lines, place, routines):
-    """Number and routine of each element type; key options behind them are not read."""
-    _, width, _ = _format(path, lines, place, "ETBLOCK")
+    """Number and routine of each element type; key options behind them are not read. The first two stand apart in
+    Ansys' columns, and mapdl-archive puts blanks between where its format line says columns."""
+    _format(path, lines, place, "ETBLOCK")
     place += 1
     while place < len(lines) and not lines[place].strip().startswith("-1"):
-        values = _integers(path, place + 1, lines[place][:2 * width], width)
+        words = lines[place].split()
         place += 1
-        if len(values) < 2:
+        if len(words) < 2:
             raise InputError(f"{path}, line {place}: '{shown(lines[place - 1].strip())}' must be the number and the "
                              "routine of an element type: cut off or damaged")
-        routines[values[0]] = values[1]
+        routines[_whole(words[0], path, place)] = _whole(words[1], path, place)
     _closed(path, lines, place, "ETBLOCK", r"\s*-1")
     return place + 1
 
