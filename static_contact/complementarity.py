@@ -9,6 +9,7 @@ of the bodies with a reference spring k0 at every pair; k0 drops out of the answ
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
 from hbm.errors import InputError
 
@@ -16,12 +17,18 @@ _STEPS = 2000
 _PATIENCE = 10                     # full steps that may fail to reduce the number of wrong pairs
 _ANCHOR = 1e-2                     # share of k0 that anchors the pairs at first
 _ROUNDS = 60
-_CARRIED = 1e-10                   # of the largest force, by any anchor of an accepted answer
+_CARRIED = 1e-10                   # of the largest force, by any anchor of an answer that is accepted at once
+_LEFT = 1e-8                       # of all forces, by all anchors of the best answer where they fade no further
+_HOLDS = 1e-11                     # inverse condition: a set below it does not hold the bodies, whatever it leaves
 _ROUNDING = 1e-13                  # of the largest force: below it the sign of a force is rounding
 
 
 class NotHeld(InputError):
-    """The closed pairs do not hold the bodies."""
+    """The closed pairs do not hold the bodies; drift - (P,) motion of the pairs that goes on, None where not known."""
+
+    def __init__(self, message, drift=None):
+        super().__init__(message)
+        self.drift = drift
 
 
 class Undecided(RuntimeError):
@@ -48,12 +55,11 @@ class Normal:
         held = np.where(closed, gap, 0.0)
         A = np.diag(own) + self.G * share
         right = u0 - held + self.G @ (k * held + anchor * self.k0 * at)
-        try:
-            v = np.linalg.solve(A, right)
-        except np.linalg.LinAlgError:
-            v = np.full(len(u0), np.nan)
+        factor, pivots, _ = dgetrf(A)
+        v = dgetrs(factor, pivots, right)[0]
         size = np.linalg.norm(right) + 1e-300
-        if not np.isfinite(v).all() or np.linalg.norm(A @ v - right) > 1e-8 * size:
+        if not np.isfinite(v).all() or np.linalg.norm(A @ v - right) > 1e-8 * size \
+                or dgecon(factor, np.abs(A).sum(axis=0).max())[0] < _HOLDS:
             raise NotHeld(f"the {int(closed.sum())} pairs that stay closed do not hold the damper")
         return held + own * v, np.where(closed, self.k0 * v, 0.0)
 
@@ -82,12 +88,15 @@ def closed_pairs(problem: Normal, u0, gap):
 
 def _proximal(problem, u0, gap):
     """As `closed_pairs`, by the proximal point method: every pair is anchored weakly to its last position, which holds
-    the bodies whatever the set, until the anchors carry nothing; None where they still do after many rounds.
+    the bodies whatever the set, until the anchors carry nothing: 1e-10 of the largest force at once, or the least that
+    was met in many rounds, up to 1e-8 of the forces. Raises NotHeld where they still carry more; None where no set was
+    found even with anchors.
 
     It converges whenever there is a solution [Rockafellar 1976], also where several positions of the bodies are
     solutions, as under a load that balances on a single line of pairs.
     """
     at, total, anchor, least = gap, 0, _ANCHOR, 1e-8
+    best, fewest, drift = None, _LEFT, None
     for _ in range(_ROUNDS):
         try:
             u, N, closed, steps, _ = _pivot(problem, u0, gap, anchor, at)
@@ -98,10 +107,16 @@ def _proximal(problem, u0, gap):
         exact = _without_anchors(problem, closed, u0, gap)
         if exact is not None:
             return *exact, closed, total, "proximal"
-        if np.abs(anchor * problem.k0 * (u - at)).max() <= _CARRIED * np.abs(N).max():
+        drift = u - at
+        carried = anchor * problem.k0 * drift
+        if np.abs(carried).max() <= _CARRIED * np.abs(N).max():
             return u, N, closed, total, "proximal"
+        if np.linalg.norm(carried) <= fewest * np.linalg.norm(N):
+            best, fewest = (u, N, closed, total, "proximal"), 0.5 * np.linalg.norm(carried) / np.linalg.norm(N)
         at, anchor = u, max(anchor / 100, least)
-    return None
+    if best is None and drift is not None:
+        raise NotHeld(f"the {int(closed.sum())} pairs that stay closed do not hold the damper", drift)
+    return best
 
 
 def _without_anchors(problem, closed, u0, gap):

@@ -8,7 +8,9 @@ from hbm.model import ROTATIONS, ReducedModel
 FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
 TAKEN_UP = 1e-3         # of the load: what inexact coordinates of meshes leave along motions that nothing holds
 _ROUNDING = 1e-12       # of the distance from the origin
+_ROLLS = 0.1            # of a motion: more of it by rolling makes it a roll
 _FITS = 1e-7            # of the largest gap: overlaps that linear programming takes for none
+_LABELS = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
 _ARM = 1e-6             # of the body's size: nodes that near to an axis lie on it, and turning about it moves nothing
 
 
@@ -88,17 +90,35 @@ def name_motions(rigid, coefficients):
     size = np.linalg.norm(rigid.reshape(len(rigid), -1, 2, 3), axis=(0, 3))
     weight = np.repeat(size / size[:, :1], 3)                   # 1, 1, 1, arm, arm, arm of each body
     rows, names = coefficients.copy(), [None] * len(coefficients)
-    label = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
     for _ in names:
         left = [i for i, name in enumerate(names) if name is None]
         i, j = np.unravel_index(np.abs(rows[left] * weight).argmax(), (len(left), rows.shape[1]))
         i = left[i]
-        names[i] = label[j % 6]
+        names[i] = _LABELS[j % 6]
         rows[i] /= rows[i, j]
         for other in range(len(rows)):
             if other != i:
                 rows[other] -= rows[other, j] * rows[i]
     return rows, names
+
+
+def name_of_drift(rigid, K, B, drift) -> str:
+    """The rigid motion of the bodies that float that comes nearest to the motion of the pairs drift (P,): the roll that
+    leads it, and a slide where it hardly rolls. rigid, K and B as in `unstressed`."""
+    floating = np.flatnonzero(_floats(rigid, K))
+    coefficients = np.zeros(rigid.shape[1])
+    coefficients[floating] = np.linalg.lstsq(B @ rigid[:, floating], drift, rcond=None)[0]
+    amount = np.abs(coefficients) * np.linalg.norm(rigid, axis=0)
+    rolls = np.tile(np.repeat([False, True], 3), len(amount) // 6)
+    if amount[rolls].max(initial=0.0) > _ROLLS * amount.max(initial=0.0):
+        amount[~rolls] = 0.0
+    return _LABELS[amount.argmax() % 6][0] if amount.any() else "motion of its own"
+
+
+def _floats(rigid, K):
+    """(6 b,) bool: columns of `rigid` that move nodes and meet no stiffness of the bodies."""
+    largest = (np.abs(K).max() or 1.0) * np.maximum(np.abs(rigid).max(axis=0), 1e-300)
+    return (np.abs(K @ rigid).max(axis=0) / largest < FREE_STIFFNESS) & rigid.any(axis=0)
 
 
 def unstressed(rigid, K, B, gap):
@@ -107,9 +127,7 @@ def unstressed(rigid, K, B, gap):
 
     rigid (r, 6 b) as from `rigid_motions`; K (r, r); B (P, r) normal motion of the pairs.
     """
-    largest = (np.abs(K).max() or 1.0) * np.maximum(np.abs(rigid).max(axis=0), 1e-300)
-    meets = np.abs(K @ rigid).max(axis=0) / largest
-    floating = rigid[:, (meets < FREE_STIFFNESS) & rigid.any(axis=0)]
+    floating = rigid[:, _floats(rigid, K)]
     size = np.abs(gap).max()
     if not floating.shape[1] or size == 0:
         return np.zeros(len(K)) if (gap >= 0).all() else None

@@ -15,8 +15,15 @@ import scipy.linalg as sl
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.complementarity import Normal, closed_pairs
-from static_contact.free_motions import FREE_STIFFNESS, TAKEN_UP, free_motions, rigid_motions, unstressed
+from static_contact.complementarity import Normal, NotHeld, closed_pairs
+from static_contact.free_motions import (
+    FREE_STIFFNESS,
+    TAKEN_UP,
+    free_motions,
+    name_of_drift,
+    rigid_motions,
+    unstressed,
+)
 
 _LARGEST_RESIDUAL = 1e-8  # of the load
 _ROUNDING = 1e-10          # of the load's reach: below it nothing is reported
@@ -133,7 +140,13 @@ class StaticContact:
                 nothing = np.zeros(len(gap))
                 return q, self.B @ q, nothing, nothing > 0, 0, "unloaded"
         start = sl.cho_solve(self.factor, applied)
-        u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
+        try:
+            u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
+        except NotHeld as error:
+            if error.drift is None:
+                raise
+            name = name_of_drift(self.rigid, self.model.K, self.B, error.drift)
+            raise NotHeld(f"{error}, the load leaves it free to move: {name}", error.drift) from None
         return start - self.by_pair @ (force - self.normal.k0 * u), u, force, closed, iterations, method
 
     def _refuse(self, amounts, load):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
+from static_contact.complementarity import NotHeld
 from static_contact.friction import FrictionalContact
 from static_contact.pairing import join
 from static_contact.preload import StaticContact, preload
@@ -138,3 +139,25 @@ def test_loads_and_gaps_at_the_door(what, values, message):
     given = {"load": np.ones(5), what: values}
     with pytest.raises(InputError, match=message):
         FrictionalContact(statics.model, statics.pairs).solve([given["load"]], gap=given.get("gap"))
+
+
+@pytest.mark.parametrize("number", [5, 31])
+@pytest.mark.parametrize("kn", [1e5, 1e6, 1e8, np.inf])
+def test_balance_on_the_last_support(number, kn):
+    """50 N on the first support and -eps 50 N on the last: at eps = 0 the first carries all, at any tilt. Beyond,
+    strictly nothing holds the beam: below 1e-8 of the load, what balances are allowed to leave, the same forces are the
+    answer; above, the roll that goes on is named. What is left at the far end weighs (number - 1) times as much on the
+    second support, by the lever."""
+    x = np.linspace(0, 0.07, number)
+    statics = StaticContact(beam(x, 10.0), supports(x, np.full(number, kn), np.zeros(number)))
+    for eps in (0, 1e-12, 1e-10, 1e-9, 1e-8, 1e-6, 1e-3):
+        load = np.zeros(number)
+        load[0], load[-1] = 50.0, -50.0 * eps
+        try:
+            found = statics.solve(load)
+            assert eps <= 1e-8
+            assert found.force == pytest.approx(np.r_[50.0, np.zeros(number - 1)], abs=1e-8 * 50 * (number - 1))
+            assert found.residual <= 1e-8
+        except NotHeld as error:
+            assert eps >= 1e-8, eps
+            assert "do not hold the damper" in str(error) and str(error).endswith("free to move: roll about y")
