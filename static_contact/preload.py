@@ -158,9 +158,12 @@ class StaticContact:
             raise InputError("; ".join(loaded))
 
     def _reach(self, load):
-        """What the load on the bodies that take part in each free motion could do at most along it, N or N m."""
+        """What the load on the bodies that take part in each free motion could do at most along it, N or N m.
+
+        On the dofs of nodes alone: what loads the modes of a body is no force."""
+        nodal = self.rigid.any(axis=1)
         return sum(np.abs(self.free[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
-                   for mine in (self.model.body == body for body in set(self.model.body.tolist())))
+                   for mine in (nodal & (self.model.body == body) for body in set(self.model.body.tolist())))
 
     def _taken_up(self, along):
         """Nodal forces that do the load's work along the free motions: pure couples against rolls, pure forces against
