@@ -147,6 +147,11 @@ REFUSED = {
     "samples negative": ({"samples": -8}, r"samples = -8: must be a whole number"),
     "samples too few": ({"samples": 4, "harmonics": 5}, r"samples = 4: .*at least"),
     "at not a number": ({"at": ["x"]}, r"at = "),
+    "settings a dict": ({"settings": {"most_calls": 500}}, r"settings = \{'most_calls': 500\}: must be a Settings, made "
+                        r"by replace\(hbm\.continuation\.DEFAULT"),
+    "settings a number": ({"settings": 0}, r"settings = 0: must be a Settings"),
+    "progress a number": ({"progress": 3}, r"progress = 3: must be a function \(value, step, calls\)"),
+    "progress zero": ({"progress": 0}, r"progress = 0: must be a function"),
 }
 
 
