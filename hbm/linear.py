@@ -16,6 +16,7 @@ import scipy.linalg as la
 from hbm.contact import relative_motion
 from hbm.errors import InputError
 from hbm.inputs import brief, check_forcing, check_outputs
+from hbm.model import BUCKLED
 
 NOISE = 50.0     # times the rounding of the stiffness: what a motion that is held must store
 LOOSE = 1e-13    # share of the stiffness, for each dof, that a body held as a whole must store: reduction rounds too
@@ -118,6 +119,9 @@ def _check_held(K, describe):
         return
     motion = scale * vectors[:, 0]
     named = describe(motion) if describe else None
+    if values[0] < -BUCKLED:
+        raise InputError(f"K is indefinite even when every pair sticks: a motion has a negative stiffness, "
+                         f"{-values[0]:.1e} of its diagonal: {named or mostly(motion)}; a sign is wrong, or it buckles")
     if values[0] < noise or named is not None and named.rigid:
         raise InputError(f"a motion is held by nothing even when every pair sticks: {named or mostly(motion)}; "
                          "keep more contact pairs or support the body")

@@ -18,7 +18,7 @@ from hbm.inputs import check_kind, check_law, check_samples, check_shapes, numbe
 from hbm.laws import CorridorLaw, PairSettings
 from hbm.linear import Receptance, stuck_receptance
 from hbm.linearisation import Linearisation, real_times
-from hbm.model import symmetric
+from hbm.model import check_damping, symmetric
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
 SERIES_TERMS = 18        # 4^-18 is below 1e-10
@@ -60,6 +60,7 @@ class ContactProblem:
         if any(matrix is not None and matrix.shape != (r, r) for matrix in (self.M, self.C)):
             shapes = ", ".join(f"{name} is {np.shape(getattr(self, name))}" for name in "MCK")
             raise InputError(f"{shapes}: all must have the same size")
+        self._check_signs()
         if not len(self.pairs):
             raise InputError("no contact pairs: use linear_response for a model without contact")
         if np.shape(self.B) != (len(self.pairs) * nd, r):
@@ -71,6 +72,16 @@ class ContactProblem:
             static = numbers("static", self.static, f"must be {r} real numbers in N")
             if static.shape != (r,) or not np.isfinite(static).all():
                 raise InputError(f"static load: must be finite with shape ({r},), got {static.shape}")
+
+    def _check_signs(self):
+        """Massless dofs are allowed, but not every one; damping must not drive."""
+        if not self.M.any():
+            raise InputError("M is zero: at least one dof must have mass")
+        if (self.M.diagonal() < 0).any():
+            i = int(self.M.diagonal().argmin())
+            raise InputError(f"M has {self.M[i, i]:g} on its diagonal at dof {i}: masses must not be negative")
+        if self.C is not None:
+            check_damping(self.C)
 
     @property
     def stuck_stiffness(self) -> np.ndarray:

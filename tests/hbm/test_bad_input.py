@@ -13,10 +13,11 @@ import pytest
 from hbm import continuation, linear, residual
 from hbm.contact import relative_motion
 from hbm.errors import InputError
-from hbm.laws import DryFriction2T
+from hbm.laws import DryFriction2T, Jenkins1D, PairSettings
 from hbm.linear import free_receptance
 from hbm.model import ReducedModel
-from hbm.response import forced_response
+from hbm.residual import ContactProblem
+from hbm.response import follow_band, forced_response
 from hbm.sampled import CubicSpring, SampledLaw
 from tests.hbm.small_rig import small_rig
 
@@ -93,6 +94,7 @@ REFUSED = {
     "a record with NaN": (lambda: {"model": replace(MODEL, K=with_entry(MODEL.K, 3, 5, np.nan))}, r"K\[3, 5\] is nan"),
     "a record unsymmetric": (lambda: {"model": replace(MODEL, K=with_entry(MODEL.K, 0, 1, 1e6))}, r"K is not symmet"),
     "a record with another M": (lambda: {"model": replace(MODEL, M=MODEL.M[:-1, :-1])}, r"M is \(\d+, .*same size"),
+    "M and K swapped": (lambda: {"M": MODEL.K, "K": MODEL.M}, r"M and K: .* seem to have changed places"),
     "C drives": (lambda: {"C": -1e-3 * MODEL.K}, r"C feeds energy in"),
     "kn negative": (lambda: changed_pair("kn", -1.0), r"pair 2: kn = -1, must be finite and between 0"),
     "kt negative": (lambda: changed_pair("kt", -2.0), r"pair 2: kt = -2, must be finite and between 0"),
@@ -220,8 +222,36 @@ def test_motions_in_words():
 
 def test_a_record_whose_mass_is_negative_is_refused():
     """Found with the modes of the stuck system: the one fault that their computation shows first."""
+    M = MODEL.M.copy()
+    M[4, 5] = M[5, 4] = 2 * M[4, 4]
     with pytest.raises(InputError, match=r"M is not positive: a motion mostly of dof \d+ has negative mass"):
-        curve(model=replace(MODEL, M=with_entry(MODEL.M, 4, 4, -1.0)))
+        curve(model=replace(MODEL, M=M))
+
+
+@pytest.mark.parametrize("changes, message", [
+    (dict(C=-np.eye(2)), r"C feeds energy in: a motion mostly of dof \d has the negative damping -1 N s/m"),
+    (dict(C=np.array([[1.0, 2], [2, 1]])), r"C feeds energy in: .* -1 N s/m"),
+    (dict(M=np.zeros((2, 2))), r"M is zero: at least one dof must have mass"),
+    (dict(M=np.diag([1.0, -2])), r"M has -2 on its diagonal at dof 1: masses must not be negative"),
+    (dict(K=np.diag([1.0, -4])), r"K is indefinite even when every pair sticks: a motion has a negative stiffness")])
+def test_matrices_without_a_bounded_response_are_refused(changes, message):
+    """Handed over without a model: two masses, the first under a Jenkins element."""
+    given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4])) | changes
+    with pytest.raises(InputError, match=message):
+        problem = ContactProblem(**given, B=np.array([[1.0, 0]]), law=Jenkins1D(),
+                                 pairs=PairSettings([0.0], [1.0], [0.5], [1.0]))
+        follow_band(problem, [1.0, 0], (0.1, 0.2), outputs={"x": [1.0, 0]})
+
+
+def test_a_model_that_buckles_is_warned_of_and_dashpots_are_not():
+    """Contact may hold what K drives; a dashpot between two dofs leaves their common motion without damping."""
+    with pytest.warns(UserWarning, match=r"K is indefinite: a motion mostly of dof 1 .* negative stiffness, 1\.0e\+00 of"):
+        ReducedModel.from_matrices(np.eye(2), np.diag([1.0, -4]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        spring = np.array([[1.0, -1], [-1, 1]])
+        ReducedModel.from_matrices(np.eye(2), 1e6 * spring, 3e2 * spring)
+        ReducedModel.from_matrices(np.eye(2), np.zeros((2, 2)))
 
 
 # ---- input with a known answer ------------------------------------------------------------------------------------
