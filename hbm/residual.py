@@ -16,7 +16,7 @@ from hbm import aft, fourier
 from hbm.errors import InputError
 from hbm.inputs import check_kind, check_law, check_samples, check_shapes, numbers
 from hbm.laws import CorridorLaw, PairSettings
-from hbm.linear import Receptance, stuck_receptance
+from hbm.linear import Receptance, check_rest, stuck_receptance
 from hbm.linearisation import Linearisation, real_times
 from hbm.model import check_damping, symmetric
 
@@ -93,10 +93,17 @@ class ContactProblem:
     def receptance(self) -> Receptance:
         """Of the stuck system, computed once; raises InputError when a motion is left free."""
         if "_receptance" not in self.__dict__:
+            if _opens(self.law) and (self.pairs.preload <= 0).all():
+                check_rest(self.K, None if self.preloaded else self.static, self.describe)
             C = self.C if self.damping_ratio is None else None
             found = stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe)
             object.__setattr__(self, "_receptance", found)
         return self.__dict__["_receptance"]
+
+
+def _opens(law) -> bool:
+    """Whether a pair of this law carries nothing where its preload is not positive."""
+    return all(_opens(part) for part in law.laws) if hasattr(law, "laws") else law.corridor or law.has_normal
 
 
 class HarmonicBalance:

@@ -194,9 +194,11 @@ def test_files_that_changed_places_are_found_out(rig, tmp_path, kind):
     """By the name of what they hold, or by frequencies that no structure has."""
     model = rig[0]
     for name, matrix in (("M", model.M), ("K", model.K)):
-        path = tmp_path / f"{name}.{kind}"
-        {"npz": lambda: np.savez(path, **{name: matrix}), "npy": lambda: np.save(path, matrix),
-         "mat": lambda: scipy.io.savemat(path, {name: matrix}), "mtx": lambda: scipy.io.mmwrite(path, matrix)}[kind]()
+        write = {"npz": lambda path, name, matrix: np.savez(path, **{name: matrix}),
+                 "npy": lambda path, name, matrix: np.save(path, matrix),
+                 "mat": lambda path, name, matrix: scipy.io.savemat(path, {name: matrix}),
+                 "mtx": lambda path, name, matrix: scipy.io.mmwrite(path, matrix)}[kind]
+        write(tmp_path / f"{name}.{kind}", name, matrix)
     model_from_files(tmp_path / f"M.{kind}", tmp_path / f"K.{kind}")
     with pytest.raises(InputError, match="changed places"):
         model_from_files(M=tmp_path / f"K.{kind}", K=tmp_path / f"M.{kind}")
