@@ -12,6 +12,7 @@ from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
 from hbm import aft, fourier
+from hbm.memory import check_moving_fit
 
 
 @dataclass(frozen=True)
@@ -124,6 +125,7 @@ class Linearisation:
         n = len(rows)
         if not n:
             return np.zeros((0, 0)), rows, local
+        check_moving_fit(a, len(hb.problem.pairs), nd, H)
         columns = (bracket.pair[:, None] * nd + np.arange(nd)).ravel()
         left = bracket.D[moving] if n < a * nd else bracket.D.reshape(n, nh, nd, nh)
         owner = np.repeat(np.arange(a), moving.sum(axis=1))

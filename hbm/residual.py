@@ -18,6 +18,7 @@ from hbm.inputs import check_kind, check_law, check_samples, check_shapes, numbe
 from hbm.laws import CorridorLaw, PairSettings
 from hbm.linear import Receptance, check_rest, stuck_receptance
 from hbm.linearisation import Linearisation, real_times
+from hbm.memory import check_harmonics_fit
 from hbm.model import check_damping, symmetric
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
@@ -119,6 +120,7 @@ class HarmonicBalance:
         self.n_components = len(pairs) * self.nd
         self.start = aft.slider_start(start, len(pairs), law.tangents)
         self.grid = aft.sample_grid(H, check_samples(samples, H) or aft.default_samples(H, law.corridor))
+        check_harmonics_fit(len(pairs), self.nd, H)
         self.receptance = problem.receptance()                      # the first thing that takes time
         self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
         self.static, self.preload_force = self._static_parts()
