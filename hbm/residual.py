@@ -171,9 +171,7 @@ class HarmonicBalance:
             push = push - real_times(self.shapes[rows].T, fourier.to_complex(bracket.g.reshape(-1, self.nh)[rows]))
         modal = d * push
         if by in SETTINGS:
-            h = 1e-6 * max(abs(factor), 1e-3)
-            factor = max(factor, h)
-            g = (self._bracket(u, by, factor + h).g - self._bracket(u, by, factor - h).g) / (2 * h)
+            g = self._by_setting(u, by, factor, bracket)
             rate = -d * real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
         else:
             rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
@@ -231,6 +229,14 @@ class HarmonicBalance:
         if p.law.has_normal:
             bracket.g[:, -1, 0] += pairs.preload - p.pairs.preload
         return bracket
+
+    def _by_setting(self, u, by, factor, bracket):
+        """(P, nd, nh) derivative of the bracket by the factor on a setting of every pair."""
+        if by == "preload" and bracket.by_preload is not None:
+            return self.problem.pairs.preload[:, None, None] * bracket.by_preload
+        h = 1e-6 * max(abs(factor), 1e-3)
+        factor = max(factor, h)
+        return (self._bracket(u, by, factor + h).g - self._bracket(u, by, factor - h).g) / (2 * h)
 
     def between(self, to, at, factors, w) -> np.ndarray:
         """(H+1, len(to), len(at)) receptance between components: low modes one by one, the others by a series."""

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from hbm import aft
+from hbm.isotropic import IsotropicFriction
 from hbm.laws import DryFriction2T
 from hbm.linear import stuck_receptance
 from hbm.residual import HarmonicBalance
@@ -55,6 +57,23 @@ def test_bordered_solve_and_determinant(case, by):
     assert np.abs(dx - expected[:n]).max() < 1e-4 * np.abs(expected[:n]).max()
     assert dp == pytest.approx(expected[n], rel=1e-4)
     assert e.direction(row, corner)[2] == np.linalg.slogdet(full)[0]
+
+
+@pytest.mark.parametrize("law, passes", [(DryFriction2T(), 1), (IsotropicFriction(), 3)])
+def test_a_branch_over_the_preload_needs_no_second_pass_where_the_law_knows_its_derivative(law, passes, monkeypatch):
+    """Located transitions give it with the forces; sampled laws are asked twice more. Against fourth-order differences,
+    away from a factor of 1."""
+    model, pairs, tip = small_rig(stations=2)
+    problem, _ = contact_problem(model, pairs, law, damping_ratio=0.02)
+    balance, w, done = HarmonicBalance(problem, {1: 40 * tip}, 3), 2 * np.pi * 1300.0, []
+    x = balance.linear(w) + 8e-6 * np.random.default_rng(0).normal(size=balance.n_components * 7) / 7
+    evaluate = aft.evaluate
+    monkeypatch.setattr(aft, "evaluate", lambda *a: done.append(1) or evaluate(*a))
+    e = balance.evaluate(x, w, by="preload", factor=0.7)
+    assert len(done) == passes and len(e.bracket.pair) > 0
+    at = [balance.evaluate(x, w, by="preload", factor=0.7 + k * 1e-3).residual for k in (-2, -1, 1, 2)]
+    slope = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / 12e-3
+    assert np.abs(e.by_parameter - slope).max() < 1e-6 * np.abs(slope).max()
 
 
 @pytest.mark.parametrize("dashpots", [(), ((3, 3),), ((0, 3), (4, 4)), ((3, 4),)])
