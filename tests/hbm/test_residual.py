@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import aft, residual
+from hbm import aft, fourier, residual
 from hbm.continuation import solve_at
 from hbm.isotropic import IsotropicFriction
 from hbm.laws import DryFriction2T
@@ -122,6 +122,27 @@ def test_a_branch_over_the_preload_needs_no_second_pass_where_the_law_knows_its_
     at = [balance.evaluate(x, w, by="preload", factor=0.7 + k * 1e-3).residual for k in (-2, -1, 1, 2)]
     slope = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / 12e-3
     assert np.abs(e.by_parameter - slope).max() < 1e-6 * np.abs(slope).max()
+
+
+@pytest.mark.parametrize("singular", [False, True])
+def test_the_softest_motion_is_that_of_the_singular_value_decomposition(singular):
+    """Slipping pairs; and the same with a motion that nothing holds, to the last digit."""
+    balance, w, size = modal_case()
+    away = size * np.random.default_rng(1).normal(size=balance.n_components * balance.nh) / balance.nh
+    e = balance.evaluate(balance.linear(w) + away, w)
+    DG, rows, _ = e._condensed()
+    if singular:                                     # I + DG takes this direction to nothing
+        v = np.zeros(len(DG))
+        v[[0, 5]] = 0.6, 0.8
+        DG -= np.outer((DG + np.eye(len(DG))) @ v, v)
+    U, s, Vt = np.linalg.svd(DG + np.eye(len(DG)))
+    value, q = e.smallest_motion()
+    dg = np.zeros((balance.n_components, balance.nh))
+    dg[rows] = Vt[-1].reshape(-1, balance.nh)
+    expected = balance.receptance.shapes @ (e.factors * (balance.shapes.T @ fourier.to_complex(dg)))
+    along = abs(np.vdot(expected, q)) / np.linalg.norm(expected) / np.linalg.norm(q)
+    assert value < 1e-13 and s[-1] / s[0] < 1e-13 if singular else value == pytest.approx(s[-1] / s[0], rel=1e-2)
+    assert along > 1 - 1e-6
 
 
 @pytest.mark.parametrize("dashpots", [(), ((3, 3),), ((0, 3), (4, 4)), ((3, 4),)])
