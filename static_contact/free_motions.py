@@ -1,13 +1,20 @@
-"""Motions of the bodies that meet no stiffness: found, named, and made definite by a gauge that carries no force."""
+"""Motions of the bodies that meet no stiffness: found, named, and made definite by a gauge that carries no force.
+
+Bodies resist what their K does beyond its rounding, contact pairs what their normals face beyond the errors of
+coordinates. How stiff the springs are does not matter: soft ones hold as well as stiff ones.
+"""
 
 import numpy as np
+import scipy.linalg as sl
 from scipy.optimize import linprog
 
 from hbm.model import ROTATIONS, ReducedModel
 
-FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
+FREE_STIFFNESS = 1e-11  # of the stiffness of the nodes held one by one: less is rounding of K, 3e-14 where measured
+FACING = 3e-3           # of a motion: normals that face it by less do so by inexact coordinates, and do not hold it
 TAKEN_UP = 1e-3         # of the load: what inexact coordinates of meshes leave along motions that nothing holds
 _ROUNDING = 1e-12       # of the distance from the origin
+WEAK = 3e-7             # of the same: far below elastic stiffness
 _ROLLS = 0.1            # of a motion: more of it by rolling makes it a roll
 _FITS = 1e-7            # of the largest gap: overlaps that linear programming takes for none
 _LABELS = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
@@ -59,27 +66,60 @@ def moving(rigid) -> np.ndarray:
     return np.hstack(found) if found else np.zeros((0, 0))
 
 
-def free_motions(rigid, model, K):
-    """Rigid motions that neither the bodies nor the contact normals resist: (r, m), names, their coefficients in the
-    columns of `rigid`, and the gauge (r, r).
+def floating(rigid, K, below=FREE_STIFFNESS):
+    """(6 b, m) coefficients in the columns of `rigid` of the motions that K (r, r) does not resist but by rounding, or
+    by less than `below` of the stiffness of the nodes held one by one.
 
-    The stiffness that each rigid motion meets is measured against that of its nodes held one by one.
+    Positions that do not quite fit K, given with a few digits, make an elastic motion of a rigid one. One step of
+    inverse iteration takes that out again before the stiffness is measured.
     """
-    diagonal = K.diagonal()
     ways = moving(rigid)
+    own = np.abs(K.diagonal())
+    own = np.where(own > 0, own, np.median(own[own > 0]) if own.any() else 1.0)
     motions = rigid @ ways
-    scale = np.sqrt(np.einsum("ij,i,ij->j", motions, diagonal, motions))
-    scale[scale == 0] = scale.max(initial=0.0) or 1.0        # nothing at all holds the nodes: free
-    unit = motions / scale
-    lam, z = np.linalg.eigh(unit.T @ K @ unit)
-    count = int((lam < FREE_STIFFNESS).sum())
-    if not count:
-        return np.zeros((model.size, 0)), [], np.zeros((rigid.shape[1], 0)), 0.0
-    coefficients = ways @ (z[:, :count] / scale[:, None])
+    size = np.sqrt(np.einsum("ij,i,ij->j", motions, own, motions))
+    unit = motions / size
+    if not unit.shape[1]:
+        return np.zeros((rigid.shape[1], 0))
+    root = np.sqrt(own)
+    scaled = K / np.outer(root, root)
+    near = sl.solve(scaled + WEAK * np.eye(len(K)), root[:, None] * unit, assume_a="sym")
+    near = np.linalg.qr(near / np.linalg.norm(near, axis=0))[0]
+    count = int((np.linalg.eigvalsh(near.T @ scaled @ near) < below).sum())
+    softest = np.linalg.eigh(unit.T @ K @ unit)[1][:, :count]
+    return ways @ (softest / size[:, None])
+
+
+def free_motions(rigid, model, B, facing=FACING):
+    """Rigid motions that neither the bodies nor the pairs resist: (r, m), names, their coefficients in the columns of
+    `rigid`, and how far the pairs face each of them, (m,), in parts of its own size.
+
+    B (P, r) the motions of the pairs that springs act on, however soft.
+    """
+    coefficients = floating(rigid, model.K)
+    weight = _lengths(model)
+    _, amount, way = np.linalg.svd(weight[:, None] * (rigid @ coefficients), full_matrices=False)
+    coefficients = coefficients @ (way / amount[:, None]).T
+    coefficients = coefficients @ np.linalg.svd(B @ rigid @ coefficients)[2].T
+    coefficients = coefficients[:, _faced(B, rigid @ coefficients, weight) <= facing]
     reduced, names = name_motions(rigid, coefficients.T)
     free = rigid @ reduced.T
-    basis = np.linalg.qr(free)[0]
-    return free, names, reduced.T, np.median(diagonal[diagonal > 0]) * (basis @ basis.T)
+    return free, names, reduced.T, _faced(B, free, weight)
+
+
+def _faced(B, motions, weight):
+    """(m,) largest motion of a pair over the largest motion of a node, column by column."""
+    return np.abs(B @ motions).max(axis=0, initial=0.0) / np.abs(weight[:, None] * motions).max(axis=0)
+
+
+def _lengths(model):
+    """(r,) m: what turns displacements into metres: 1, and of rotations the size of the body."""
+    out = np.ones(model.size)
+    for body in set(model.body.tolist()):
+        mine = model.body == body
+        at = model.position[mine & model.moves]
+        out[mine & np.isin(model.direction, ROTATIONS)] = np.ptp(at, axis=0).max(initial=0.0) or 1.0
+    return out
 
 
 def name_motions(rigid, coefficients):
@@ -105,20 +145,13 @@ def name_motions(rigid, coefficients):
 def name_of_drift(rigid, K, B, drift) -> str:
     """The rigid motion of the bodies that float that comes nearest to the motion of the pairs drift (P,): the roll that
     leads it, and a slide where it hardly rolls. rigid, K and B as in `unstressed`."""
-    floating = np.flatnonzero(_floats(rigid, K))
-    coefficients = np.zeros(rigid.shape[1])
-    coefficients[floating] = np.linalg.lstsq(B @ rigid[:, floating], drift, rcond=None)[0]
+    ways = floating(rigid, K)
+    coefficients = ways @ np.linalg.lstsq(B @ rigid @ ways, drift, rcond=None)[0]
     amount = np.abs(coefficients) * np.linalg.norm(rigid, axis=0)
     rolls = np.tile(np.repeat([False, True], 3), len(amount) // 6)
     if amount[rolls].max(initial=0.0) > _ROLLS * amount.max(initial=0.0):
         amount[~rolls] = 0.0
     return _LABELS[amount.argmax() % 6][0] if amount.any() else "motion of its own"
-
-
-def _floats(rigid, K):
-    """(6 b,) bool: columns of `rigid` that move nodes and meet no stiffness of the bodies."""
-    largest = (np.abs(K).max() or 1.0) * np.maximum(np.abs(rigid).max(axis=0), 1e-300)
-    return (np.abs(K @ rigid).max(axis=0) / largest < FREE_STIFFNESS) & rigid.any(axis=0)
 
 
 def unstressed(rigid, K, B, gap):
@@ -127,16 +160,16 @@ def unstressed(rigid, K, B, gap):
 
     rigid (r, 6 b) as from `rigid_motions`; K (r, r); B (P, r) normal motion of the pairs.
     """
-    floating = rigid[:, _floats(rigid, K)]
+    loose = rigid @ floating(rigid, K)
     size = np.abs(gap).max()
-    if not floating.shape[1] or size == 0:
+    if not loose.shape[1] or size == 0:
         return np.zeros(len(K)) if (gap >= 0).all() else None
-    motion = B @ floating
+    motion = B @ loose
     reach = np.abs(motion).max(axis=0)
     reach[reach == 0] = 1.0
     scaled = np.column_stack([motion / reach, np.ones(len(gap))])            # in units of the largest gap
-    answer = linprog(np.r_[np.zeros(floating.shape[1]), -1.0], A_ub=scaled, b_ub=gap / size,
-                     bounds=[(None, None)] * floating.shape[1] + [(None, 1.0)], method="highs")
+    answer = linprog(np.r_[np.zeros(loose.shape[1]), -1.0], A_ub=scaled, b_ub=gap / size,
+                     bounds=[(None, None)] * loose.shape[1] + [(None, 1.0)], method="highs")
     if answer.status != 0 or answer.x[-1] < -_FITS:
         return None
-    return floating @ (size * answer.x[:-1] / reach)
+    return loose @ (size * answer.x[:-1] / reach)

@@ -17,6 +17,7 @@ from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.complementarity import Normal, NotHeld, closed_pairs
 from static_contact.free_motions import (
+    FACING,
     FREE_STIFFNESS,
     TAKEN_UP,
     free_motions,
@@ -24,9 +25,11 @@ from static_contact.free_motions import (
     rigid_motions,
     unstressed,
 )
+from static_contact.refinement import Apart, refined
 
 _LARGEST_RESIDUAL = 1e-8  # of the load
 _ROUNDING = 1e-10          # of the load's reach: below it nothing is reported
+_SEEN = 1e-5               # of a motion: a normal that faces it by less is not worth a word
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ class Preload:
     displacement : (r,) m; motions - free ones and the load along each
     held : {name: amount} - of loads and contact forces along free motions, in their units, taken up in the reference
     state; empty where that is no more than 1e-8 of the load
-    residual - |K q + B' N - f| / |f|, f without what is held; without load / |B' N|
+    residual - |K q + B' N - f| / |f|, f without what is held; without load / ||B|' N|
     balance - |sum of contact forces, loads and what is held| / |sum of loads| on the floating dampers, None where none
     floats
     iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
@@ -70,23 +73,29 @@ class Preload:
 class StaticContact:
     """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
 
-    def __init__(self, model: ReducedModel, pairs: ContactTable):
+    def __init__(self, model: ReducedModel, pairs: ContactTable, *, facing: float = FACING):
+        """facing : of a rigid motion, how far a normal must face it to hold it; what exact coordinates allow to lower.
+        """
         if not len(pairs) or not pairs.carrying.any():
             raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
-        self.model, self.pairs = model, pairs
+        self.model, self.pairs, self.facing = model, pairs, facing
         self.B = relative_motion(model, pairs)[2::3].toarray()
         self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
         k0 = reference_stiffness(model.K, self.B, self.kn)
         K = model.K + self.B.T * k0 @ self.B
         self.rigid = rigid_motions(model)
-        self.free, self.names, self.coefficients, gauge = free_motions(self.rigid, model, K)
+        self.free, self.names, self.coefficients, self.faced = free_motions(self.rigid, model,
+                                                                                self.B[k0 > 0], facing)
         self.idle = np.linalg.qr(self.free)[0]
         try:
             # the gauge makes the free motions definite; what it carries is part of `held`
-            self.factor = sl.cho_factor(K + gauge)
+            self.gauge = np.median(K.diagonal()[K.diagonal() > 0]) * (self.idle @ self.idle.T)
+            self.factor = sl.cho_factor(K + self.gauge)
         except np.linalg.LinAlgError:
-            raise InputError("a motion meets no stiffness and is not a rigid motion of a body whose node positions "
-                             "are known: the model's K is singular") from None
+            raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
+                             "precision, and is not a rigid motion of a body whose node positions are known that "
+                             "nothing holds: the model's K is singular") from None
+        self.apart = Apart.of(self.rigid, model.K)
         self.by_pair = sl.cho_solve(self.factor, self.B.T)
         G = self.B @ self.by_pair
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
@@ -106,10 +115,10 @@ class StaticContact:
         if not hold:
             self._refuse(along, load)
         taken = self._taken_up(along)
-        q, u, force, closed, iterations, method = self._contact(load - taken, gap)
+        q, elastic, u, force, closed, iterations, method = self._contact(load - taken, gap)
         contact = self.B.T @ force
-        scale = load if load.any() else contact
-        left, held = self.model.K @ q + contact - load, {}
+        scale = load if load.any() else np.abs(self.B).T @ np.abs(force)
+        left, held = elastic + contact - load, {}
         if _ratio(left, scale) > _LARGEST_RESIDUAL:
             # the gauge carries what nearly free motions take of the contact forces: tilted normals slide a little
             taken -= self.idle @ (self.idle.T @ (left + taken))
@@ -132,13 +141,14 @@ class StaticContact:
                        method=method)
 
     def _contact(self, applied, gap):
-        """Displacement, motion and force of the pairs, which are closed, sets tried, method."""
+        """Displacement and the bodies' forces K q, motion and force of the pairs, which are closed, sets tried, method.
+        """
         if not applied.any():
             may_close = self.normal.free
             q = unstressed(self.rigid, self.model.K, self.B[may_close], gap[may_close])
             if q is not None:
                 nothing = np.zeros(len(gap))
-                return q, self.B @ q, nothing, nothing > 0, 0, "unloaded"
+                return q, self.model.K @ q, self.B @ q, nothing, nothing > 0, 0, "unloaded"
         start = sl.cho_solve(self.factor, applied)
         try:
             u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
@@ -147,13 +157,16 @@ class StaticContact:
                 raise
             name = name_of_drift(self.rigid, self.model.K, self.B, error.drift)
             raise NotHeld(f"{error}, the load leaves it free to move: {name}", error.drift) from None
-        return start - self.by_pair @ (force - self.normal.k0 * u), u, force, closed, iterations, method
+        q = start - self.by_pair @ (force - self.normal.k0 * u)
+        return *refined(self, applied, q, u, force, closed), closed, iterations, method
 
     def _refuse(self, amounts, load):
         """InputError where forces do more along a free motion than inexact meshes explain."""
-        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it"
-                  for (name, unit), amount, reach in zip(self.names, amounts, self._reach(load), strict=True)
-                  if abs(amount) > TAKEN_UP * reach]
+        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it" + (
+                      f" (the normals face it by {faced:.1e} of its size, which counts as held above {self.facing:g}: "
+                      "StaticContact(facing=...))" if faced > _SEEN else "")
+                  for (name, unit), amount, reach, faced in zip(self.names, amounts, self._reach(load), self.faced,
+                                                                strict=True) if abs(amount) > TAKEN_UP * reach]
         if loaded:
             raise InputError("; ".join(loaded))
 

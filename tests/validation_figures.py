@@ -4,7 +4,12 @@ A page whose benchmark has not been run says so. What is promised stands beside 
 in tests/validation_targets.py.
 """
 
-from tests.benchmarks.record import recorded
+from tests import validation_code
+from tests.benchmarks.record import RUNS, recorded
+
+STORES = {"speed": "speed", "rig": "rig", "damping": "rig", "robustness": "robustness", "cost_floor": "cost_floor",
+          "growth": "growth"}
+"""{page: store of its figures}"""
 
 BACK = "[All sections](../validation.md)"
 
@@ -19,10 +24,9 @@ def page(title, name, script, text, body) -> str:
     found = recorded(name)
     if not found:
         return f"# {title}\n\nNot measured: run `{script}`. {BACK}\n"
-    when = [found.get("date", "on a day not noted"), found.get("versions", "versions not noted"),
-            found.get("processor")]
-    when = [*filter(None, when), *([f"code {found['code']}"] if "code" in found else [])]
-    lines = [f"# {title}", "", f"{text} Made by `{script}`. {BACK}", "", f"Measured {'; '.join(when)}.", ""]
+    when = validation_code.described(found)
+    lines = [f"# {title}", "", f"{text} Made by `{script}`. {BACK}", "", f"Measured {when}.", "",
+             *validation_code.warning(when, RUNS[name], validation_code.now())]
     return "\n".join([*lines, *body(found)]).rstrip() + "\n"
 
 
@@ -94,8 +98,10 @@ def damping() -> str:
 
 def robustness() -> str:
     def body(r):
+        gap = f"{r['widest_gap_hz']:.3g} Hz" if "widest_gap_hz" in r else "not recorded"
         lines = [f"{r['complete']} of {r['count']} random oscillators are complete from 60 to 300 Hz with default "
-                 f"settings; {r['one_branch']} of {r['count']} as one branch. "
+                 f"settings; {r['one_branch']} of {r['count']} as one branch; where a branch was left, the widest gap "
+                 f"between solved points is {gap}. "
                  f"{r['residual_calls_per_point']:.2f} residual calls a point over the {r['points']} points of all "
                  "curves, the incomplete ones among them.", ""]
         curves = r.get("curves", [])

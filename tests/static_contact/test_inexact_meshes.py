@@ -69,3 +69,18 @@ def test_a_roll_that_the_load_makes_is_refused(error):
         StaticContact(model, pairs).solve(load)
     model, pairs, load = pin(error, shift=2e-6)
     assert abs(StaticContact(model, pairs).solve(load).held["roll about y"]) == pytest.approx(2.26e-4, rel=0.05)
+
+
+@pytest.mark.parametrize("error", [1e-8, 1e-7, 1e-6])
+def test_positions_that_do_not_quite_fit(error):
+    """Positions off by up to `error` m from those that the matrices were made of, as tables with few digits beside
+    them give: no stiffness of a rigid motion. Slide and roll stay free, and each side carries what it does."""
+    model, pairs, load = pin(0.0)
+    body_node = np.array([f"{b} {n}" for b, n in zip(model.body, model.node, strict=True)])
+    _, of = np.unique(body_node, return_inverse=True)
+    noise = np.random.default_rng(1).uniform(-1, 1, (of.max() + 1, 3))[of]
+    statics = StaticContact(replace(model, position=model.position + error * noise), pairs)
+    assert sorted(name for name, _ in statics.names) == ["roll about y", "slide along y"]
+    found = statics.solve(load)
+    for side in cost_floor.TURN:
+        assert found.force[pairs.side == side].sum() == pytest.approx(PULL / np.sqrt(2), rel=1e-8 + 1e3 * error)
