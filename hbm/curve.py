@@ -311,8 +311,8 @@ def explain(branch, problem, parameter) -> str:
         values, solved = ([getattr(p, name) for p in branch.points] for name in ("parameter", "converged"))
         gap = widest_gap(values, solved, branch.leaps)
         ended += (f"; not one branch: it folds on and on, was left, and taken up further on: {places}; solved points "
-                  f"there are up to {gap / parameter.scale:.3g}{' Hz' * (parameter.hz is None)} apart (more damping, or "
-                  "more or fewer harmonics, may give one)")
+                  f"there are up to {gap / parameter.scale:.3g}{' Hz' * (parameter.hz is None)} apart (more damping, "
+                  "or more or fewer harmonics, may give one)")
     if failed and branch.complete:
         ended += (f"; {len(failed)} point{'s' * (len(failed) > 1)} failed near {named(failed[0].parameter)}: "
                   "run the other direction, or other harmonics, there")
