@@ -186,6 +186,12 @@ class ForcedResponse:
         return compare(balance, points[which or 0], self.passages.rows, **settings)
 
     @property
+    def widest_gap(self) -> float:
+        """Of the parameter, between the neighbouring solved points furthest apart where the branch was left; 0 where it
+        is one branch."""
+        return widest_gap(self.parameter, self.converged, self.leaps)
+
+    @property
     def slipping_pairs(self) -> np.ndarray:
         """Indices of the pairs that slip or open anywhere in the band."""
         return np.flatnonzero(np.nanmax(self.share_slip + self.share_open, axis=0, initial=0.0) > 1e-6)
@@ -302,7 +308,10 @@ def explain(branch, problem, parameter) -> str:
         ended += f"; it left the band where it begins and was followed outside, to {named(branch.outside)}, and back"
     if branch.leaps:
         places = ", ".join(f"{named(a)} to {named(b)}" for a, b in branch.leaps)
-        ended += (f"; not one branch: it folds on and on, was left, and taken up further on: {places} (more damping, "
+        values, solved = ([getattr(p, name) for p in branch.points] for name in ("parameter", "converged"))
+        gap = widest_gap(values, solved, branch.leaps)
+        ended += (f"; not one branch: it folds on and on, was left, and taken up further on: {places}; solved points "
+                  f"there are up to {gap / parameter.scale:.3g}{' Hz' * (parameter.hz is None)} apart (more damping, "
                   "or more or fewer harmonics, may give one)")
     if failed and branch.complete:
         ended += (f"; {len(failed)} point{'s' * (len(failed) > 1)} failed near {named(failed[0].parameter)}: "
@@ -320,6 +329,13 @@ def _what_nothing_holds(last, problem) -> str:
     verb = "the damper rolls" if named and named.turns else "a mean motion is held by nothing"
     return (f"; {verb} ({named or mostly(motion)}): no periodic state exists there, give that motion a stiffness that "
             "holds it")
+
+
+def widest_gap(parameter, converged, leaps) -> float:
+    """Between the neighbouring solved points furthest apart in any of the leaps (k, 2); 0 without any."""
+    solved = np.asarray(parameter)[np.asarray(converged)]
+    return max((float(np.diff(np.unique([low, *solved[(low < solved) & (solved < high)], high])).max(initial=0.0))
+                for low, high in np.sort(np.reshape(leaps, (-1, 2)), axis=1)), default=0.0)
 
 
 def parabola(s, y):

@@ -4,12 +4,11 @@ import ast
 import shutil
 import warnings
 
-import numpy as np
 import pytest
 
 from tests import validation, validation_code, validation_figures, validation_targets
 from tests.benchmarks import __main__ as every_benchmark
-from tests.benchmarks import hbm_robustness, hbm_truth_rig, record
+from tests.benchmarks import hbm_truth_rig, record
 from tests.validation import FRONT, PAGES, read_page, sections, worst
 
 EACH = pytest.mark.parametrize("section", sections(), ids=lambda s: s.key)
@@ -113,17 +112,6 @@ def test_points_that_could_not_be_compared_are_counted(monkeypatch):
     monkeypatch.setattr(validation_targets, "worst", lambda *_: None)
     row = validation_targets.rig_truth(12, 5, "within 50 Hz of it", "1.5 %", 1.5e-2)
     assert row.measured == "not measured; 2 of 10 points compared" and row.held is None
-
-
-def test_the_widest_gap_lies_between_solved_points():
-    """Left at 2 Hz and taken up at 6, with 3 Hz solved between and 5 failed; and taken up at once at 9.5."""
-    class Curve:
-        frequency = np.array([1.0, 2, 3, 5, 6, 9, 9.5, 20])
-        converged = np.array([True, True, True, False, True, True, True, True])
-        leaps = np.array([[2.0, 6.0], [9.5, 9.0]])
-    assert hbm_robustness.widest_gap(Curve) == 3
-    Curve.leaps = np.empty((0, 2))
-    assert hbm_robustness.widest_gap(Curve) == 0
 
 
 def test_more_than_one_thread_is_refused(monkeypatch):
