@@ -147,6 +147,14 @@ def test_the_command_makes_the_page_again(tmp_path, monkeypatch):
     assert "Independence of the samples | **not measured**" not in (tmp_path / "validation.md").read_text()
 
 
+def test_a_miss_says_how_many_rows_are_within(tmp_path, monkeypatch):
+    monkeypatch.setattr(validation, "PAGES", tmp_path)
+    rows = [(case, 1, 1.0, 1.0, error, "table") for case, error in (("one", 1e-7), ("two", 2e-6), ("three", 1e-3))]
+    (tmp_path / "bad.md").write_text(validation.page(validation.Section("bad", "Bad", "", None), rows, "today; here"))
+    row = validation_targets.accuracy("tables", "1e-6", "bad", "table", 1e-6)
+    assert row.held is False and row.measured == "1.0e-03 (three, H = 1); 1 of 3 rows are within"
+
+
 def test_a_section_that_is_not_there_is_named():
     with pytest.raises(SystemExit, match="there are: a, b"):
         validation.main(["x"])
