@@ -10,10 +10,10 @@ import pytest
 from hbm import laws
 from hbm.contact import relative_motion
 from hbm.continuation import Branch, Point
-from hbm.curve import Parameter, explain
 from hbm.errors import InputError
 from hbm.linear import linear_response, natural_frequencies, stuck_receptance
 from hbm.model import ReducedModel
+from hbm.record import Parameter, explain
 from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
 from tests.hbm.small_rig import small_rig
 
