@@ -8,7 +8,7 @@ import numpy as np
 
 from hbm import continuation
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
-from hbm.curve import ForcedResponse, Parameter, contact_harmonics, record
+from hbm.curve import ForcedResponse
 from hbm.errors import InputError, nearest
 from hbm.inputs import (
     check_at,
@@ -25,6 +25,7 @@ from hbm.laws import PairSettings
 from hbm.linear import describe_motion
 from hbm.model import ReducedModel
 from hbm.peaks import refine_largest
+from hbm.record import Parameter, contact_harmonics, record
 from hbm.residual import ContactProblem, HarmonicBalance
 from hbm.solutions import Passages, first_of, solve_passages, starts
 from hbm.work import Spent, Work

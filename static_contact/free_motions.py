@@ -4,15 +4,19 @@ Bodies resist what their K does beyond its rounding, contact pairs what their no
 coordinates. How stiff the springs are does not matter: soft ones hold as well as stiff ones.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.linalg as sl
 from scipy.optimize import linprog
 
+from hbm.errors import InputError
 from hbm.model import ROTATIONS, ReducedModel
 
 FREE_STIFFNESS = 1e-11  # of the stiffness of the nodes held one by one: less is rounding of K, 3e-14 where measured
 FACING = 3e-3           # of a motion: normals that face it by less do so by inexact coordinates, and do not hold it
 TAKEN_UP = 1e-3         # of the load: what inexact coordinates of meshes leave along motions that nothing holds
+_SEEN = 1e-5            # of a motion: a normal that faces it by less is not worth a word
 _ROUNDING = 1e-12       # of the distance from the origin
 WEAK = 3e-7             # of the same: far below elastic stiffness
 _ROLLS = 0.1            # of a motion: more of it by rolling makes it a roll
@@ -90,26 +94,84 @@ def floating(rigid, K, below=FREE_STIFFNESS):
     return ways @ (softest / size[:, None])
 
 
-def free_motions(rigid, model, B, facing=FACING):
-    """Rigid motions that neither the bodies nor the pairs resist: (r, m), names, their coefficients in the columns of
-    `rigid`, and how far the pairs face each of them, (m,), in parts of its own size.
+@dataclass(frozen=True)
+class FreeMotions:
+    """Rigid motions that neither the bodies nor the pairs resist.
 
-    B (P, r) the motions of the pairs that springs act on, however soft.
+    rigid : (r, 6 b), coefficients : (6 b, m) - each motion in its columns; names - m of (name, unit)
+    owner : (r,) str - the body of each dof; faced : (m,) - largest motion of a pair, of the largest one of a node
     """
-    coefficients = floating(rigid, model.K)
-    weight = _lengths(model)
-    _, amount, way = np.linalg.svd(weight[:, None] * (rigid @ coefficients), full_matrices=False)
+
+    rigid: np.ndarray
+    coefficients: np.ndarray
+    names: list
+    owner: np.ndarray
+    faced: np.ndarray
+    facing: float
+
+    @property
+    def shape(self) -> np.ndarray:
+        """(r, m)"""
+        return self.rigid @ self.coefficients
+
+    def reach(self, load) -> np.ndarray:
+        """(m,) What the load (r,) on the bodies that take part in each motion could do at most along it, N or N m.
+
+        On the dofs of nodes alone: what loads the modes of a body is no force."""
+        nodal, shape = self.rigid.any(axis=1), self.shape
+        return sum((np.abs(shape[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
+                    for mine in (nodal & (self.owner == body) for body in sorted(set(self.owner.tolist())))),
+                   np.zeros(len(self.names)))
+
+    def refuse(self, amounts, load):
+        """InputError where forces do more along a motion than inexact meshes explain: amounts (m,) of load (r,)."""
+        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it" + (
+                      f" (the normals face it by {faced:.1e} of its size, which counts as held above facing = "
+                      f"{self.facing:g})" if faced > _SEEN else "")
+                  for (name, unit), amount, reach, faced in zip(self.names, amounts, self.reach(load), self.faced,
+                                                                strict=True) if abs(amount) > TAKEN_UP * reach]
+        if loaded:
+            raise InputError("; ".join(loaded))
+
+    def taken_up(self, along):
+        """(r,) nodal forces that do the work `along` (m,): pure couples against rolls, pure forces against slides, so
+        that the balance of forces on the normals stays what it was."""
+        taken = np.zeros(len(self.rigid))
+        for (_, unit), amount, coefficients in zip(self.names, along, self.coefficients.T, strict=True):
+            lead = np.tile(np.repeat([unit == "N", unit == "N m"], 3), len(coefficients) // 6)
+            part = np.where(lead, coefficients, 0.0)
+            resultant = amount * part / (part @ part)
+            taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
+        return taken
+
+    def held(self, amounts, load, above) -> dict:
+        """{name: amount} of those above a share of what the load could do."""
+        return {name: float(amount) for (name, _), amount, reach in zip(self.names, amounts, self.reach(load),
+                                                                        strict=True) if abs(amount) > above * reach}
+
+
+def free_motions(rigid, model, B, facing=FACING) -> FreeMotions:
+    """Of a model; B (P, r) the motions of the pairs that springs act on, however soft."""
+    return unfaced(rigid, floating(rigid, model.K), B, model.body, facing, _lengths(model))
+
+
+def unfaced(rigid, coefficients, B, owner, facing=FACING, weight=1.0) -> FreeMotions:
+    """Those of the motions `coefficients` (6 b, m) of bodies that float which no normal faces by more than `facing`.
+
+    weight : (r,) m - turns displacements into metres
+    """
+    weight = np.broadcast_to(weight, len(rigid))[:, None]
+    _, amount, way = np.linalg.svd(weight * (rigid @ coefficients), full_matrices=False)
     coefficients = coefficients @ (way / amount[:, None]).T
-    coefficients = coefficients @ np.linalg.svd(B @ rigid @ coefficients)[2].T
+    coefficients = coefficients @ np.linalg.svd(B @ (rigid @ coefficients))[2].T
     coefficients = coefficients[:, _faced(B, rigid @ coefficients, weight) <= facing]
     reduced, names = name_motions(rigid, coefficients.T)
-    free = rigid @ reduced.T
-    return free, names, reduced.T, _faced(B, free, weight)
+    return FreeMotions(rigid, reduced.T, names, owner, _faced(B, rigid @ reduced.T, weight), facing)
 
 
 def _faced(B, motions, weight):
     """(m,) largest motion of a pair over the largest motion of a node, column by column."""
-    return np.abs(B @ motions).max(axis=0, initial=0.0) / np.abs(weight[:, None] * motions).max(axis=0)
+    return np.abs(B @ motions).max(axis=0, initial=0.0) / np.abs(weight * motions).max(axis=0)
 
 
 def _lengths(model):
@@ -127,6 +189,8 @@ def name_motions(rigid, coefficients):
 
     Row reduction of coefficients (m, 6 f) with complete pivoting, rotations weighed by the size of the body.
     """
+    if not len(coefficients):
+        return coefficients, []
     size = np.linalg.norm(rigid.reshape(len(rigid), -1, 2, 3), axis=(0, 3))
     weight = np.repeat(size / size[:, :1], 3)                   # 1, 1, 1, arm, arm, arm of each body
     rows, names = coefficients.copy(), [None] * len(coefficients)

@@ -81,7 +81,7 @@ class FrictionalContact:
         self.kn, self.kt = self.k0[2::3], self.k0[::3]
         self.slack = np.divide(1.0, self.k0, out=np.zeros(len(self.k0)), where=self.rigid)
         A = model.K + self.B.T * self.k0 @ self.B
-        _, names, *_ = free_motions(rigid_motions(model), model, self.B[self.k0 > 0])
+        names = free_motions(rigid_motions(model), model, self.B[self.k0 > 0]).names
         if names:
             raise InputError(f"{', '.join(n for n, _ in names)}: not even stuck pairs resist this")
         self.factor = sl.cho_factor(A)

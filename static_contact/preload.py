@@ -19,7 +19,6 @@ from static_contact.complementarity import Normal, NotHeld, closed_pairs
 from static_contact.free_motions import (
     FACING,
     FREE_STIFFNESS,
-    TAKEN_UP,
     free_motions,
     name_of_drift,
     rigid_motions,
@@ -29,7 +28,6 @@ from static_contact.refinement import Apart, refined
 
 _LARGEST_RESIDUAL = 1e-8  # of the load
 _ROUNDING = 1e-10          # of the load's reach: below it nothing is reported
-_SEEN = 1e-5               # of a motion: a normal that faces it by less is not worth a word
 
 
 @dataclass(frozen=True)
@@ -78,14 +76,14 @@ class StaticContact:
         """
         if not len(pairs) or not pairs.carrying.any():
             raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
-        self.model, self.pairs, self.facing = model, pairs, facing
+        self.model, self.pairs = model, pairs
         self.B = relative_motion(model, pairs)[2::3].toarray()
         self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
         k0 = reference_stiffness(model.K, self.B, self.kn)
         K = model.K + self.B.T * k0 @ self.B
         self.rigid = rigid_motions(model)
-        self.free, self.names, self.coefficients, self.faced = free_motions(self.rigid, model,
-                                                                                self.B[k0 > 0], facing)
+        self.motions = free_motions(self.rigid, model, self.B[k0 > 0], facing)
+        self.free, self.names = self.motions.shape, self.motions.names
         self.idle = np.linalg.qr(self.free)[0]
         try:
             # the gauge makes the free motions definite; what it carries is part of `held`
@@ -113,8 +111,8 @@ class StaticContact:
         gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
         along = self.free.T @ load
         if not hold:
-            self._refuse(along, load)
-        taken = self._taken_up(along)
+            self.motions.refuse(along, load)
+        taken = self.motions.taken_up(along)
         q, elastic, u, force, closed, iterations, method = self._contact(load - taken, gap)
         contact = self.B.T @ force
         scale = load if load.any() else np.abs(self.B).T @ np.abs(force)
@@ -125,9 +123,8 @@ class StaticContact:
             left += taken
             amounts = self.free.T @ taken
             if not hold:
-                self._refuse(amounts, scale)
-            held = {name: float(amount) for (name, _), amount, reach
-                    in zip(self.names, amounts, self._reach(scale), strict=True) if abs(amount) > _ROUNDING * reach}
+                self.motions.refuse(amounts, scale)
+            held = self.motions.held(amounts, scale, _ROUNDING)
         if not _ratio(left, scale) <= _LARGEST_RESIDUAL:
             raise InputError(f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced (allowed: "
                              f"{_LARGEST_RESIDUAL:g}): the model's K is too ill-conditioned")
@@ -159,35 +156,6 @@ class StaticContact:
             raise NotHeld(f"{error}, the load leaves it free to move: {name}", error.drift) from None
         q = start - self.by_pair @ (force - self.normal.k0 * u)
         return *refined(self, applied, q, u, force, closed), closed, iterations, method
-
-    def _refuse(self, amounts, load):
-        """InputError where forces do more along a free motion than inexact meshes explain."""
-        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it" + (
-                      f" (the normals face it by {faced:.1e} of its size, which counts as held above {self.facing:g}: "
-                      "StaticContact(facing=...))" if faced > _SEEN else "")
-                  for (name, unit), amount, reach, faced in zip(self.names, amounts, self._reach(load), self.faced,
-                                                                strict=True) if abs(amount) > TAKEN_UP * reach]
-        if loaded:
-            raise InputError("; ".join(loaded))
-
-    def _reach(self, load):
-        """What the load on the bodies that take part in each free motion could do at most along it, N or N m.
-
-        On the dofs of nodes alone: what loads the modes of a body is no force."""
-        nodal = self.rigid.any(axis=1)
-        return sum(np.abs(self.free[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
-                   for mine in (nodal & (self.model.body == body) for body in set(self.model.body.tolist())))
-
-    def _taken_up(self, along):
-        """Nodal forces that do the load's work along the free motions: pure couples against rolls, pure forces against
-        slides, so that the balance of forces on the normals stays what it was."""
-        taken = np.zeros(self.model.size)
-        for (_, unit), amount, coefficients in zip(self.names, along, self.coefficients.T, strict=True):
-            lead = np.tile(np.repeat([unit == "N", unit == "N m"], 3), len(coefficients) // 6)
-            part = np.where(lead, coefficients, 0.0)
-            resultant = amount * part / (part @ part)
-            taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
-        return taken
 
     def _balance(self, load, force):
         """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""

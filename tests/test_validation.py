@@ -4,12 +4,11 @@ import ast
 import shutil
 import warnings
 
-import numpy as np
 import pytest
 
 from tests import validation, validation_code, validation_figures, validation_targets
 from tests.benchmarks import __main__ as every_benchmark
-from tests.benchmarks import hbm_robustness, hbm_truth_rig, record
+from tests.benchmarks import hbm_truth_rig, record
 from tests.validation import FRONT, PAGES, read_page, sections, worst
 
 EACH = pytest.mark.parametrize("section", sections(), ids=lambda s: s.key)
@@ -115,17 +114,6 @@ def test_points_that_could_not_be_compared_are_counted(monkeypatch):
     assert row.measured == "not measured; 2 of 10 points compared" and row.held is None
 
 
-def test_the_widest_gap_lies_between_solved_points():
-    """Left at 2 Hz and taken up at 6, with 3 Hz solved between and 5 failed; and taken up at once at 9.5."""
-    class Curve:
-        frequency = np.array([1.0, 2, 3, 5, 6, 9, 9.5, 20])
-        converged = np.array([True, True, True, False, True, True, True, True])
-        leaps = np.array([[2.0, 6.0], [9.5, 9.0]])
-    assert hbm_robustness.widest_gap(Curve) == 3
-    Curve.leaps = np.empty((0, 2))
-    assert hbm_robustness.widest_gap(Curve) == 0
-
-
 def test_more_than_one_thread_is_refused(monkeypatch):
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     with pytest.raises(SystemExit, match="one thread"):
@@ -157,6 +145,14 @@ def test_the_command_makes_the_page_again(tmp_path, monkeypatch):
         assert new[1] == old[1] and float(new[2]) == pytest.approx(float(old[2]), rel=1e-7)
         assert float(new[4]) < 1e-9
     assert "Independence of the samples | **not measured**" not in (tmp_path / "validation.md").read_text()
+
+
+def test_a_miss_says_how_many_rows_are_within(tmp_path, monkeypatch):
+    monkeypatch.setattr(validation, "PAGES", tmp_path)
+    rows = [(case, 1, 1.0, 1.0, error, "table") for case, error in (("one", 1e-7), ("two", 2e-6), ("three", 1e-3))]
+    (tmp_path / "bad.md").write_text(validation.page(validation.Section("bad", "Bad", "", None), rows, "today; here"))
+    row = validation_targets.accuracy("tables", "1e-6", "bad", "table", 1e-6)
+    assert row.held is False and row.measured == "1.0e-03 (three, H = 1); 1 of 3 rows are within"
 
 
 def test_a_section_that_is_not_there_is_named():

@@ -54,9 +54,9 @@ def speed() -> str:
         return lines + table(heads, [
             (r["case"], r["H"], f"{r['ms']:.2f}", f"{r['peer_ms']:.1f}", f"{r['peer_ms'] / r['ms']:.0f}",
              r["peer_points"], f"{r['apart']:.1e} at {r['apart_hz']:.1f} Hz") for r in peers])
-    return page("Speed", "speed", "tests/benchmarks/hbm_speed.py", "CPU time on one thread, of a machine that may be "
-                "shared: ratios within one run say more than milliseconds. For the growth exactly 8 pairs, or one in "
-                "eight, slip or open at every point, or the run stops.", body)
+    return page("Speed", "speed", "python -m tests.benchmarks.hbm_speed", "CPU time on one thread, of a machine that "
+                "may be shared: ratios within one run say more than milliseconds. For the growth exactly 8 pairs, "
+                "or one in eight, slip or open at every point, or the run stops.", body)
 
 
 def rig() -> str:
@@ -76,8 +76,8 @@ def rig() -> str:
         lines += ["## Cantilever on eight contacts", ""]
         beams = found.get("beam", [])
         return lines + (table(("beam", *heads), rows(beams)) if beams else ["Not measured."])
-    return page("Curves of the two-blade rig and of the beam", "rig", "tests/benchmarks/hbm_rig.py", "Tuned set of 18 "
-                "pairs, 2300 to 3300 Hz, and the frictional beam, 700 to 1200 Hz, with default settings. Peak: "
+    return page("Curves of the two-blade rig and of the beam", "rig", "python -m tests.benchmarks.hbm_rig", "Tuned set "
+                "of 18 pairs, 2300 to 3300 Hz, and the frictional beam, 700 to 1200 Hz, with default settings. Peak: "
                 "harmonic 1 of the first output, refined.", body)
 
 
@@ -91,9 +91,9 @@ def damping() -> str:
                       "peak, m"),
                      [(r["case"], f"{r['ms']:.2f}", f"{r['ms'] / first['ms']:.1f}", f"{r['calls']:.2f}", r["points"],
                        _yes(r["complete"]), f"{r['peak'][1]:.7g}") for r in these])
-    return page("A general damping matrix", "rig", "tests/benchmarks/hbm_rig.py", "The rig's tuned set at 20 N, H = 5, "
-                "651 modes. As a matrix the modal damping must give the same curve; one that couples the modes needs "
-                "the complex modes.", body)
+    return page("A general damping matrix", "rig", "python -m tests.benchmarks.hbm_rig", "The rig's tuned set at 20 N, "
+                "H = 5, 651 modes. As a matrix the modal damping must give the same curve; one that couples the modes "
+                "needs the complex modes.", body)
 
 
 def robustness() -> str:
@@ -112,8 +112,8 @@ def robustness() -> str:
                       f"{max(c['points'] for c in curves)}.", ""]
         return [*lines, "## Not complete", "", *_bullets(r["incomplete"]), "", "## Complete, but not one branch", "",
                 *_bullets(r["leaps"])]
-    return page("Robustness", "robustness", "tests/benchmarks/hbm_robustness.py", "Oscillators drawn with a seed: mu "
-                "0.1 to 0.8, kn and kt 1e5 to 1e8 N/m, excitation 0.05 to 5, H 1 to 9.", body)
+    return page("Robustness", "robustness", "python -m tests.benchmarks.hbm_robustness", "Oscillators drawn with a "
+                "seed: mu 0.1 to 0.8, kn and kt 1e5 to 1e8 N/m, excitation 0.05 to 5, H 1 to 9.", body)
 
 
 def cost_floor() -> str:

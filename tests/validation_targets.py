@@ -32,11 +32,16 @@ class Target:
     note: str = ""
 
 
-def worst(keys, against, exactly=False):
-    """(error, case, H) of the worst row of some pages against some kind of reference; None where there is none."""
+def rows_against(keys, against, exactly=False):
+    """Rows of some pages against some kind of reference."""
     from tests.validation import read_page
-    rows = [row for key in keys.split() for row in (read_page(key) or ("", []))[1]
+    return [row for key in keys.split() for row in (read_page(key) or ("", []))[1]
             if (row[5] == against if exactly else row[5].startswith(against))]
+
+
+def worst(keys, against, exactly=False):
+    """(error, case, H) of the worst of these rows; None where there is none."""
+    rows = rows_against(keys, against, exactly)
     bad = [row for row in rows if row[4] == "nan"]
     return max(((float(row[4]), row[0], row[1]) for row in bad or rows), default=None)
 
@@ -46,8 +51,12 @@ def accuracy(what, asked, keys, against, limit, exactly=False, why="") -> Target
     if found is None:
         return Target(what, asked, NOT_MEASURED, None, keys)
     error, case, H = found
-    return Target(what, asked, f"{error:.1e} ({case}{f', H = {H}' if H else ''})",
-                  None if limit is None else bool(error <= limit), keys, why)
+    held = None if limit is None else bool(error <= limit)
+    measured = f"{error:.1e} ({case}{f', H = {H}' if H else ''})"
+    if held is False:
+        rows = rows_against(keys, against, exactly)
+        measured += f"; {sum(float(row[4]) <= limit for row in rows)} of {len(rows)} rows are within"
+    return Target(what, asked, measured, held, keys, why)
 
 
 def figure(what, asked, value, bound, page, layout=".3g", unit="", least=False) -> Target:
@@ -220,9 +229,11 @@ def static_accuracy():
     yield accuracy("NAFEMS FV32", "0.1 %", "fv32", "published", 1e-3, exactly=True)
     yield accuracy("NAFEMS FV52 on hard supports: exact solution (Graff), three-dimensional", "0.1 %", "fv52", "exact",
                    1e-3, exactly=True)
-    for support in ("hard", "faces"):
-        yield accuracy(f"NAFEMS FV52, support: {support}; the published values", "to be reported", "fv52",
-                       f"published, {support}", None)
+    yield accuracy("NAFEMS FV52 on its lower edges, as published: the mode in the plane, 193.59 Hz", "0.1 %", "fv52",
+                   "published, lower edges, in the plane", 1e-3, exactly=True)
+    for support in ("hard", "faces", "lower edges"):
+        yield accuracy(f"NAFEMS FV52, support: {support}; the other published values", "to be reported", "fv52",
+                       f"published, {support}", None, exactly=True)
     yield accuracy("CalculiX, same mesh: modes", "1e-6", "calculix_modes", "CalculiX", 1e-6)
     yield accuracy("CalculiX, same mesh: preload, of the pull", "1e-4", "calculix_preload", "CalculiX", 1e-4)
     yield accuracy("CalculiX, same mesh: detached set", "same", "calculix_preload", "detached set", 0.0)

@@ -28,20 +28,13 @@ def draw(count):
         yield mu, kn, kt, 10 ** rng.uniform(np.log10(0.05), np.log10(5)), int(rng.integers(1, 10))
 
 
-def widest_gap(curve) -> float:
-    """Hz between the neighbouring solved points that are furthest apart where the branch was left; 0: it never was."""
-    solved = curve.frequency[curve.converged]
-    return max((float(np.diff(np.unique([low, *solved[(low < solved) & (solved < high)], high])).max())
-                for low, high in np.sort(curve.leaps, axis=1)), default=0.0)
-
-
 def follow(i, mu, kn, kt, level, H) -> dict:
     """One oscillator: what there is to say about its curve."""
     began = time.process_time()
     curve = follow_band(oscillator(mu, kn, kt), level * FORCE, BAND, harmonics=H, outputs=Y2)
     label = f"{i}: mu {mu:.2f}, kn {kn:.2g}, kt {kt:.2g}, excitation {level:.2g}, H {H}"
     return {"label": label, "points": len(curve.frequency), "calls": curve.residual_calls,
-            "complete": bool(curve.complete), "leaps": curve.leaps.tolist(), "gap_hz": widest_gap(curve),
+            "complete": bool(curve.complete), "leaps": curve.leaps.tolist(), "gap_hz": curve.widest_gap,
             "ended": curve.ended, "seconds": time.process_time() - began}
 
 
