@@ -4,11 +4,11 @@ The forces come as the bracket g = f - K_c u (see `located`), whose derivative v
 through the cycle with its slider at a fixed place.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hbm import compilation, fourier, located, sampled, transitions
+from hbm import compilation, fourier, located, transitions
 from hbm.errors import InputError
 from hbm.inputs import brief
 from hbm.laws import PairSettings
@@ -23,7 +23,7 @@ class Bracket:
     g : (P, nd, nh) N
     pair : (a,) int - pairs with a derivative; D : (a, nd, nh, nd, nh) dg/du of these, N/m
     row : (P, nd) bool - components with a nonzero derivative
-    by_preload : (P, nd, nh) dg/dpreload
+    by_preload : (P, nd, nh) dg/dpreload, or None: sampled laws do not know it
     shares : (P, 3) share of the cycle in stick, slip, open
     """
 
@@ -31,7 +31,7 @@ class Bracket:
     pair: np.ndarray
     D: np.ndarray
     row: np.ndarray
-    by_preload: np.ndarray
+    by_preload: np.ndarray | None
     shares: np.ndarray
 
     def with_springs(self, stiffness, x) -> "Bracket":
@@ -41,8 +41,7 @@ class Bracket:
         D[self.pair] = self.D
         for d in range(nd):
             D[:, d, np.arange(nh), d, np.arange(nh)] += stiffness[:, d, None]
-        return Bracket(self.g + stiffness[:, :, None] * x, np.arange(P), D, np.ones((P, nd), bool), self.by_preload,
-                       self.shares)
+        return replace(self, g=self.g + stiffness[:, :, None] * x, pair=np.arange(P), D=D, row=np.ones((P, nd), bool))
 
 
 def default_samples(H: int, located: bool = True) -> int:
@@ -82,9 +81,9 @@ def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
     kernel = located.brackets if law.corridor else getattr(type(law), "kernel", None)
     compilation.announce(kernel)
     if not law.corridor:
-        g, D, gp, moves, shares = sampled.harmonics(law, pairs, x, start, grid)
+        g, D, moves, shares = law.harmonics(pairs, x, start, grid)
         active = np.flatnonzero(moves.any(axis=1))
-        return Bracket(g, active, D[active], moves, gp, shares)
+        return Bracket(g, active, D[active], moves, None, shares)
     most = 8 * nh + 64
     pieces, counts = np.empty((P, law.tangents + 1, most, 7)), np.empty((P, law.tangents + 1), dtype=np.int64)
     moves, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm import continuation, fourier, shooting
+from hbm.aft import default_samples
 from hbm.curve import ForcedResponse
 from hbm.errors import InputError
 from hbm.inputs import check_at, check_forcing, check_outputs
@@ -15,7 +16,8 @@ from hbm.solutions import first_point
 
 ELSEWHERE = 0.2          # relative difference to the nearest point of the curve from which on it is another solution
 SMALL = 1e-3             # relative difference above which more harmonics are advised
-LEFT = 3e-2              # relative difference from which on the integration has gone to another orbit
+SAME = 1e-6              # relative distance of two solutions of the balance that are one
+UNSOLVED = 3e-2          # relative difference of another orbit, where the balance finds no solution to tell them by
 PATIENCE = 40            # periods marched from the orbit before Newton helps to find where they lead
 
 
@@ -24,7 +26,8 @@ class Comparison:
     """A periodic solution of the harmonic balance beside the integration from its orbit.
 
     difference : of the amplitude of harmonic 1, the largest over the outputs and relative to the largest output
-    steady : Steady state of the integration; left : whether that is another orbit
+    steady : Steady state of the integration; left : whether that is another orbit, told by where the balance leads from
+        it (see `_left`)
     said : one sentence; hz : frequency; H : harmonics of the balance; origin, start : as in ForcedResponse
     """
 
@@ -103,10 +106,11 @@ def compare(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE,
     if not steady.periodic and steady.finished and most_periods > PATIENCE:
         before = steady.periods
         steady = shooting.shoot(march, begin, rows)
-        if not steady.periodic or _difference(balance, point, rows, steady) > LEFT:
+        if not steady.periodic or _left(balance, point, march, _difference(balance, point, rows, steady)):
             steady = shooting.march_on(march, begin, rows, most_periods=most_periods - before)
     difference = _difference(balance, point, rows, steady)
-    left, said = _said(steady, difference, balance.H)
+    left = steady.periodic and _left(balance, point, march, difference)
+    said = _said(steady, left, difference, balance.H)
     return Comparison(difference, steady, left, said, float(point.parameter) / (2 * np.pi), balance.H, steady.origin,
                       steady.start)
 
@@ -123,8 +127,45 @@ def _difference(balance, point, rows, steady):
     return float(np.abs(np.abs(steady.harmonics[:, 1]) - np.abs(X[:, 1])).max() / np.abs(X[:, 1]).max())
 
 
-def _said(steady, difference, H):
-    left = bool(difference > LEFT)
+def _left(balance, point, march, difference) -> bool:
+    """Whether the integration has gone to another orbit than that of the point.
+
+    With 2H + 1 harmonics (the next odd ones too, where even ones vanish) the balance is solved from the point and from
+    the orbit that the integration came to. Where both lead to one solution they are one orbit, and what they differ by
+    is what H harmonics leave out; where they lead to two, they are not. A threshold alone cannot tell: at H = 1 an
+    orbit is missed by some per cent, and near a fold two orbits are closer than that.
+    """
+    if difference > ELSEWHERE:
+        return True
+    finer = _finer(balance)
+    ends = [continuation.solve_at(finer.evaluate, _padded(x, finer), point.parameter, finer.weights)
+            for x in (point.x, march.harmonics_of_motion())]
+    if not all(end.converged for end in ends):
+        return bool(difference > UNSOLVED)
+    apart, size = (np.linalg.norm(finer.weights * x) for x in (ends[1].x - ends[0].x, ends[0].x))
+    return bool(apart > SAME * size)
+
+
+def _finer(balance):
+    """The balance with 2H + 1 harmonics, or the given one where these do not fit into the memory."""
+    try:
+        samples = max(len(balance.grid[0]) - 1, default_samples(2 * balance.H + 1, balance.problem.law.corridor))
+        finer = HarmonicBalance(balance.problem, balance.forces, 2 * balance.H + 1, balance.given_start, samples)
+    except InputError:
+        return balance
+    finer.force[:, :balance.H + 1] = balance.force               # at its level
+    return finer
+
+
+def _padded(x, finer):
+    """Coefficients of fewer harmonics as a guess for more."""
+    full = np.zeros((finer.n_components, finer.nh))
+    coefficients = x.reshape(finer.n_components, -1)
+    full[:, :coefficients.shape[1]] = coefficients
+    return full.ravel()
+
+
+def _said(steady, left, difference, H):
     if not steady.finished:
         said = "the integration did not finish a period: transitions follow each other faster and faster"
     elif not steady.periodic:
@@ -141,4 +182,4 @@ def _said(steady, difference, H):
         said = f"the integration stays on the orbit, {difference:.2e} away"
     if steady.periodic and not left and difference > SMALL:
         said += f"; more harmonics than H = {H} bring it closer"
-    return left, said
+    return said

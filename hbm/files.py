@@ -255,6 +255,9 @@ def _matlab(path, name):
 def _pick(path, name, found):
     if name in found:
         return found[name]
+    other = next((k for k in found if k in ("M", "K", "C")), None)
+    if name in ("M", "K", "C") and len(found) == 1 and other:
+        raise InputError(f"{name}: {path} holds '{other}', not '{name}'; have the files changed places?")
     if len(found) == 1:
         return next(iter(found.values()))
     raise InputError(f"{path}: holds no '{name}'; {nearest(name, found)}")

@@ -112,6 +112,15 @@ def check_kind(name, value, kind, made_by):
     return value
 
 
+def check_settings(settings, progress):
+    """The numbers of the continuation, by default its own; InputError too where progress cannot be called."""
+    from hbm.corrector import DEFAULT, Settings
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress = {brief(progress)}: must be a function (value, step, calls), or None")
+    settings = DEFAULT if settings is None else settings
+    return check_kind("settings", settings, Settings, "replace(hbm.continuation.DEFAULT, most_calls=500)")
+
+
 def brief(value) -> str:
     """What came, in one short line."""
     return shown(" ".join(repr(value).split()))

@@ -16,6 +16,7 @@ import scipy.linalg as la
 from hbm.contact import relative_motion
 from hbm.errors import InputError
 from hbm.inputs import brief, check_forcing, check_outputs
+from hbm.model import BUCKLED
 
 NOISE = 50.0     # times the rounding of the stiffness: what a motion that is held must store
 LOOSE = 1e-13    # share of the stiffness, for each dof, that a body held as a whole must store: reduction rounds too
@@ -107,9 +108,10 @@ def _ratios(damping_ratio, r):
     return np.r_[ratio, np.full(r - len(ratio), ratio[-1])]
 
 
-def _check_held(K, describe):
+def _check_held(K, describe, when="even when every pair sticks",
+                remedy="keep more contact pairs or support the body"):
     """InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole."""
-    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(K)), np.abs(K).max() * 1e-30))
+    scale = _units(K)
     scaled = scale[:, None] * K * scale
     values, vectors = la.eigh(scaled, subset_by_index=[0, 0])
     softest = np.abs(vectors[:, 0])
@@ -118,9 +120,30 @@ def _check_held(K, describe):
         return
     motion = scale * vectors[:, 0]
     named = describe(motion) if describe else None
-    if values[0] < noise or named is not None and named.rigid:
-        raise InputError(f"a motion is held by nothing even when every pair sticks: {named or mostly(motion)}; "
-                         "keep more contact pairs or support the body")
+    if values[0] < -BUCKLED:
+        raise InputError(f"K is indefinite {when}: a motion has a negative stiffness, "
+                         f"{-values[0]:.1e} of its diagonal: {named or mostly(motion)}; a sign is wrong, or it buckles")
+    if values[0] <= noise or named is not None and named.rigid:
+        raise InputError(f"a motion is held by nothing {when}: {named or mostly(motion)}; {remedy}")
+
+
+def check_rest(K, static, describe):
+    """InputError where K leaves a motion free that no load presses on: of a model whose pairs are all open at rest.
+
+    static : (r,) N or None. Where it moves what is free, contact may come to hold that.
+    """
+    if static is not None and static.any():
+        scale = _units(K)
+        vectors = la.eigh(scale[:, None] * K * scale, subset_by_value=(-np.inf, LOOSE * len(K)))[1]
+        if np.linalg.norm(vectors.T @ (scale * static)) > 1e-9 * np.linalg.norm(scale * static):
+            return
+    _check_held(K, describe, "at rest, where every pair is open", "close pairs by a preload or by a static load "
+                "(origin = 'unloaded'), or support the body, however softly")
+
+
+def _units(K):
+    """(r,) unit of each dof, in which the diagonal of K is 1."""
+    return 1 / np.sqrt(np.maximum(np.abs(np.diag(K)), np.abs(K).max() * 1e-30 or 1.0))
 
 
 def _pencil(shapes, period2, C):

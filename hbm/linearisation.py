@@ -7,11 +7,14 @@ The derivative D of the bracket vanishes on pairs that stick through the cycle, 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import scipy.linalg as la
 from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
 from hbm import aft, fourier
+from hbm.memory import check_moving_fit
+
+EPS = np.finfo(float).eps
+ITERATIONS = 100         # at most, of the power iteration
 
 
 @dataclass(frozen=True)
@@ -124,6 +127,7 @@ class Linearisation:
         n = len(rows)
         if not n:
             return np.zeros((0, 0)), rows, local
+        check_moving_fit(a, len(hb.problem.pairs), nd, H)
         columns = (bracket.pair[:, None] * nd + np.arange(nd)).ravel()
         left = bracket.D[moving] if n < a * nd else bracket.D.reshape(n, nh, nd, nh)
         owner = np.repeat(np.arange(a), moving.sum(axis=1))
@@ -169,17 +173,37 @@ class Linearisation:
         return fourier.to_complex(f), fourier.to_complex(u)
 
     def smallest_motion(self):
-        """(singular value, q (r, H+1)) of the direction in which the Jacobian is most nearly singular."""
+        """(singular value over the largest, q (r, H+1)) of the direction in which the Jacobian is most nearly singular.
+
+        By inverse iteration on one factorisation: close where that is well below the next one, which is what is asked.
+        """
         hb = self.balance
         DG, rows, _ = self._condensed()
         n = len(rows) * hb.nh
         if not n:
             return 1.0, None
-        _, s, Vt = la.svd(DG + np.eye(n))
+        A = DG + np.eye(n)
+        lu, pivots, _ = getrf(A)
+        zero = np.abs(np.diag(lu)) < EPS * np.abs(lu).max()      # exactly singular: as good as that to rounding
+        lu[zero, zero] = EPS * np.abs(lu).max()
+        inverse, v = _longest(lambda v: getrs(lu, pivots, getrs(lu, pivots, v, trans=1)[0])[0], n)
+        largest, _ = _longest(lambda v: A.T @ (A @ v), n)
         dg = np.zeros((hb.n_components, hb.nh))
-        dg[rows] = Vt[-1].reshape(-1, hb.nh)
+        dg[rows] = v.reshape(-1, hb.nh)
         modal = self.factors * (hb.shapes.T @ fourier.to_complex(dg))
-        return s[-1] / s[0], hb.receptance.shapes @ modal
+        return 1 / np.sqrt(inverse * largest), hb.receptance.shapes @ modal
+
+
+def _longest(apply, n):
+    """(factor, unit vector) of the direction that a symmetric positive matrix lengthens most, by power iteration."""
+    v, size = np.random.default_rng(0).normal(size=n), 0.0
+    for _ in range(ITERATIONS):
+        v = v / np.linalg.norm(v)
+        v = apply(v)
+        before, size = size, np.linalg.norm(v)
+        if abs(size - before) <= 1e-6 * size:
+            break
+    return size, v / size
 
 
 def real_times(A, B):

@@ -4,6 +4,7 @@ The matrices may come from `modal.craig_bampton` or from any other code; nothing
 """
 
 import json
+import warnings
 import zipfile
 import zlib
 from dataclasses import dataclass, field, replace
@@ -17,6 +18,9 @@ from hbm.inputs import numbers
 DIRECTIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches
 SYMMETRY_TOLERANCE = 1e-10
+NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding
+BUCKLED = 1e-8           # negative stiffness, as a share of the diagonal, that is more than rounding
+SLOWEST = 0.1            # rad/s: where no dof alone swings faster, M and K have changed places
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,8 @@ class ReducedModel:
         """Dense or sparse matrices from anywhere. Without a dof table every dof is modal.
 
         Raises InputError when shapes disagree, an entry is not finite, a matrix is not symmetric to 1e-10, M is not
-        positive definite, C feeds energy in, a dof is there twice, or a group names a node without a dof.
+        positive definite, M and K have changed places, C feeds energy in, a dof is there twice, or a group names a node
+        without a dof. Warns where K is indefinite: then only contact can hold that motion.
         """
         M, K = symmetric("M", M), symmetric("K", K)
         C = None if C is None else symmetric("C", C)
@@ -93,6 +98,7 @@ class ReducedModel:
             if load.shape != (r,) or not np.isfinite(load).all():
                 raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
         model = cls(M, K, C, body, node, direction, position, groups, loads, dict(provenance or {}))
+        _check_places(M, K)
         _check_definite(model)
         _check_table(model)
         return model
@@ -237,11 +243,43 @@ def _check_definite(model):
         raise InputError(f"M is not positive definite: a motion mostly of {_dof(model, i)} has the mass "
                          f"{values[0]:.1e} of its diagonal") from None
     if model.C is not None:
-        values, shapes = np.linalg.eigh(model.C)
-        if values[0] < -1e-10 * np.abs(values).max():
-            i = int(np.abs(shapes[:, 0]).argmax())
-            raise InputError(f"C feeds energy in: a motion mostly of {_dof(model, i)} has the negative damping "
-                             f"{values[0]:.3g} N s/m")
+        check_damping(model.C, lambda i: _dof(model, i))
+    size = np.sqrt(np.maximum(np.abs(model.K.diagonal()), 1e-30 * np.abs(model.K).max()))
+    if model.K.any() and not _positive(scaled := model.K / np.outer(size, size), BUCKLED):
+        values, shapes = np.linalg.eigh(scaled)
+        i = int(np.abs(shapes[:, 0]).argmax())
+        warnings.warn(f"K is indefinite: a motion mostly of {_dof(model, i)} has a negative stiffness, "
+                      f"{-values[0]:.1e} of its diagonal; a sign is wrong, or the body buckles and contact alone holds "
+                      "it", stacklevel=4)
+
+
+def check_damping(C, named=lambda i: f"dof {i}"):
+    """InputError where a motion has negative damping: nothing bounds its response. named(i) : a dof in words."""
+    if _positive(C, NEGATIVE * np.abs(C).max()):
+        return
+    values, shapes = np.linalg.eigh(C)
+    if values[0] < -NEGATIVE * np.abs(values).max():
+        i = int(np.abs(shapes[:, 0]).argmax())
+        raise InputError(f"C feeds energy in: a motion mostly of {named(i)} has the negative damping "
+                         f"{values[0]:.3g} N s/m, must be 0 or more; check the sign of C")
+
+
+def _positive(matrix, shift) -> bool:
+    """Whether no eigenvalue is below -shift, as Cholesky has it: a third of the work of the cheapest eigenvalue."""
+    try:
+        np.linalg.cholesky(matrix + max(shift, 1e-300) * np.eye(len(matrix)))
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _check_places(M, K):
+    """InputError where M can only be the stiffness: the fastest dof alone would swing in minutes."""
+    m, k = np.abs(M.diagonal()), np.abs(K.diagonal())
+    fastest = np.sqrt(np.divide(k, m, out=np.zeros(len(k)), where=m > 0).max())
+    if 0 < fastest < SLOWEST:
+        raise InputError(f"M and K: no dof alone would swing faster than {fastest:.1e} rad/s, at least {SLOWEST:g} is "
+                         "plausible; M and K seem to have changed places (M is the mass, K the stiffness)")
 
 
 def _check_table(model):

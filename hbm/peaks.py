@@ -3,7 +3,8 @@
 import numpy as np
 
 from hbm import continuation
-from hbm.curve import KINDS, amplitude, crests, harmonics
+from hbm.curve import KINDS, amplitude, crests
+from hbm.record import harmonics
 
 TOLERANCE = 1e-10        # of the amplitude: by how much a point may still lie under the top
 TRUST = 1e-8             # error of a foretold height from which on the next is believed

@@ -16,9 +16,10 @@ from hbm import aft, fourier
 from hbm.errors import InputError
 from hbm.inputs import check_kind, check_law, check_samples, check_shapes, numbers
 from hbm.laws import CorridorLaw, PairSettings
-from hbm.linear import Receptance, stuck_receptance
+from hbm.linear import Receptance, check_rest, stuck_receptance
 from hbm.linearisation import Linearisation, real_times
-from hbm.model import symmetric
+from hbm.memory import check_harmonics_fit
+from hbm.model import check_damping, symmetric
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
 SERIES_TERMS = 18        # 4^-18 is below 1e-10
@@ -60,6 +61,7 @@ class ContactProblem:
         if any(matrix is not None and matrix.shape != (r, r) for matrix in (self.M, self.C)):
             shapes = ", ".join(f"{name} is {np.shape(getattr(self, name))}" for name in "MCK")
             raise InputError(f"{shapes}: all must have the same size")
+        self._check_signs()
         if not len(self.pairs):
             raise InputError("no contact pairs: use linear_response for a model without contact")
         if np.shape(self.B) != (len(self.pairs) * nd, r):
@@ -72,6 +74,16 @@ class ContactProblem:
             if static.shape != (r,) or not np.isfinite(static).all():
                 raise InputError(f"static load: must be finite with shape ({r},), got {static.shape}")
 
+    def _check_signs(self):
+        """Massless dofs are allowed, but not every one; damping must not drive."""
+        if not self.M.any():
+            raise InputError("M is zero: at least one dof must have mass")
+        if (self.M.diagonal() < 0).any():
+            i = int(self.M.diagonal().argmin())
+            raise InputError(f"M has {self.M[i, i]:g} on its diagonal at dof {i}: masses must not be negative")
+        if self.C is not None:
+            check_damping(self.C)
+
     @property
     def stuck_stiffness(self) -> np.ndarray:
         """(r, r) K + B' K_c B."""
@@ -82,10 +94,17 @@ class ContactProblem:
     def receptance(self) -> Receptance:
         """Of the stuck system, computed once; raises InputError when a motion is left free."""
         if "_receptance" not in self.__dict__:
+            if _opens(self.law) and (self.pairs.preload <= 0).all():
+                check_rest(self.K, None if self.preloaded else self.static, self.describe)
             C = self.C if self.damping_ratio is None else None
             found = stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe)
             object.__setattr__(self, "_receptance", found)
         return self.__dict__["_receptance"]
+
+
+def _opens(law) -> bool:
+    """Whether a pair of this law carries nothing where its preload is not positive."""
+    return all(_opens(part) for part in law.laws) if hasattr(law, "laws") else law.corridor or law.has_normal
 
 
 class HarmonicBalance:
@@ -101,6 +120,7 @@ class HarmonicBalance:
         self.n_components = len(pairs) * self.nd
         self.start = aft.slider_start(start, len(pairs), law.tangents)
         self.grid = aft.sample_grid(H, check_samples(samples, H) or aft.default_samples(H, law.corridor))
+        check_harmonics_fit(len(pairs), self.nd, H)
         self.receptance = problem.receptance()                      # the first thing that takes time
         self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
         self.static, self.preload_force = self._static_parts()
@@ -151,9 +171,7 @@ class HarmonicBalance:
             push = push - real_times(self.shapes[rows].T, fourier.to_complex(bracket.g.reshape(-1, self.nh)[rows]))
         modal = d * push
         if by in SETTINGS:
-            h = 1e-6 * max(abs(factor), 1e-3)
-            factor = max(factor, h)
-            g = (self._bracket(u, by, factor + h).g - self._bracket(u, by, factor - h).g) / (2 * h)
+            g = self._by_setting(u, by, factor, bracket)
             rate = -d * real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
         else:
             rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
@@ -211,6 +229,14 @@ class HarmonicBalance:
         if p.law.has_normal:
             bracket.g[:, -1, 0] += pairs.preload - p.pairs.preload
         return bracket
+
+    def _by_setting(self, u, by, factor, bracket):
+        """(P, nd, nh) derivative of the bracket by the factor on a setting of every pair."""
+        if by == "preload" and bracket.by_preload is not None:
+            return self.problem.pairs.preload[:, None, None] * bracket.by_preload
+        h = 1e-6 * max(abs(factor), 1e-3)
+        factor = max(factor, h)
+        return (self._bracket(u, by, factor + h).g - self._bracket(u, by, factor - h).g) / (2 * h)
 
     def between(self, to, at, factors, w) -> np.ndarray:
         """(H+1, len(to), len(at)) receptance between components: low modes one by one, the others by a series."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from hbm import continuation
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
-from hbm.curve import ForcedResponse, Parameter, contact_harmonics, record
+from hbm.curve import ForcedResponse
 from hbm.errors import InputError, nearest
 from hbm.inputs import (
     check_at,
@@ -18,12 +18,14 @@ from hbm.inputs import (
     check_kind,
     check_law,
     check_outputs,
+    check_settings,
     numbers,
 )
 from hbm.laws import PairSettings
 from hbm.linear import describe_motion
 from hbm.model import ReducedModel
 from hbm.peaks import refine_largest
+from hbm.record import Parameter, contact_harmonics, record
 from hbm.residual import ContactProblem, HarmonicBalance
 from hbm.solutions import Passages, first_of, solve_passages, starts
 from hbm.work import Spent, Work
@@ -121,8 +123,9 @@ def follow_band(problem: ContactProblem, forcing, band, *, harmonics=5, outputs,
     start = _default_start(problem, start)
     forces, at = check_forcing(forcing, problem.K.shape[0], H), _inside(check_at(at), "at", "band", first, last, " Hz")
     names, rows = check_outputs(outputs, problem.K.shape[0])
+    settings = check_settings(settings, progress)
     balance = HarmonicBalance(problem, forces, H, start, samples)
-    task = _Task(balance, Parameter(), balance.evaluate, lambda w: (balance, w), settings or continuation.Settings(),
+    task = _Task(balance, Parameter(), balance.evaluate, lambda w: (balance, w), settings,
                  start, began)
     return _curve(task, names, rows, first, last, at, contact, progress)
 
@@ -148,6 +151,7 @@ def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, har
     start = _default_start(problem, start)
     forces, at = check_forcing(forcing, problem.K.shape[0], H), _inside(_factors(at), "at", "between", first, last, "")
     names, rows = check_outputs(outputs, problem.K.shape[0])
+    settings = check_settings(settings, progress)
     balance = HarmonicBalance(problem, forces, H, start, samples)
 
     def evaluate(x, value):
@@ -156,7 +160,7 @@ def follow_parameter(problem: ContactProblem, forcing, hz, name, between, *, har
         return balance.evaluate(x, w, **setting, by=name)
 
     task = _Task(balance, Parameter(name, 1.0, hz), evaluate, lambda value: (balance.scaled(name, value), w),
-                 settings or continuation.Settings(), start, began)
+                 settings, start, began)
     return _curve(task, names, rows, first, last, at, contact, progress)
 
 

@@ -91,12 +91,6 @@ class CubicSpring(SampledLaw):
         return pairs.kn[:, None] * u**3, state
 
 
-def harmonics(law, pairs: PairSettings, x, start, grid):
-    """g, D, dg/dpreload, moves, shares as `located.brackets` fills them; sampled laws leave dg/dpreload at zero."""
-    g, D, moves, shares = law.harmonics(pairs, x, start, grid)
-    return g, D, np.zeros_like(g), moves, shares
-
-
 def projector(E) -> np.ndarray:
     """(n, nh) weights that take samples to harmonics; E (n, nh) is the basis at the samples."""
     weights = E * (2 / len(E))

@@ -94,20 +94,28 @@ def passages(evaluate, points, parameter, weights, settings):
 
 
 def _passage(evaluate, a, b, parameter, weights, settings):
-    calls = 0
+    calls, beside = 0, None
     for _ in range(12):
         share = (parameter - a.parameter) / (b.parameter - a.parameter)
         guess, apart = a.x + share * (b.x - a.x), np.linalg.norm(weights * (b.x - a.x))
         new = continuation.solve_at(evaluate, guess, parameter, weights, settings, 30)
         calls += new.iterations
         if new.converged and np.linalg.norm(weights * (new.x - guess)) <= 0.5 * apart + 1e-9 * np.linalg.norm(a.x):
-            return new, calls
+            if -1e-6 <= _along(a, b, new.x, weights) <= 1 + 1e-6:
+                return new, calls
+            beside = beside or new          # next to a fold: perhaps the solution on its other side
         middle = continuation.between(evaluate, a, b, 0.5, weights, settings)
         calls += middle.iterations
         if not middle.converged:
             break
         a, b = (a, middle) if (a.parameter - parameter) * (middle.parameter - parameter) <= 0 else (middle, b)
-    return replace(new, x=np.full_like(new.x, np.nan), converged=False), calls
+    return beside or replace(new, x=np.full_like(new.x, np.nan), converged=False), calls
+
+
+def _along(a, b, x, weights):
+    """How far x has come on the way from point a (0) to point b (1)."""
+    way = weights * (b.x - a.x)
+    return (weights * (x - a.x)) @ way / max(way @ way, 1e-300)
 
 
 def solve_passages(evaluate, branch, at, weights, settings):

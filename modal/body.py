@@ -7,7 +7,7 @@ import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
 from modal.definite import check_stiffness_diagonal, negative_stiffness
-from modal.matrix_checks import check_mass, check_mass_by_direction, check_matrix, check_nodes, check_table
+from modal.matrix_checks import check_mass, check_mass_by_direction, check_matrix, check_nodes, check_table, sparse
 
 _HELD = 1e-9      # of the body's own stiffness: a motion that meets less is free
 
@@ -42,7 +42,7 @@ class Body:
         symmetric to 1e-10, M is not positive definite or not the same along x, y and z, a node or a dof stands there
         twice, or the dof table names a node that is not there.
         """
-        K, M = sp.csr_matrix(K), sp.csr_matrix(M)
+        K, M = sparse(name, "K", K), sparse(name, "M", M)
         dof_node, dof_direction = np.asarray(dof_node), np.asarray(dof_direction)
         node, position = np.asarray(node), np.asarray(position, float)
         if K.shape != M.shape or K.shape[0] != K.shape[1] or not K.shape[0] == len(dof_node) == len(dof_direction):
@@ -102,11 +102,13 @@ def rigid_modes(body: Body) -> int:
     scale = np.sqrt(np.einsum("ij,ij->j", motions, body.M @ motions))
     motions = motions[:, scale > 0] / scale[scale > 0]
     resisted = motions.T @ (body.K @ motions)
-    rate = np.linalg.eigvalsh((resisted + resisted.T) / 2)
+    rate, way = np.linalg.eigh((resisted + resisted.T) / 2)
     # against the stiffness-to-mass ratio of the body's own diagonal, a free motion is zero to rounding
     reference = np.median(np.abs(body.K.diagonal()) / body.M.diagonal())
     if rate[0] < -_HELD * reference:
-        raise negative_stiffness(body, "a rigid motion meets it")
+        lead = np.flatnonzero(scale > 0)[np.abs(way[:, 0]).argmax()]
+        raise negative_stiffness(body, f"a rigid motion meets it, mostly a {'turn' if lead > 2 else 'slide'} "
+                                       f"{'about' if lead > 2 else 'along'} {'xyz'[lead % 3]}")
     return int((rate < _HELD * reference).sum())
 
 

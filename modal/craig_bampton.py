@@ -105,11 +105,14 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     """
     _check_modes(body, modes, below_hz)
     boundary, interior, rigid = _partition(body, masters)
+    if modes is not None and not 0 <= modes <= len(interior):
+        raise InputError(f"body '{body.name}': {modes} modes asked for: must be between 0 and the {len(interior)} dofs "
+                         "that the masters leave")
     K, M = body.K.tocsr(), body.M.tocsr()
     K_I, M_I = K[interior], M[interior]
     K_IB, K_II, M_IB, M_II = K_I[:, boundary], K_I[:, interior], M_I[:, boundary], M_I[:, interior]
     del K_I, M_I
-    factor = definite_factor(body, K_II, M_II)
+    factor = definite_factor(body, interior, K_II, M_II)
     statics = modes == 0 and not bound
     # the modes first: their count makes a second factor for a while
     found = _no_modes(len(interior)) if statics else factor.modes(M_II, modes, below_hz)

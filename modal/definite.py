@@ -2,6 +2,8 @@
 
 import numpy as np
 import scipy.linalg as sl
+import scipy.sparse as sp
+from scipy.sparse.linalg import ArpackError, eigsh
 
 from hbm.errors import InputError
 from modal.eigen import Factor, SingularStiffness
@@ -51,7 +53,7 @@ def check_condensed(body, boundary, S):
                                        f"{dof_name(body, boundary[int(np.abs(shape).argmax())])}") from None
 
 
-def definite_factor(body, K_II, M_II):
+def definite_factor(body, interior, K_II, M_II):
     """Factor of the stiffness with the masters held.
 
     A large matrix has one only where it is positive definite, but of one with little fill CHOLMOD keeps LDL', as
@@ -63,7 +65,20 @@ def definite_factor(body, K_II, M_II):
         factor, reason = None, error
     negative = modes_below(K_II, M_II, 0.0) if factor is None or len(body.dof_node) < _COUNTED else 0
     if negative:
-        raise negative_stiffness(body, f"{negative} motion{'s' * (negative > 1)} with the masters held meet it")
+        raise negative_stiffness(body, f"{negative} motion{'s' * (negative > 1)} with the masters held meet it"
+                                       + _mostly(body, interior, K_II))
     if factor is None:
         raise reason
     return factor
+
+
+def _mostly(body, dofs, K):
+    """', mostly of dof ...': where the motion with the most negative stiffness is largest; empty if it is not found."""
+    if K.shape[0] < 2:
+        return ""
+    root = sp.diags(1 / np.sqrt(K.diagonal()))
+    try:
+        shape = eigsh(root @ K @ root, k=1, which="SA", v0=np.ones(K.shape[0]))[1]
+    except ArpackError:
+        return ""
+    return f", the worst mostly of {dof_name(body, dofs[int(np.abs(shape).argmax())])}"

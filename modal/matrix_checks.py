@@ -45,6 +45,18 @@ def check_table(body):
                          "dof table twice")
 
 
+def sparse(name, label, A) -> sp.csr_matrix:
+    """The matrix as CSR; InputError for what is none."""
+    try:
+        out = sp.csr_matrix(A)
+        if out.dtype.kind in "biufc":
+            return out
+    except (TypeError, ValueError):
+        pass
+    what = f"an array of {A.dtype}, {A.shape}" if isinstance(A, np.ndarray) else f"{A!r}"[:60]
+    raise InputError(f"body '{name}': {label} is {what}: must be a square matrix of numbers")
+
+
 def check_matrix(body, label, A):
     """Real, finite and symmetric."""
     if np.iscomplexobj(A):

@@ -1,8 +1,7 @@
-"""How much memory bodies will need, foretold from their numbers of nodes and masters, and how much there is."""
-
-from pathlib import Path
+"""How much memory bodies will need, foretold from their numbers of nodes and masters."""
 
 from hbm.errors import InputError
+from hbm.memory import available_bytes
 
 # Measured by tests/benchmarks/growth.py, assembly and reduction of a block of 8-node hexahedra with 186 master dofs:
 # 0.60, 1.23, 2.51, 5.32 and 8.33 GB for 28, 57, 108, 207 and 298 thousand dofs. Matrices and boundary motions grow with
@@ -16,23 +15,6 @@ def predicted_bytes(nodes: int, masters: int = 0) -> float:
     """Peak memory of assembly and reduction of a solid mesh onto so many master nodes, bytes, to a factor of 2."""
     dense = 8 * _DENSE * 3 * nodes * max(3 * masters - _MASTER_DOFS, 0)
     return _BYTES_PER_DOF * 3 * nodes + _FACTOR_BYTES * (3 * nodes) ** _GROWTH + dense
-
-
-def available_bytes() -> float:
-    """What the machine, or the container's limit, still gives; infinite where it cannot be told."""
-    found = []
-    try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
-        found.append(next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable")))
-    except (OSError, StopIteration, ValueError):
-        pass
-    try:
-        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
-        used = int(Path("/sys/fs/cgroup/memory.current").read_text())
-        found += [int(limit) - used] if limit.isdigit() else []
-    except (OSError, ValueError):
-        pass
-    return float(min(found, default=float("inf")))
 
 
 def check_memory(*bodies) -> None:

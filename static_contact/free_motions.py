@@ -1,13 +1,25 @@
-"""Motions of the bodies that meet no stiffness: found, named, and made definite by a gauge that carries no force."""
+"""Motions of the bodies that meet no stiffness: found, named, and made definite by a gauge that carries no force.
+
+Bodies resist what their K does beyond its rounding, contact pairs what their normals face beyond the errors of
+coordinates. How stiff the springs are does not matter: soft ones hold as well as stiff ones.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg as sl
 from scipy.optimize import linprog
 
+from hbm.errors import InputError
 from hbm.model import ROTATIONS, ReducedModel
 
-FREE_STIFFNESS = 3e-7   # of the stiffness of the nodes held one by one
+FREE_STIFFNESS = 1e-11  # of the stiffness of the nodes held one by one: less is rounding of K, 5e-14 of 80 000 dofs
+FACING = 3e-3           # of a motion: normals that face it by less do so by inexact coordinates, and do not hold it
 TAKEN_UP = 1e-3         # of the load: what inexact coordinates of meshes leave along motions that nothing holds
+_SEEN = 1e-5            # of a motion: a normal that faces it by less is not worth a word
 _ROUNDING = 1e-12       # of the distance from the origin
+WEAK = 3e-7             # of the same: far below elastic stiffness
+_NOISE = 30             # times the most negative stiffness of a rigid motion, which none has: what K's digits leave
 _ROLLS = 0.1            # of a motion: more of it by rolling makes it a roll
 _FITS = 1e-7            # of the largest gap: overlaps that linear programming takes for none
 _LABELS = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
@@ -59,27 +71,120 @@ def moving(rigid) -> np.ndarray:
     return np.hstack(found) if found else np.zeros((0, 0))
 
 
-def free_motions(rigid, model, K):
-    """Rigid motions that neither the bodies nor the contact normals resist: (r, m), names, their coefficients in the
-    columns of `rigid`, and the gauge (r, r).
+def floating(rigid, K, below=FREE_STIFFNESS):
+    """(6 b, m) coefficients in the columns of `rigid` of the motions that K (r, r) does not resist but by rounding, or
+    by less than `below` of the stiffness of the nodes held one by one.
 
-    The stiffness that each rigid motion meets is measured against that of its nodes held one by one.
+    Positions that do not quite fit K, given with a few digits, make an elastic motion of a rigid one. One step of
+    inverse iteration takes that out again before the stiffness is measured. Where K itself has few digits, some rigid
+    motions meet negative stiffness: that says how much of it is noise.
     """
-    diagonal = K.diagonal()
     ways = moving(rigid)
+    own = np.abs(K.diagonal())
+    own = np.where(own > 0, own, np.median(own[own > 0]) if own.any() else 1.0)
     motions = rigid @ ways
-    scale = np.sqrt(np.einsum("ij,i,ij->j", motions, diagonal, motions))
-    scale[scale == 0] = scale.max(initial=0.0) or 1.0        # nothing at all holds the nodes: free
-    unit = motions / scale
-    lam, z = np.linalg.eigh(unit.T @ K @ unit)
-    count = int((lam < FREE_STIFFNESS).sum())
-    if not count:
-        return np.zeros((model.size, 0)), [], np.zeros((rigid.shape[1], 0)), 0.0
-    coefficients = ways @ (z[:, :count] / scale[:, None])
+    size = np.sqrt(np.einsum("ij,i,ij->j", motions, own, motions))
+    unit = motions / size
+    if not unit.shape[1]:
+        return np.zeros((rigid.shape[1], 0))
+    root = np.sqrt(own)
+    scaled = K / np.outer(root, root)
+    near = sl.solve(scaled + WEAK * np.eye(len(K)), root[:, None] * unit, assume_a="sym")
+    near = np.linalg.qr(near / np.linalg.norm(near, axis=0))[0]
+    stiffness = np.linalg.eigvalsh(near.T @ scaled @ near)
+    count = int((stiffness < max(below, min(-_NOISE * stiffness[0], WEAK))).sum())
+    softest = np.linalg.eigh(unit.T @ K @ unit)[1][:, :count]
+    return ways @ (softest / size[:, None])
+
+
+@dataclass(frozen=True)
+class FreeMotions:
+    """Rigid motions that neither the bodies nor the pairs resist.
+
+    rigid : (r, 6 b), coefficients : (6 b, m) - each motion in its columns; names - m of (name, unit)
+    owner : (r,) str - the body of each dof; faced : (m,) - largest motion of a pair, of the largest one of a node
+    """
+
+    rigid: np.ndarray
+    coefficients: np.ndarray
+    names: list
+    owner: np.ndarray
+    faced: np.ndarray
+    facing: float
+
+    @property
+    def shape(self) -> np.ndarray:
+        """(r, m)"""
+        return self.rigid @ self.coefficients
+
+    def reach(self, load) -> np.ndarray:
+        """(m,) What the load (r,) on the bodies that take part in each motion could do at most along it, N or N m.
+
+        On the dofs of nodes alone: what loads the modes of a body is no force."""
+        nodal, shape = self.rigid.any(axis=1), self.shape
+        return sum((np.abs(shape[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
+                    for mine in (nodal & (self.owner == body) for body in sorted(set(self.owner.tolist())))),
+                   np.zeros(len(self.names)))
+
+    def refuse(self, amounts, load):
+        """InputError where forces do more along a motion than inexact meshes explain: amounts (m,) of load (r,)."""
+        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it" + (
+                      f" (the normals face it by {faced:.1e} of its size, which counts as held above facing = "
+                      f"{self.facing:g})" if faced > _SEEN else "")
+                  for (name, unit), amount, reach, faced in zip(self.names, amounts, self.reach(load), self.faced,
+                                                                strict=True) if abs(amount) > TAKEN_UP * reach]
+        if loaded:
+            raise InputError("; ".join(loaded))
+
+    def taken_up(self, along):
+        """(r,) nodal forces that do the work `along` (m,): pure couples against rolls, pure forces against slides, so
+        that the balance of forces on the normals stays what it was."""
+        taken = np.zeros(len(self.rigid))
+        for (_, unit), amount, coefficients in zip(self.names, along, self.coefficients.T, strict=True):
+            lead = np.tile(np.repeat([unit == "N", unit == "N m"], 3), len(coefficients) // 6)
+            part = np.where(lead, coefficients, 0.0)
+            resultant = amount * part / (part @ part)
+            taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
+        return taken
+
+    def held(self, amounts, load, above) -> dict:
+        """{name: amount} of those above a share of what the load could do."""
+        return {name: float(amount) for (name, _), amount, reach in zip(self.names, amounts, self.reach(load),
+                                                                        strict=True) if abs(amount) > above * reach}
+
+
+def free_motions(rigid, model, B, facing=FACING) -> FreeMotions:
+    """Of a model; B (P, r) the motions of the pairs that springs act on, however soft."""
+    return unfaced(rigid, floating(rigid, model.K), B, model.body, facing, _lengths(model))
+
+
+def unfaced(rigid, coefficients, B, owner, facing=FACING, weight=1.0) -> FreeMotions:
+    """Those of the motions `coefficients` (6 b, m) of bodies that float which no normal faces by more than `facing`.
+
+    weight : (r,) m - turns displacements into metres
+    """
+    weight = np.broadcast_to(weight, len(rigid))[:, None]
+    _, amount, way = np.linalg.svd(weight * (rigid @ coefficients), full_matrices=False)
+    coefficients = coefficients @ (way / amount[:, None]).T
+    coefficients = coefficients @ np.linalg.svd(B @ (rigid @ coefficients))[2].T
+    coefficients = coefficients[:, _faced(B, rigid @ coefficients, weight) <= facing]
     reduced, names = name_motions(rigid, coefficients.T)
-    free = rigid @ reduced.T
-    basis = np.linalg.qr(free)[0]
-    return free, names, reduced.T, np.median(diagonal[diagonal > 0]) * (basis @ basis.T)
+    return FreeMotions(rigid, reduced.T, names, owner, _faced(B, rigid @ reduced.T, weight), facing)
+
+
+def _faced(B, motions, weight):
+    """(m,) largest motion of a pair over the largest motion of a node, column by column."""
+    return np.abs(B @ motions).max(axis=0, initial=0.0) / np.abs(weight * motions).max(axis=0)
+
+
+def _lengths(model):
+    """(r,) m: what turns displacements into metres: 1, and of rotations the size of the body."""
+    out = np.ones(model.size)
+    for body in set(model.body.tolist()):
+        mine = model.body == body
+        at = model.position[mine & model.moves]
+        out[mine & np.isin(model.direction, ROTATIONS)] = np.ptp(at, axis=0).max(initial=0.0) or 1.0
+    return out
 
 
 def name_motions(rigid, coefficients):
@@ -87,6 +192,8 @@ def name_motions(rigid, coefficients):
 
     Row reduction of coefficients (m, 6 f) with complete pivoting, rotations weighed by the size of the body.
     """
+    if not len(coefficients):
+        return coefficients, []
     size = np.linalg.norm(rigid.reshape(len(rigid), -1, 2, 3), axis=(0, 3))
     weight = np.repeat(size / size[:, :1], 3)                   # 1, 1, 1, arm, arm, arm of each body
     rows, names = coefficients.copy(), [None] * len(coefficients)
@@ -105,20 +212,13 @@ def name_motions(rigid, coefficients):
 def name_of_drift(rigid, K, B, drift) -> str:
     """The rigid motion of the bodies that float that comes nearest to the motion of the pairs drift (P,): the roll that
     leads it, and a slide where it hardly rolls. rigid, K and B as in `unstressed`."""
-    floating = np.flatnonzero(_floats(rigid, K))
-    coefficients = np.zeros(rigid.shape[1])
-    coefficients[floating] = np.linalg.lstsq(B @ rigid[:, floating], drift, rcond=None)[0]
+    ways = floating(rigid, K)
+    coefficients = ways @ np.linalg.lstsq(B @ rigid @ ways, drift, rcond=None)[0]
     amount = np.abs(coefficients) * np.linalg.norm(rigid, axis=0)
     rolls = np.tile(np.repeat([False, True], 3), len(amount) // 6)
     if amount[rolls].max(initial=0.0) > _ROLLS * amount.max(initial=0.0):
         amount[~rolls] = 0.0
     return _LABELS[amount.argmax() % 6][0] if amount.any() else "motion of its own"
-
-
-def _floats(rigid, K):
-    """(6 b,) bool: columns of `rigid` that move nodes and meet no stiffness of the bodies."""
-    largest = (np.abs(K).max() or 1.0) * np.maximum(np.abs(rigid).max(axis=0), 1e-300)
-    return (np.abs(K @ rigid).max(axis=0) / largest < FREE_STIFFNESS) & rigid.any(axis=0)
 
 
 def unstressed(rigid, K, B, gap):
@@ -127,16 +227,16 @@ def unstressed(rigid, K, B, gap):
 
     rigid (r, 6 b) as from `rigid_motions`; K (r, r); B (P, r) normal motion of the pairs.
     """
-    floating = rigid[:, _floats(rigid, K)]
+    loose = rigid @ floating(rigid, K)
     size = np.abs(gap).max()
-    if not floating.shape[1] or size == 0:
+    if not loose.shape[1] or size == 0:
         return np.zeros(len(K)) if (gap >= 0).all() else None
-    motion = B @ floating
+    motion = B @ loose
     reach = np.abs(motion).max(axis=0)
     reach[reach == 0] = 1.0
     scaled = np.column_stack([motion / reach, np.ones(len(gap))])            # in units of the largest gap
-    answer = linprog(np.r_[np.zeros(floating.shape[1]), -1.0], A_ub=scaled, b_ub=gap / size,
-                     bounds=[(None, None)] * floating.shape[1] + [(None, 1.0)], method="highs")
+    answer = linprog(np.r_[np.zeros(loose.shape[1]), -1.0], A_ub=scaled, b_ub=gap / size,
+                     bounds=[(None, None)] * loose.shape[1] + [(None, 1.0)], method="highs")
     if answer.status != 0 or answer.x[-1] < -_FITS:
         return None
-    return floating @ (size * answer.x[:-1] / reach)
+    return loose @ (size * answer.x[:-1] / reach)

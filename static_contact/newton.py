@@ -20,32 +20,36 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from modal import petsc
 from modal.body import Body
-from static_contact.free_motions import name_motions
+from static_contact.free_motions import FreeMotions, unfaced
 from static_contact.full import sparse_relative_motion
 from static_contact.full_sets import FullSets
 from static_contact.shares import own_rows
 
 _RESIDUAL = 1e-10      # of the load
 _ITERATIONS = 60
+_HELD = 1e-8           # of the load's reach: what is held along free motions above it is reported
 
 
 @dataclass(frozen=True)
 class FullPreload:
     """pairs - with the preload, the same on every rank (hard pairs: the contact force, 0 = open); force : (P,) N
-    iterations - Newton steps, or matrices factored where these did not end; residual - of the equations, of |f|."""
+    iterations - Newton steps, or matrices factored where these did not end; residual - of the equations, of |f|
+    held : {name: N or N m} - of loads and contact forces along motions that no contact resists, as inexact
+    coordinates leave them; as `preload.Preload.held`."""
 
     pairs: ContactTable
     force: np.ndarray
     iterations: int
     residual: float
+    held: dict
 
 
 def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPreload:
     """Signed preload of every pair under nodal forces {body: (d,) N}; to be called on all ranks.
 
-    bodies - whole, or with the rows of this rank only (`shares.shared_bodies`). Raises InputError when a load acts
-    along a motion that no contact resists, NotHeld (an InputError) when it lifts the damper off, and RuntimeError when
-    the residual stays above 1e-8 of the load.
+    bodies - whole, or with the rows of this rank only (`shares.shared_bodies`). Raises InputError when forces do more
+    than 1e-3 of what the load could along a motion that no contact resists, NotHeld (an InputError) when the load lifts
+    the damper off, and RuntimeError when the residual stays above 1e-8 of the load.
     """
     PETSc = petsc.start()
     if PETSc is None:
@@ -60,21 +64,33 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPr
     k = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
     k[hard] = (B.power(2) @ diagonal)[hard]               # the bodies' own stiffness, for the scale alone
     C = sp.hstack([B, sp.csr_matrix((np.ones(len(hard)), (hard, range(len(hard)))), (len(pairs), len(hard)))]).tocsr()
-    added = np.concatenate([_pins(bodies, B, k, f, diagonal), -k[hard]])
-    K = K + sp.diags(added, format="csr")[low:high]
-    system = _Newton(PETSc, (low, high), K.tocsr(), C, k, pairs.gap, np.concatenate([f, np.zeros(len(hard))]),
-                     definite=not len(hard))
+    motions = _free_motions(bodies, pairs, B, k)
+    work = motions.shape.T @ f
+    motions.refuse(work, f)
+    added = np.concatenate([_pins(motions, diagonal), -k[hard]])
+    K = (K + sp.diags(added, format="csr")[low:high]).tocsr()
+    applied = np.concatenate([f - motions.taken_up(work), np.zeros(len(hard))])
+    u, iterations, residual = _solved(_Newton(PETSc, (low, high), K, C, k, pairs.gap, applied,
+                                              definite=not len(hard)), B, pairs.carrying & (k > 0))
+    signed = k * (u - pairs.gap)
+    force = np.maximum(signed, 0.0)
+    held = motions.shape.T @ (f - B.T @ force)
+    motions.refuse(held, f)
+    return FullPreload(pairs.replace(preload=np.where(np.isinf(pairs.kn), force, signed)), force, iterations, residual,
+                       motions.held(held, f, _HELD))
+
+
+def _solved(system, B, carrying):
+    """Motion of the pairs, Newton steps or matrices factored, residual; the system is destroyed."""
     u, iterations, residual = system.solve()
     if not residual <= 1e-8:
-        sets = FullSets(system, B, pairs.carrying & (k > 0))
-        u, residual = sets.solve()
-        iterations += sets.factored
+        pivoting = FullSets(system, B, carrying)
+        u, residual = pivoting.solve()
+        iterations += pivoting.factored
     system.destroy()
     if not residual <= 1e-8:
         raise RuntimeError(f"Newton on the full model ended at a residual of {residual:.1e} of the load")
-    signed = k * (u - pairs.gap)
-    force = np.maximum(signed, 0.0)
-    return FullPreload(pairs.replace(preload=np.where(np.isinf(pairs.kn), force, signed)), force, iterations, residual)
+    return u, iterations, residual
 
 
 def _whole_diagonal(comm, rows, low):
@@ -84,27 +100,20 @@ def _whole_diagonal(comm, rows, low):
     return comm.tompi4py().allreduce(own)
 
 
-def _pins(bodies, B, kn, f, diagonal):
-    """(d,) springs to ground that hold each motion no contact resists at one dof: unloaded, they carry nothing."""
-    blocks = [b.rigid_motions() if b.free else np.zeros((b.dofs, 0)) for b in bodies]
-    rigid = sl.block_diag(*blocks)
-    pins = np.zeros(len(f))
-    if not rigid.shape[1]:
-        return pins
-    size = np.linalg.norm(rigid, axis=0)
-    motion = B @ (rigid / size)
-    values, vectors = np.linalg.eigh(motion.T * kn @ motion)
-    free = vectors[:, values < 1e-10 * values[-1]].T / size
-    if not len(free):
-        return pins
-    coefficients, names = name_motions(rigid, free)
-    motions = rigid @ coefficients.T
-    work = motions.T @ f
-    for (name, unit), amount, one in zip(names, work, motions.T, strict=True):
-        if abs(amount) > 1e-8 * np.abs(one).max() * np.abs(f).sum():
-            raise InputError(f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it")
-    pivots = sl.qr(motions.T, mode="r", pivoting=True)[1][:len(free)]
-    pins[pivots] = diagonal[pivots]
+def _free_motions(bodies, pairs, B, k) -> FreeMotions:
+    """Rigid motions of the free bodies that no normal faces, as the condensed route finds them."""
+    rigid = sl.block_diag(*(b.rigid_motions() if b.free else np.zeros((b.dofs, 0)) for b in bodies))
+    owner = np.repeat([b.name for b in bodies], [b.dofs for b in bodies])
+    return unfaced(rigid, np.eye(rigid.shape[1]), B[pairs.carrying & (k > 0)], owner)
+
+
+def _pins(motions, diagonal):
+    """(d,) springs to ground that hold each free motion at one dof: what normals tilted by inexact coordinates do along
+    it is all that they carry."""
+    pins, shape = np.zeros(len(diagonal)), motions.shape
+    if shape.shape[1]:
+        pivots = sl.qr(shape.T, mode="r", pivoting=True)[1][:shape.shape[1]]
+        pins[pivots] = diagonal[pivots]
     return pins
 
 

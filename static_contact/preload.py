@@ -17,13 +17,14 @@ from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.complementarity import Normal, NotHeld, closed_pairs
 from static_contact.free_motions import (
+    FACING,
     FREE_STIFFNESS,
-    TAKEN_UP,
     free_motions,
     name_of_drift,
     rigid_motions,
     unstressed,
 )
+from static_contact.refinement import Apart, refined
 
 _LARGEST_RESIDUAL = 1e-8  # of the load
 _ROUNDING = 1e-10          # of the load's reach: below it nothing is reported
@@ -48,7 +49,7 @@ class Preload:
     displacement : (r,) m; motions - free ones and the load along each
     held : {name: amount} - of loads and contact forces along free motions, in their units, taken up in the reference
     state; empty where that is no more than 1e-8 of the load
-    residual - |K q + B' N - f| / |f|, f without what is held; without load / |B' N|
+    residual - |K q + B' N - f| / |f|, f without what is held; without load / ||B|' N|
     balance - |sum of contact forces, loads and what is held| / |sum of loads| on the floating dampers, None where none
     floats
     iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
@@ -70,7 +71,9 @@ class Preload:
 class StaticContact:
     """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
 
-    def __init__(self, model: ReducedModel, pairs: ContactTable):
+    def __init__(self, model: ReducedModel, pairs: ContactTable, *, facing: float = FACING):
+        """facing : of a rigid motion, how far a normal must face it to hold it; what exact coordinates allow to lower.
+        """
         if not len(pairs) or not pairs.carrying.any():
             raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
         self.model, self.pairs = model, pairs
@@ -79,14 +82,18 @@ class StaticContact:
         k0 = reference_stiffness(model.K, self.B, self.kn)
         K = model.K + self.B.T * k0 @ self.B
         self.rigid = rigid_motions(model)
-        self.free, self.names, self.coefficients, gauge = free_motions(self.rigid, model, K)
+        self.motions = free_motions(self.rigid, model, self.B[k0 > 0], facing)
+        self.free, self.names = self.motions.shape, self.motions.names
         self.idle = np.linalg.qr(self.free)[0]
         try:
             # the gauge makes the free motions definite; what it carries is part of `held`
-            self.factor = sl.cho_factor(K + gauge)
+            self.gauge = np.median(K.diagonal()[K.diagonal() > 0]) * (self.idle @ self.idle.T)
+            self.factor = sl.cho_factor(K + self.gauge)
         except np.linalg.LinAlgError:
-            raise InputError("a motion meets no stiffness and is not a rigid motion of a body whose node positions "
-                             "are known: the model's K is singular") from None
+            raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
+                             "precision, and is not a rigid motion of a body whose node positions are known that "
+                             "nothing holds: the model's K is singular") from None
+        self.apart = Apart.of(self.rigid, model.K)
         self.by_pair = sl.cho_solve(self.factor, self.B.T)
         G = self.B @ self.by_pair
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
@@ -104,21 +111,20 @@ class StaticContact:
         gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
         along = self.free.T @ load
         if not hold:
-            self._refuse(along, load)
-        taken = self._taken_up(along)
-        q, u, force, closed, iterations, method = self._contact(load - taken, gap)
+            self.motions.refuse(along, load)
+        taken = self.motions.taken_up(along)
+        q, elastic, u, force, closed, iterations, method = self._contact(load - taken, gap)
         contact = self.B.T @ force
-        scale = load if load.any() else contact
-        left, held = self.model.K @ q + contact - load, {}
+        scale = load if load.any() else np.abs(self.B).T @ np.abs(force)
+        left, held = elastic + contact - load, {}
         if _ratio(left, scale) > _LARGEST_RESIDUAL:
             # the gauge carries what nearly free motions take of the contact forces: tilted normals slide a little
             taken -= self.idle @ (self.idle.T @ (left + taken))
             left += taken
             amounts = self.free.T @ taken
             if not hold:
-                self._refuse(amounts, scale)
-            held = {name: float(amount) for (name, _), amount, reach
-                    in zip(self.names, amounts, self._reach(scale), strict=True) if abs(amount) > _ROUNDING * reach}
+                self.motions.refuse(amounts, scale)
+            held = self.motions.held(amounts, scale, _ROUNDING)
         if not _ratio(left, scale) <= _LARGEST_RESIDUAL:
             raise InputError(f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced (allowed: "
                              f"{_LARGEST_RESIDUAL:g}): the model's K is too ill-conditioned")
@@ -132,13 +138,14 @@ class StaticContact:
                        method=method)
 
     def _contact(self, applied, gap):
-        """Displacement, motion and force of the pairs, which are closed, sets tried, method."""
+        """Displacement and the bodies' forces K q, motion and force of the pairs, which are closed, sets tried, method.
+        """
         if not applied.any():
             may_close = self.normal.free
             q = unstressed(self.rigid, self.model.K, self.B[may_close], gap[may_close])
             if q is not None:
                 nothing = np.zeros(len(gap))
-                return q, self.B @ q, nothing, nothing > 0, 0, "unloaded"
+                return q, self.model.K @ q, self.B @ q, nothing, nothing > 0, 0, "unloaded"
         start = sl.cho_solve(self.factor, applied)
         try:
             u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
@@ -147,34 +154,8 @@ class StaticContact:
                 raise
             name = name_of_drift(self.rigid, self.model.K, self.B, error.drift)
             raise NotHeld(f"{error}, the load leaves it free to move: {name}", error.drift) from None
-        return start - self.by_pair @ (force - self.normal.k0 * u), u, force, closed, iterations, method
-
-    def _refuse(self, amounts, load):
-        """InputError where forces do more along a free motion than inexact meshes explain."""
-        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it"
-                  for (name, unit), amount, reach in zip(self.names, amounts, self._reach(load), strict=True)
-                  if abs(amount) > TAKEN_UP * reach]
-        if loaded:
-            raise InputError("; ".join(loaded))
-
-    def _reach(self, load):
-        """What the load on the bodies that take part in each free motion could do at most along it, N or N m.
-
-        On the dofs of nodes alone: what loads the modes of a body is no force."""
-        nodal = self.rigid.any(axis=1)
-        return sum(np.abs(self.free[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
-                   for mine in (nodal & (self.model.body == body) for body in set(self.model.body.tolist())))
-
-    def _taken_up(self, along):
-        """Nodal forces that do the load's work along the free motions: pure couples against rolls, pure forces against
-        slides, so that the balance of forces on the normals stays what it was."""
-        taken = np.zeros(self.model.size)
-        for (_, unit), amount, coefficients in zip(self.names, along, self.coefficients.T, strict=True):
-            lead = np.tile(np.repeat([unit == "N", unit == "N m"], 3), len(coefficients) // 6)
-            part = np.where(lead, coefficients, 0.0)
-            resultant = amount * part / (part @ part)
-            taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
-        return taken
+        q = start - self.by_pair @ (force - self.normal.k0 * u)
+        return *refined(self, applied, q, u, force, closed), closed, iterations, method
 
     def _balance(self, load, force):
         """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""

@@ -7,7 +7,8 @@
 A section is a page of rows (case, H or '', ours, reference, relative error, against); its worst row for each kind of
 reference goes to the front page beside what is allowed. Sections live with their tests: the modules of MODULES hold
 them. Benchmarks (all: `python -m tests.benchmarks`) write figures into results/; `tests/validation_figures.py` makes
-their pages, `tests/validation_targets.py` the front page's table of everything that was promised.
+their pages, `tests/validation_targets.py` the front page's table of everything that was promised. Every page says on
+which code its figures were measured, and the front page where that is not the code as it is (`validation_code.py`).
 """
 
 import datetime
@@ -15,13 +16,18 @@ import importlib
 import importlib.metadata
 import platform
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+
+from tests import validation_code
+from tests.benchmarks.record import RUNS, fingerprint, recorded
 
 ROOT = Path(__file__).parents[1]
 FRONT, PAGES = ROOT / "docs" / "validation.md", ROOT / "docs" / "validation"
-MODULES = ("tests.hbm.validation_rows", "tests.hbm.validation_truth", "tests.modal.validation_rows",
-           "tests.static_contact.validation_rows", "tests.static_contact.validation_h1")
+MODULES = {"tests.hbm.validation_rows": "hbm", "tests.hbm.validation_truth": "hbm",
+           "tests.modal.validation_rows": "statics", "tests.static_contact.validation_rows": "statics",
+           "tests.static_contact.validation_h1": "statics"}
+"""{module: the code that its rows run, a key of record.PACKAGES}"""
 HEADER = "| case | H | ours | reference | error | against |"
 
 
@@ -32,8 +38,9 @@ class Section:
     key : name of the page; title, text : what is compared, in which quantity, and the source of the reference
     rows : function without arguments that yields (case, H or '', ours, reference, relative error, against)
     allowed : {against: largest error}; a key may be the beginning of an `against`
-    when : date, versions and machine of figures that a benchmark measured; None: the rows are computed now
+    store : name of the figures that a benchmark measured; None: the rows are computed now
     notes : function without arguments that gives markdown to stand below the text
+    code : key of record.PACKAGES, filled in by `sections`
     """
 
     key: str
@@ -41,8 +48,9 @@ class Section:
     text: str
     rows: object
     allowed: dict = field(default_factory=dict)
-    when: str | None = None
+    store: str | None = None
     notes: object = None
+    code: str = "hbm"
 
     def limit(self, against):
         """What is allowed against a kind of reference; None where nothing is asked."""
@@ -53,9 +61,9 @@ class Section:
 def sections() -> list[Section]:
     """Of every module that is there, in the order of MODULES."""
     found = []
-    for name in MODULES:
+    for name, code in MODULES.items():
         if (ROOT / (name.replace(".", "/") + ".py")).exists():
-            found += importlib.import_module(name).SECTIONS
+            found += [replace(s, code=RUNS.get(s.store, code)) for s in importlib.import_module(name).SECTIONS]
     return found
 
 
@@ -63,10 +71,11 @@ def relative(ours, reference) -> float:
     return abs(ours - reference) / max(abs(reference), 1e-300)
 
 
-def made() -> str:
-    """Date, versions and machine of what is computed now."""
+def made(code: str) -> str:
+    """Date, versions, machine and code of what is computed now."""
     versions = [f"{p} {importlib.metadata.version(p)}" for p in ("numpy", "scipy", "numba")]
-    return f"{datetime.date.today()}; Python {platform.python_version()}, {', '.join(versions)}; {processor()}"
+    return (f"{datetime.date.today()}; Python {platform.python_version()}, {', '.join(versions)}; {processor()}; "
+            f"code {fingerprint(code)}")
 
 
 def processor() -> str:
@@ -77,16 +86,10 @@ def processor() -> str:
         return platform.machine()
 
 
-def stored_when(run: dict | None) -> str:
-    """Section.when of the figures that a benchmark recorded."""
-    if not run:
-        return "never"
-    return "; ".join(run[key] for key in ("date", "versions", "processor") if key in run)
-
-
 def page(section: Section, rows, when: str) -> str:
     """Markdown of a section: its worst rows beside what is promised, then all."""
     lines = [f"# {section.title}", "", section.text, "", f"Computed {when}. [All sections](../validation.md)", ""]
+    lines += validation_code.warning(when, section.code, validation_code.now())
     if section.notes:
         lines += [section.notes(), ""]
     if not rows:
@@ -133,28 +136,50 @@ def read_page(key: str):
                   if line.startswith("|") and not line.startswith(("|---", "| case"))]
 
 
-def front() -> str:
-    """The front page, from the pages and benchmark figures that stand."""
+def front(codes=None) -> str:
+    """The front page, from the pages and benchmark figures that stand; codes: of which code, else of that as it is."""
     from tests import validation_figures, validation_targets
+    codes = codes or validation_code.now()
+    marks = code_marks(codes)
     targets = {"The harmonic-balance core": validation_targets.hbm(),
                "Statics and reduction": validation_targets.statics()}
     every = [t for part in targets.values() for t in part]
     short = validation_targets.short(every)
     held = sum(t.held is True for t in every)
-    tables = [line for title, part in targets.items() for line in (f"### {title}", "", *validation_targets.lines(part))]
+    tables = [line for title, part in targets.items() for line in (f"### {title}", "",
+                                                                   *validation_targets.lines(part, marks))]
     return "\n".join([
-        FRONT_TEXT, "## What falls short", "", f"Of {sum(t.held is not None for t in every)} promises that were "
-        f"measured {held} are held.", "", *(short or ["- nothing"]), "", "## Promises", "", *tables, "## Sections", "",
-        SECTIONS_TEXT, "", "| section | against | worst case | H | error | allowed | computed |",
-        "|---|---|---|---|---|---|---|", *_section_lines(), "",
-        f"Benchmarks: {_links(validation_figures.pages())}.", "", *_pages_of_their_own(), DISAGREEMENTS])
+        FRONT_TEXT, validation_code.sentence(codes), "", "## What falls short", "",
+        f"Of {sum(t.held is not None for t in every)} promises that were measured {held} are held.", "",
+        *(short or ["- nothing"]), "", "## Measured on other code", "", *_stale_lines(marks), "", "## Promises", "",
+        *tables, "## Sections", "", SECTIONS_TEXT, "",
+        "| section | against | worst case | H | error | allowed | computed |", "|---|---|---|---|---|---|---|",
+        *_section_lines(marks), "", f"Benchmarks: {_links(validation_figures.pages())}.", "", *_pages_of_their_own(),
+        DISAGREEMENTS])
 
 
-def _section_lines():
+def code_marks(codes) -> dict:
+    """{key of a page: what to say of the code that its figures are of; '' where it is that of `codes`}."""
+    from tests import validation_figures
+    found = {s.key: ((read_page(s.key) or ("", []))[0], s.code) for s in sections()}
+    found |= {key: (validation_code.described(recorded(store)), RUNS[store])
+              for key, store in validation_figures.STORES.items()}
+    return {key: validation_code.mark(*at, codes) for key, at in found.items()}
+
+
+def _stale_lines(marks):
+    """A bullet for each kind of mark, with its pages."""
+    kinds = sorted(set(filter(None, marks.values())))
+    return [f"- {kind}: {_links([key for key in marks if marks[key] == kind])}" for kind in kinds] or ["- nothing"]
+
+
+def _section_lines(marks):
     """The worst rows of every section; one that has no rows says so."""
     for s in sections():
         when, rows = read_page(s.key) or ("", [])
         title, date = f"[{s.title}](validation/{s.key}.md)", when[:10]
+        if marks.get(s.key):
+            date = f"**{marks[s.key]}**"
         for case, H, _, _, error, against in [r for r in worst(rows) if s.limit(r[5]) is not None] or worst(rows):
             limit = s.limit(against)
             allowed = "" if limit is None else f"{limit:.2g}" if float(error) <= limit else f"**{limit:.2g}**"
@@ -182,8 +207,8 @@ FRONT_TEXT = """# Validation
 
 Made by `python -m tests.validation`, from the cases of the tests and the last run of the benchmarks
 (`python -m tests.benchmarks`); not edited by hand. Every promise stands below with what was measured; the link leads to
-the page with all rows, its date, its versions and the source of the reference. Where only the suite holds a promise,
-the link leads to its test.
+the page with all rows, its date, its versions, its code and the source of the reference. A figure that was measured on
+other code than this page was made for says so in the column *code*.
 """
 
 SECTIONS_TEXT = """Each line is the **worst** row of a section against one kind of reference, as a relative error;
@@ -208,14 +233,14 @@ def main(arguments):
     if unknown:
         sys.exit(f"no section '{unknown.pop()}'; there are: {', '.join(s.key for s in chosen)}")
     for s in chosen:
-        when, rows = s.when, []
-        if s.when is not None:                  # a benchmark's figures are only read
+        when, rows = validation_code.described(recorded(s.store)) if s.store else "", []
+        if s.store:                             # a benchmark's figures are only read
             rows = list(s.rows())
         elif "--front" in arguments or (keys and s.key not in keys):
             when, rows = read_page(s.key) or ("never", [])
         else:
             print(s.key, flush=True)
-            when, rows = made(), list(s.rows())
+            when, rows = made(s.code), list(s.rows())
         (PAGES / f"{s.key}.md").write_text(page(s, rows, when), encoding="utf-8")
     from tests import validation_figures
     for key, text in validation_figures.pages().items():

@@ -4,7 +4,12 @@ A page whose benchmark has not been run says so. What is promised stands beside 
 in tests/validation_targets.py.
 """
 
-from tests.benchmarks.record import recorded
+from tests import validation_code
+from tests.benchmarks.record import RUNS, recorded
+
+STORES = {"speed": "speed", "rig": "rig", "damping": "rig", "robustness": "robustness", "cost_floor": "cost_floor",
+          "growth": "growth"}
+"""{page: store of its figures}"""
 
 BACK = "[All sections](../validation.md)"
 
@@ -19,10 +24,9 @@ def page(title, name, script, text, body) -> str:
     found = recorded(name)
     if not found:
         return f"# {title}\n\nNot measured: run `{script}`. {BACK}\n"
-    when = [found.get("date", "on a day not noted"), found.get("versions", "versions not noted"),
-            found.get("processor")]
-    when = [*filter(None, when), *([f"code {found['code']}"] if "code" in found else [])]
-    lines = [f"# {title}", "", f"{text} Made by `{script}`. {BACK}", "", f"Measured {'; '.join(when)}.", ""]
+    when = validation_code.described(found)
+    lines = [f"# {title}", "", f"{text} Made by `{script}`. {BACK}", "", f"Measured {when}.", "",
+             *validation_code.warning(when, RUNS[name], validation_code.now())]
     return "\n".join([*lines, *body(found)]).rstrip() + "\n"
 
 
@@ -50,9 +54,9 @@ def speed() -> str:
         return lines + table(heads, [
             (r["case"], r["H"], f"{r['ms']:.2f}", f"{r['peer_ms']:.1f}", f"{r['peer_ms'] / r['ms']:.0f}",
              r["peer_points"], f"{r['apart']:.1e} at {r['apart_hz']:.1f} Hz") for r in peers])
-    return page("Speed", "speed", "tests/benchmarks/hbm_speed.py", "CPU time on one thread, of a machine that may be "
-                "shared: ratios within one run say more than milliseconds. For the growth exactly 8 pairs, or one in "
-                "eight, slip or open at every point, or the run stops.", body)
+    return page("Speed", "speed", "python -m tests.benchmarks.hbm_speed", "CPU time on one thread, of a machine that "
+                "may be shared: ratios within one run say more than milliseconds. For the growth exactly 8 pairs, "
+                "or one in eight, slip or open at every point, or the run stops.", body)
 
 
 def rig() -> str:
@@ -72,8 +76,8 @@ def rig() -> str:
         lines += ["## Cantilever on eight contacts", ""]
         beams = found.get("beam", [])
         return lines + (table(("beam", *heads), rows(beams)) if beams else ["Not measured."])
-    return page("Curves of the two-blade rig and of the beam", "rig", "tests/benchmarks/hbm_rig.py", "Tuned set of 18 "
-                "pairs, 2300 to 3300 Hz, and the frictional beam, 700 to 1200 Hz, with default settings. Peak: "
+    return page("Curves of the two-blade rig and of the beam", "rig", "python -m tests.benchmarks.hbm_rig", "Tuned set "
+                "of 18 pairs, 2300 to 3300 Hz, and the frictional beam, 700 to 1200 Hz, with default settings. Peak: "
                 "harmonic 1 of the first output, refined.", body)
 
 
@@ -87,15 +91,17 @@ def damping() -> str:
                       "peak, m"),
                      [(r["case"], f"{r['ms']:.2f}", f"{r['ms'] / first['ms']:.1f}", f"{r['calls']:.2f}", r["points"],
                        _yes(r["complete"]), f"{r['peak'][1]:.7g}") for r in these])
-    return page("A general damping matrix", "rig", "tests/benchmarks/hbm_rig.py", "The rig's tuned set at 20 N, H = 5, "
-                "651 modes. As a matrix the modal damping must give the same curve; one that couples the modes needs "
-                "the complex modes.", body)
+    return page("A general damping matrix", "rig", "python -m tests.benchmarks.hbm_rig", "The rig's tuned set at 20 N, "
+                "H = 5, 651 modes. As a matrix the modal damping must give the same curve; one that couples the modes "
+                "needs the complex modes.", body)
 
 
 def robustness() -> str:
     def body(r):
+        gap = f"{r['widest_gap_hz']:.3g} Hz" if "widest_gap_hz" in r else "not recorded"
         lines = [f"{r['complete']} of {r['count']} random oscillators are complete from 60 to 300 Hz with default "
-                 f"settings; {r['one_branch']} of {r['count']} as one branch. "
+                 f"settings; {r['one_branch']} of {r['count']} as one branch; where a branch was left, the widest gap "
+                 f"between solved points is {gap}. "
                  f"{r['residual_calls_per_point']:.2f} residual calls a point over the {r['points']} points of all "
                  "curves, the incomplete ones among them.", ""]
         curves = r.get("curves", [])
@@ -106,8 +112,8 @@ def robustness() -> str:
                       f"{max(c['points'] for c in curves)}.", ""]
         return [*lines, "## Not complete", "", *_bullets(r["incomplete"]), "", "## Complete, but not one branch", "",
                 *_bullets(r["leaps"])]
-    return page("Robustness", "robustness", "tests/benchmarks/hbm_robustness.py", "Oscillators drawn with a seed: mu "
-                "0.1 to 0.8, kn and kt 1e5 to 1e8 N/m, excitation 0.05 to 5, H 1 to 9.", body)
+    return page("Robustness", "robustness", "python -m tests.benchmarks.hbm_robustness", "Oscillators drawn with a "
+                "seed: mu 0.1 to 0.8, kn and kt 1e5 to 1e8 N/m, excitation 0.05 to 5, H 1 to 9.", body)
 
 
 def cost_floor() -> str:

@@ -24,6 +24,7 @@ def main(argv=None) -> int:
         parser.print_help()
         return 2
     arguments = parser.parse_args(argv)
+    logging.basicConfig(format="%(message)s")  # before the libraries that put their names in front
     logging.getLogger().setLevel(logging.WARNING)  # compilers of forms and kernels talk on the root logger
     try:
         return arguments.run(arguments)

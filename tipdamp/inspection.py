@@ -14,7 +14,7 @@ def describe_model(study, store) -> dict:
     model, pairs, facts = bodies.given_model(study)
     found = {"bodies": {b: {"dofs": int((model.body == b).sum())} for b in (BLADES, DAMPER)},
              "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides}, **facts,
-             "warnings": pair_checks.warnings(pairs)
+             "warnings": pair_checks.friction_warnings(study) + pair_checks.warnings(pairs)
              + pair_checks.pull_warnings(pairs, study.driver["pull_direction"])}
     return _with_page(study, store, found, {}, pairs, pair_checks.places_in(model, pairs))
 
@@ -42,7 +42,7 @@ def describe_meshes(study, store, tick) -> dict:
         warnings += [*distance_warnings(study, pairs, meshes)]
     content = {"bodies": found, "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
                "side_moduli": side_materials(study, meshes, pairs, every=True),
-               "warnings": warnings + pair_checks.warnings(pairs, angles)
+               "warnings": warnings + pair_checks.friction_warnings(study) + pair_checks.warnings(pairs, angles)
                + pair_checks.pull_warnings(pairs, study.driver["pull_direction"])}
     places = {BLADES: meshes[BLADES].position[meshes[BLADES].index(pairs.blade_node)],
               DAMPER: meshes[DAMPER].position[meshes[DAMPER].index(pairs.damper_node)]}

@@ -72,7 +72,7 @@ MODEL = {
 }
 CONTACT = {
     "pairs": Key("text", "CSV of your own pairs of the whole patch, instead of those matched between the meshes", ""),
-    "mu": Key("number", "friction coefficient", None, low=0, high=2),
+    "mu": Key("number", "friction coefficient; above 2 with a warning", None, low=0),
     "tolerance": Key("number", "largest distance of the two nodes of a pair", 1e-6, unit="length", low=0,
                      open_low=True),
     "distance": Key("choice", "of the two nodes of a pair along the normal: 'closed': they count as touching; 'gap': "

@@ -9,7 +9,7 @@ from hbm.model import ReducedModel
 from modal.mesh import boundary_faces, node_normals
 from static_contact.equilibrium import side_forces, side_normals
 
-LARGEST_MU = 2.0         # as much as a study may say; a table of one's own may hold anything that is not negative
+LARGEST_MU = 2.0         # more than any dry metals have
 ODD_ANGLE = 20.0         # degrees between a pair's normal and the surfaces; as much as matching itself allows
 
 
@@ -73,6 +73,14 @@ def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) 
             "apart_across_m": np.hypot(apart[mine, 0], apart[mine, 1]).max(), "force_per_pull": forces.get(side),
             "trouble": trouble}
     return found
+
+
+def friction_warnings(study) -> list[str]:
+    """One sentence when the study's friction coefficient is higher than of any dry metals."""
+    mu = study["contact"]["mu"]
+    if mu is None or mu <= LARGEST_MU:                     # None: a table of pairs says it
+        return []
+    return [f"[contact] mu = {mu:g} is above {LARGEST_MU:g}: is it mu, or in percent?"]
 
 
 def warnings(pairs: ContactTable, angles=()) -> list[str]:

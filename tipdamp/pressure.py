@@ -14,7 +14,7 @@ _FLAT = 1e-6      # width over length below which the pairs lie on one line
 class Patch:
     """One side of the damper between its pairs. rows : (p,) int - rows of the contact table
     cells : (c, 3) triangles of an area or (c, 2) pieces of a line - indices into `rows`
-    share : (p,) m2 or m - tributary area or length of each pair: a third (half) of the cells at it."""
+    share : (p,) m2 or m - tributary area or length of each pair: what of the cells is nearest to it."""
 
     side: str
     rows: np.ndarray
@@ -31,10 +31,7 @@ class Patch:
         return "N/mm²" if self.is_area else "N/mm"
 
     def load(self, force) -> np.ndarray:
-        """(p,) N/mm2 or N/mm from the preload of the table, (P,) N; open pairs carry nothing.
-
-        Linear between the pairs, it integrates over the cells to the sum of the forces.
-        """
+        """(p,) N/mm2 or N/mm from the preload of the table, (P,) N; open pairs carry nothing."""
         closed = np.maximum(np.asarray(force)[self.rows], 0.0)
         share = np.where(self.share > 0, self.share, np.nan)        # a pair in the place of another has none
         return closed / (share * (1e6 if self.is_area else 1e3))
@@ -56,14 +53,27 @@ def _patch(pairs, side):
     if spread[1] < _FLAT * spread[0] or len(rows) < 3:
         order = np.argsort(plane @ _direction(plane), kind="stable")
         cells = np.column_stack([order[:-1], order[1:]])
-        size = np.linalg.norm(place[cells[:, 1]] - place[cells[:, 0]], axis=1)
+        part = np.linalg.norm(place[cells[:, 1]] - place[cells[:, 0]], axis=1)[:, None] / 2
     else:
         cells = Delaunay(plane).simplices            # counter-clockwise in t1, t2: seen along -n, from outside
-        normal = np.cross(place[cells[:, 1]] - place[cells[:, 0]], place[cells[:, 2]] - place[cells[:, 0]])
-        size = np.linalg.norm(normal, axis=1) / 2
+        part = _nearest(place[cells])
     share = np.zeros(len(rows))
-    np.add.at(share, cells, (size / cells.shape[1])[:, None])
+    np.add.at(share, cells, part)
     return Patch(side, rows, cells, share)
+
+
+def _nearest(corner):
+    """(c, 3) m2: areas of triangles, corners (c, 3, 3) m, that lie nearest to each corner, so that it does not matter
+    along which diagonal a rectangle was cut; of obtuse ones half to the wide corner, a quarter to the others.
+    [Meyer et al. 2003, Discrete differential-geometry operators for triangulated 2-manifolds, sec. 3.3]"""
+    side = np.roll(corner, -1, axis=1) - np.roll(corner, 1, axis=1)       # opposite to each corner
+    squared = np.einsum("cik,cik->ci", side, side)
+    area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1)[:, None] / 2
+    cosine = squared.sum(axis=1, keepdims=True) - 2 * squared             # b2 + c2 - a2: negative where obtuse
+    obtuse = (cosine < 0).any(axis=1, keepdims=True)
+    weighed = squared * cosine                                            # a2 cot A, times 4 area
+    round_corner = (weighed.sum(axis=1, keepdims=True) - weighed) / (32 * np.where(area > 0, area, 1.0))
+    return np.where(obtuse, np.where(cosine < 0, area / 2, area / 4), round_corner)
 
 
 def _direction(plane):

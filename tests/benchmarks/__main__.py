@@ -1,6 +1,6 @@
 """Every benchmark whose figures stand in docs/validation, one after another, then the pages. One to two hours.
 
-    OMP_NUM_THREADS=1 python -m tests.benchmarks [NAME ...]
+    python -m tests.benchmarks [NAME ...]
 
 Without names all of RUNS. A benchmark that fails is named at the end; the others go on. Needs ccx (Debian:
 calculix-ccx), mpirun and the package index (for the peer, into a venv of its own).

@@ -22,7 +22,7 @@ from hbm.contact import ContactTable
 from modal.craig_bampton import assemble, craig_bampton
 from modal.elasticity import Material, elastic_body
 from static_contact.preload import StaticContact
-from tests.benchmarks.record import ccx_version, record
+from tests.benchmarks.record import ccx_version, one_thread, record
 from tests.boxes import block
 
 STEEL = Material(207e9, 0.3, 7850.0)
@@ -148,6 +148,7 @@ def _children():
 
 
 def main():
+    one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--cells", type=int, default=1, help="cells to a millimetre of height")
     parser.add_argument("--cases", type=int, default=2, help="load cases, of which ccx solves the first")

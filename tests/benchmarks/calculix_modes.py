@@ -1,6 +1,6 @@
 """Twenty modes of a clamped block of 8-node hexahedra, beside CalculiX (apt: calculix-ccx) on the same mesh.
 
-    OMP_NUM_THREADS=1 .venv/bin/python -m tests.benchmarks.calculix_modes [--cells 16 32 64] [--modes 20]
+    python -m tests.benchmarks.calculix_modes [--cells 16 32 64] [--modes 20]
 
 Largest deviation of the frequencies, and CPU seconds from the mesh in memory (here) or in its file (CalculiX) to the
 modes. CalculiX prints seven digits. Ours include the count by inertia, which CalculiX has not; its time is also given
@@ -22,7 +22,7 @@ from modal.eigen import Factor
 from modal.elasticity import Material, elastic_body
 from modal.inertia import modes_below
 from modal.mesh import Mesh
-from tests.benchmarks.record import ccx_version, processor, record
+from tests.benchmarks.record import ccx_version, one_thread, processor, record
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 BOX = np.array([0.020, 0.045, 0.100])  # m, three different edges: no repeated modes
@@ -81,6 +81,7 @@ def calculix(mesh, modes):
 
 
 def main():
+    one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--cells", type=int, nargs=3, default=(16, 32, 64))
     parser.add_argument("--modes", type=int, default=20)

@@ -1,6 +1,6 @@
 """Assembly, reduction and preload of two blade blocks and a pin beside the floor of their cost, in one run.
 
-    OMP_NUM_THREADS=1 .venv/bin/python -m tests.benchmarks.cost_floor [--size 1.0]
+    python -m tests.benchmarks.cost_floor [--size 1.0]
 
 The floor: per body one factorisation of K_II, one LDL' at the shift above the top mode, the back-solves of all master
 dofs at once, and the modes. The way there also assembles, checks and makes the bound of the reduction error, one more
@@ -24,7 +24,7 @@ from modal.mesh import Mesh
 from static_contact.preload import StaticContact
 from tests.benchmarks.calculix_modes import block
 from tests.benchmarks.growth import timed
-from tests.benchmarks.record import record
+from tests.benchmarks.record import one_thread, record
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 STATIONS, LENGTH, PIN, MODES, PULL = 31, 0.070, 0.008, 20, 113.0
@@ -135,6 +135,7 @@ def run(size):
 
 
 def main():
+    one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--size", type=float, default=1.0)
     found = {"load": os.getloadavg()[0], **run(parser.parse_args().size)}

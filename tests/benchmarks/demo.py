@@ -1,6 +1,6 @@
 """Wall time and memory of the whole way, mesh to report: median of several runs in fresh processes, on an idle machine.
 
-    .venv/bin/python -m tests.benchmarks.demo [--runs 5] [--study docs/studies/two_blade_rig/asymmetric.toml]
+    python -m tests.benchmarks.demo [--runs 5] [--study docs/studies/two_blade_rig/asymmetric.toml]
 
 Not a test: times depend on the machine, which is named beside them. The figures go to results/demo.json.
 """
@@ -16,12 +16,13 @@ import tempfile
 import time
 from pathlib import Path
 
-from tests.benchmarks.record import processor, record
+from tests.benchmarks.record import one_thread, processor, record
 
 ROOT = Path(__file__).parents[2]
 
 
 def main():
+    one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--study", default=str(ROOT / "docs/studies/two_blade_rig/asymmetric.toml"))

@@ -1,6 +1,6 @@
 """Time, fill and memory of one body's assembly and reduction, from 10 000 to 300 000 dofs, a process for each size.
 
-    OMP_NUM_THREADS=1 .venv/bin/python -m tests.benchmarks.growth [--last 6]
+    python -m tests.benchmarks.growth [--last 6]
 
 A clamped block of 8-node hexahedra is reduced onto 62 nodes of its top and 20 fixed-interface modes. The numbers go to
 results/growth.json: CPU seconds of each part, entries of the Cholesky factor, largest resident memory, and what
@@ -21,7 +21,7 @@ from modal import craig_bampton, eigen
 from modal.elasticity import elastic_body
 from modal.memory import predicted_bytes
 from tests.benchmarks.calculix_modes import STEEL, block
-from tests.benchmarks.record import record
+from tests.benchmarks.record import one_thread, record
 
 CELLS = ((7, 14, 28), (10, 20, 40), (13, 26, 50), (16, 32, 64), (20, 40, 80), (22, 46, 92))  # 10 to 298 thousand
 MASTERS, MODES = 62, 20
@@ -69,6 +69,7 @@ def run(cells):
 
 
 def main():
+    one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--last", type=int, default=len(CELLS), help="how many sizes")
     parser.add_argument("--one", type=int, nargs=3, help="one size in this process, as JSON")

@@ -1,6 +1,6 @@
 """Every curve of the two-blade rig's tuned 18 pairs, with and without roll stiffness, and of the frictional beam.
 
-    OMP_NUM_THREADS=1 PYTHONPATH=. .venv/bin/python tests/benchmarks/hbm_rig.py
+    python -m tests.benchmarks.hbm_rig
 
 CPU time a point (one run each, after a first one that loads the kernels), residual calls, points, peak, and why a curve
 ended early; at 20 N and H = 5 also with the damping as a matrix: the modal one, and one that couples the modes. The
@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from hbm.response import follow_band
-from tests.benchmarks.record import fingerprint, record
+from tests.benchmarks.record import one_thread, record
 from tests.hbm.cases import beam, rig
 
 BAND = (2300, 3300)
@@ -45,6 +45,7 @@ def damped(case):
 
 
 def main():
+    one_thread()
     rows = []
     run(rig(), 1, 1), run(beam("B8"), 1, 1, BEAM_BAND)
     for roll in (True, False):
@@ -61,7 +62,7 @@ def main():
         print(damping[-1], flush=True)
     mean = sum(r["ms"] for r in rows if r["roll"] and r["H"] == 5 and r["Fe"] <= 20) / 5
     print(f"mean at H = 5 over 1 to 20 N: {mean:.2f} ms a point")
-    record("rig", {"code": fingerprint("hbm"), "mean_ms_H5": mean, "rows": rows, "beam": beams, "damping": damping})
+    record("rig", {"mean_ms_H5": mean, "rows": rows, "beam": beams, "damping": damping})
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """CPU time per continuation point on the beam, and beside it pyHarm-os on the same matrices. One thread.
 
-    OMP_NUM_THREADS=1 PYTHONPATH=. .venv/bin/python tests/benchmarks/hbm_speed.py [--without-peer]
+    python -m tests.benchmarks.hbm_speed [--without-peer]
 
 The peer is installed from the package index into a venv of its own in the temporary folder. It samples (128 per
 period), this package locates the transitions; the run stops where their amplitudes differ by more than sampling
@@ -21,7 +21,7 @@ import numpy as np
 
 from hbm.response import follow_band
 from tests.benchmarks import contact_beam
-from tests.benchmarks.record import fingerprint, record
+from tests.benchmarks.record import one_thread, record
 from tests.hbm.cases import beam
 
 ROOT = Path(__file__).parents[2]
@@ -42,7 +42,7 @@ def held_slipping(n):
 def one_in_eight(n):
     """(case, number of pairs that are to slip or lift): n contacts in 3-D, one in eight does."""
     slides = np.arange(n) % 8 == 4
-    return contact_beam.space(n, contact_beam.preloads(n, slides, SHARE)), int(slides.sum())
+    return contact_beam.in_modes(contact_beam.space(n, contact_beam.preloads(n, slides, SHARE))), int(slides.sum())
 
 
 def moving(curve):
@@ -116,7 +116,7 @@ def fresh(code, **environment):
 def peak_memory(n, H, level):
     """GiB of a fresh process that follows n contacts in 3-D; an incomplete curve is an error."""
     said, _ = fresh("import resource; from tests.benchmarks.hbm_speed import *; "
-                    f"p, f, o = contact_beam.in_modes(one_in_eight({n})[0]); "
+                    f"p, f, o = one_in_eight({n})[0]; "
                     f"c = follow_band(p, {level} * f, BAND, harmonics={H}, outputs=o); "
                     "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20, c.complete)")
     used, complete = said.split()[-2:]
@@ -137,6 +137,7 @@ def exponent(rows):
 
 
 def main():
+    one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--without-peer", action="store_true")
     parser.add_argument("--venv", type=Path, default=Path(tempfile.gettempdir()) / "tipdamp-peer-pyharm")
@@ -154,13 +155,13 @@ def main():
     for n in arguments.sizes:
         case, moves = held_slipping(n)
         held.append(measured(case, f"{n} contacts in 1-D, 8 slip, 20 N", 7, 20, moves))
-    for n in arguments.sizes[:3]:
+    for n in arguments.sizes:
         case, moves = one_in_eight(n)
         eighth.append(measured(case, f"{n} contacts in 3-D, one in eight slips, 40 N", 7, 40, moves))
     with tempfile.TemporaryDirectory() as cache:
         cold, warm = start_up(cache), start_up(cache)
     largest = arguments.sizes[-1]
-    figures = {"code": fingerprint("hbm"), "rows": rows + held + eighth,
+    figures = {"rows": rows + held + eighth,
                "growth_held": exponent(held), "growth_held_sizes": [r["contacts"] for r in held],
                "growth_eighth": exponent(eighth), "growth_eighth_sizes": [r["contacts"] for r in eighth],
                "first_curve_cold_s": cold, "first_curve_warm_s": warm}

@@ -1,6 +1,6 @@
 """The two-blade rig's tuned set against time integration: at the peak and within 50 Hz of it, H = 1, 5 and 9.
 
-    OMP_NUM_THREADS=1 PYTHONPATH=. .venv/bin/python tests/benchmarks/hbm_truth_rig.py [--minutes 10] [--fresh]
+    python -m tests.benchmarks.hbm_truth_rig [--minutes 10] [--fresh]
 
 Every H has its own curve; its points at the frequencies are solved on it, and each starts the integration at its own
 displacement, velocity and sliders: pairs that stick all through keep their sliders where they are, so that there is a
@@ -23,12 +23,25 @@ from hbm import continuation
 from hbm.comparison import compare
 from hbm.residual import HarmonicBalance
 from hbm.response import follow_band
-from tests.benchmarks.record import RESULTS, fingerprint, made
+from tests.benchmarks.record import RESULTS, fingerprint, made, one_thread, recorded
 from tests.hbm.cases import rig
 
 LEVELS, HARMONICS, BAND = (12.0, 20.0, 40.0), (5, 9, 1), (2300, 3300)
 AROUND = (0.0, -50.0, -35.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 35.0, 50.0)      # Hz from the peak at H = 5
 STORE = RESULTS / "truth_rig.json"
+
+
+def points():
+    """(Fe, Hz from the peak, Hz, H, figures) of every point in the store; the first two as text."""
+    for Fe, level in (recorded("truth_rig") or {}).get("levels", {}).items():
+        for step, at in level.get("rows", {}).items():
+            for H in sorted(at, key=int):
+                yield Fe, step, level["peak"] + float(step), int(H), at[H]
+
+
+def comparable(figures) -> bool:
+    """Whether the integration became periodic and stayed on the orbit from which it started."""
+    return bool(figures.get("periodic") and not figures["left"])
 
 
 def on_curve(curve, problem, force, hz):
@@ -95,13 +108,14 @@ def one_level(case, Fe, level, save, late):
 
 
 def main():
+    one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--levels", type=float, nargs="+", default=LEVELS)
     parser.add_argument("--minutes", type=float, default=np.inf, help="stop after so many, to go on in another call")
     parser.add_argument("--fresh", action="store_true", help="begin anew")
     arguments = parser.parse_args()
-    figures = json.loads(STORE.read_text()) if STORE.is_file() and not arguments.fresh else made() | {
-        "code": fingerprint("hbm"), "levels": {}}
+    figures = json.loads(STORE.read_text()) if STORE.is_file() and not arguments.fresh else made("truth_rig") | {
+        "levels": {}}
     if figures.get("code") != fingerprint("hbm"):
         parser.error(f"{STORE.name} is of other code of hbm; --fresh begins anew")
     began, case = time.monotonic(), rig()

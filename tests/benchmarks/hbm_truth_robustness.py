@@ -1,6 +1,6 @@
 """Points of the random oscillators of `hbm_robustness.py`, drawn at random, against time integration from their orbits.
 
-    OMP_NUM_THREADS=1 PYTHONPATH=. .venv/bin/python tests/benchmarks/hbm_truth_robustness.py [--minutes 10] [--fresh]
+    python -m tests.benchmarks.hbm_truth_robustness [--minutes 10] [--fresh]
 
 5 % of the points of every curve. Each is solved at H = 1, 2, 3, ... up to the smallest H whose doubling changes the
 amplitude of y2 by less than 0.25 %, and that solution is compared with the integration started from its orbit. A
@@ -25,7 +25,7 @@ from hbm.comparison import compare
 from hbm.residual import HarmonicBalance
 from hbm.response import follow_band
 from tests.benchmarks.hbm_robustness import BAND, SEED, draw
-from tests.benchmarks.record import fingerprint, made
+from tests.benchmarks.record import fingerprint, made, one_thread
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 
 COUNT, SHARE, SETTLED, AGREES = 200, 0.05, 2.5e-3, 5e-3
@@ -144,6 +144,7 @@ def summary(rows) -> dict:
 
 
 def main():
+    one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--count", type=int, default=COUNT)
     parser.add_argument("--minutes", type=float, default=np.inf, help="stop after so many, to go on in another call")
@@ -154,7 +155,7 @@ def main():
     path, began = arguments.store, time.monotonic()
     if not arguments.summary:
         if arguments.fresh or not path.is_file():
-            path.write_text(json.dumps(made() | {"code": fingerprint("hbm")}) + "\n", encoding="utf-8")
+            path.write_text(json.dumps(made("truth_robustness")) + "\n", encoding="utf-8")
         lines = [json.loads(x) for x in path.read_text(encoding="utf-8").splitlines()]
         if lines[0].get("code") != fingerprint("hbm"):
             parser.error(f"{path.name} is of other code of hbm; --fresh begins anew")

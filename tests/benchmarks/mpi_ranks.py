@@ -1,6 +1,6 @@
 """Preload and stuck frequencies of the small two-blade rig on the full model: 1, 2 and 4 ranks under mpirun.
 
-    OMP_NUM_THREADS=1 python -m tests.benchmarks.mpi_ranks
+    python -m tests.benchmarks.mpi_ranks
 
 29 000 dofs, crowned by 60 um so that pairs open; on springs, and with every other pair hard. The largest differences
 from one rank go to results/mpi_ranks.json.
@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from meshes.two_blade_rig import main as make_meshes
-from tests.benchmarks.record import record
+from tests.benchmarks.record import one_thread, record
 from tests.conftest import STUDY
 
 ROUTE = Path(__file__).parents[1] / "static_contact" / "full_route.py"
@@ -37,6 +37,7 @@ def solved(study, ranks, out):
 
 
 def main():
+    one_thread()
     with tempfile.TemporaryDirectory() as folder:
         make_meshes(["--damper", "asymmetric", "--size", "0.5", "--out", folder])
         study = Path(folder, "rig.toml")

@@ -1,6 +1,6 @@
 """NAFEMS FV32 (tapered membrane) and FV52 (simply supported solid plate): ladders of meshes towards their limit.
 
-    .venv/bin/python -m tests.benchmarks.nafems [--rungs 4]
+    python -m tests.benchmarks.nafems [--rungs 4]
 
 Solid 27-node hexahedra throughout. FV32 is plane stress: half of the thickness, its middle plane held in z, the root
 held in x and y. FV52 in three supports: "lower edges", the line support of the original, has no limit in three

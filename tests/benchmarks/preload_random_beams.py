@@ -13,7 +13,7 @@ from collections import Counter
 import numpy as np
 
 from static_contact.preload import StaticContact
-from tests.benchmarks.record import record
+from tests.benchmarks.record import one_thread, record
 from tests.static_contact.beams import beam, by_trying_all_sets, is_solution, macaulay, random_case, supports
 
 
@@ -35,6 +35,7 @@ def compare(case):
 
 
 def main(count=5000, seed=20162):
+    one_thread()
     random = np.random.default_rng(seed)
     found = [compare(random_case(random, 8 if i % 2 else 31)) for i in range(count)]
     error, same, method, seconds, size = zip(*found, strict=True)

@@ -1,8 +1,14 @@
-"""Figures of a benchmark run in results/NAME.json, with the day, the processor, the versions and the code it ran on."""
+"""Figures of a benchmark run in results/NAME.json, with the day, the processor, the versions and the code it ran on.
+
+The code is a fingerprint of the packages that the benchmark runs; the validation pages compare it with the code as it
+is now, so that no figure passes for one of another code. Stores that grow while a run goes on (.jsonl) carry the same
+in their first line.
+"""
 
 import datetime
 import hashlib
 import json
+import os
 import platform
 import subprocess
 from importlib import metadata
@@ -11,29 +17,48 @@ from pathlib import Path
 RESULTS = Path(__file__).parent / "results"
 ROOT = Path(__file__).parents[2]
 
+PACKAGES = {"hbm": ("hbm",), "statics": ("hbm", "modal", "static_contact"),
+            "study": ("hbm", "modal", "static_contact", "tipdamp", "tipdamp/jobs")}
+"""What runs in a benchmark: the harmonic balance alone, the statics too, or a whole study."""
+
+RUNS = dict.fromkeys(("speed", "rig", "robustness", "truth_rig", "truth_robustness"), "hbm") | dict.fromkeys((
+    "calculix", "calculix_modes", "cost_floor", "growth", "hertz", "mpi_ranks", "preload_random_beams",
+    "random_bodies"), "statics") | dict.fromkeys(("stuck_bound", "demo"), "study")
+"""{store: key of PACKAGES}"""
+
 
 def record(name: str, figures: dict) -> Path:
     """Write what a run found; the run on file is replaced."""
     path = RESULTS / f"{name}.json"
     RESULTS.mkdir(exist_ok=True)
-    path.write_text(json.dumps(made() | figures, indent=1) + "\n", encoding="utf-8")
+    path.write_text(json.dumps(made(name) | figures, indent=1) + "\n", encoding="utf-8")
     return path
 
 
 def recorded(name: str) -> dict | None:
-    path = RESULTS / f"{name}.json"
+    """The figures of a run, of a store that grows those of its first line; None where there is none."""
+    path, growing = RESULTS / f"{name}.json", RESULTS / f"{name}.jsonl"
+    if growing.exists():
+        return json.loads(growing.read_text(encoding="utf-8").partition("\n")[0])
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
 
 
-def made() -> dict:
-    """Day, processor and versions of what is measured now."""
-    return {"date": datetime.date.today().isoformat(), "processor": processor(), "versions": _versions()}
+def made(name: str) -> dict:
+    """Day, processor, versions and code of what is measured now for a store."""
+    return {"date": datetime.date.today().isoformat(), "processor": processor(), "versions": _versions(),
+            "code": fingerprint(RUNS[name])}
 
 
-def fingerprint(package: str) -> str:
-    """Of the code of a package: figures made by another are not mixed with these."""
-    files = sorted((ROOT / package).glob("*.py"))
+def fingerprint(key: str) -> str:
+    """Of the code of PACKAGES[key]: figures made by another are not mixed with these."""
+    files = [path for package in PACKAGES[key] for path in sorted((ROOT / package).glob("*.py"))]
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
+
+
+def one_thread():
+    """Refuse to measure where the libraries may use more than one thread: it is too late to tell them."""
+    if os.environ.get("OMP_NUM_THREADS") != "1":
+        raise SystemExit("benchmarks run on one thread: python -m tests.benchmarks, or set OMP_NUM_THREADS=1")
 
 
 def processor():

@@ -11,10 +11,11 @@ import argparse
 import json
 from pathlib import Path
 
-from tests.benchmarks.record import record
+from tests.benchmarks.record import one_thread, record
 
 
 def main():
+    one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("rig", type=Path, help="folder of the results of the study")
     check = json.loads((parser.parse_args().rig / "tune.json").read_text())["full_model_check"]

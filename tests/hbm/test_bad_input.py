@@ -13,10 +13,11 @@ import pytest
 from hbm import continuation, linear, residual
 from hbm.contact import relative_motion
 from hbm.errors import InputError
-from hbm.laws import DryFriction2T
+from hbm.laws import DryFriction2T, Jenkins1D, PairSettings, UnilateralSpring
 from hbm.linear import free_receptance
 from hbm.model import ReducedModel
-from hbm.response import forced_response
+from hbm.residual import ContactProblem
+from hbm.response import follow_band, forced_response
 from hbm.sampled import CubicSpring, SampledLaw
 from tests.hbm.small_rig import small_rig
 
@@ -93,6 +94,7 @@ REFUSED = {
     "a record with NaN": (lambda: {"model": replace(MODEL, K=with_entry(MODEL.K, 3, 5, np.nan))}, r"K\[3, 5\] is nan"),
     "a record unsymmetric": (lambda: {"model": replace(MODEL, K=with_entry(MODEL.K, 0, 1, 1e6))}, r"K is not symmet"),
     "a record with another M": (lambda: {"model": replace(MODEL, M=MODEL.M[:-1, :-1])}, r"M is \(\d+, .*same size"),
+    "M and K swapped": (lambda: {"M": MODEL.K, "K": MODEL.M}, r"M and K: .* seem to have changed places"),
     "C drives": (lambda: {"C": -1e-3 * MODEL.K}, r"C feeds energy in"),
     "kn negative": (lambda: changed_pair("kn", -1.0), r"pair 2: kn = -1, must be finite and between 0"),
     "kt negative": (lambda: changed_pair("kt", -2.0), r"pair 2: kt = -2, must be finite and between 0"),
@@ -104,6 +106,10 @@ REFUSED = {
     "no pairs": (lambda: {"pairs": PAIRS.select(np.zeros(len(PAIRS), bool))}, r"no (contact )?pair"),
     "no pair carries": (lambda: {"weight": 0 * PAIRS.weight}, r"no pair carries: every weight is 0"),
     "a free body": (unheld, r"held by nothing even when every pair sticks: body 'damper' (slides|rotates)"),
+    "nothing pressed": (lambda: {"preload": -PAIRS.preload}, r"held by nothing at rest, where every pair is open: body"
+                        r" 'damper' (slides|rotates).*preload"),
+    "touching only": ({"origin": "unloaded"}, r"held by nothing at rest, where every pair is open: body 'damper'"),
+    "load beside": ({"origin": "unloaded", "static": TIP}, r"held by nothing at rest, where every pair is open"),
     "band empty": ({"band": (1300, 1300)}, r"band = \(1300, 1300\) Hz: both must be positive, and different"),
     "band from zero": ({"band": (0, 100)}, r"band = \(0, 100\) Hz: both must be positive"),
     "band negative": ({"band": (-5, 100)}, r"band = \(-5, 100\) Hz: both must be positive"),
@@ -147,7 +153,16 @@ REFUSED = {
     "samples negative": ({"samples": -8}, r"samples = -8: must be a whole number"),
     "samples too few": ({"samples": 4, "harmonics": 5}, r"samples = 4: .*at least"),
     "at not a number": ({"at": ["x"]}, r"at = "),
+    "settings a dict": ({"settings": {"most_calls": 500}}, r"settings = \{'most_calls': 500\}: must be a Settings, "
+                        r"made by replace\(hbm\.continuation\.DEFAULT"),
+    "settings a number": ({"settings": 0}, r"settings = 0: must be a Settings"),
+    "progress a number": ({"progress": 3}, r"progress = 3: must be a function \(value, step, calls\)"),
+    "progress zero": ({"progress": 0}, r"progress = 0: must be a function"),
 }
+
+
+FOUND_WITH_THE_STUCK_SYSTEM = ("a free body", "nothing pressed", "touching only", "load beside", "damping negative",
+                               "damping over-critical", "no damping", "damping a text")
 
 
 @pytest.mark.parametrize("row", REFUSED)
@@ -158,7 +173,7 @@ def test_refused_by_forced_response(row, monkeypatch):
         raise AssertionError("something heavy has started")
     monkeypatch.setattr(continuation, "solve_at", heavy)
     monkeypatch.setattr(continuation, "follow", heavy)
-    if row not in ("a free body", "damping negative", "damping over-critical", "no damping", "damping a text"):
+    if row not in FOUND_WITH_THE_STUCK_SYSTEM:
         monkeypatch.setattr(residual, "stuck_receptance", heavy)
     else:
         monkeypatch.setattr(linear.la, "eigh", eigh_of_one(linear.la.eigh))
@@ -171,7 +186,7 @@ def test_refused_by_forced_response(row, monkeypatch):
 def eigh_of_one(eigh):
     """The check for free motions needs one eigenvalue; all of them would be the heavy thing."""
     def only(*a, **k):
-        assert "subset_by_index" in k, "something heavy has started"
+        assert "subset_by_index" in k or "subset_by_value" in k, "something heavy has started"
         return eigh(*a, **k)
     return only
 
@@ -215,8 +230,55 @@ def test_motions_in_words():
 
 def test_a_record_whose_mass_is_negative_is_refused():
     """Found with the modes of the stuck system: the one fault that their computation shows first."""
+    M = MODEL.M.copy()
+    M[4, 5] = M[5, 4] = 2 * M[4, 4]
     with pytest.raises(InputError, match=r"M is not positive: a motion mostly of dof \d+ has negative mass"):
-        curve(model=replace(MODEL, M=with_entry(MODEL.M, 4, 4, -1.0)))
+        curve(model=replace(MODEL, M=M))
+
+
+@pytest.mark.parametrize("changes, message", [
+    (dict(C=-np.eye(2)), r"C feeds energy in: a motion mostly of dof \d has the negative damping -1 N s/m"),
+    (dict(C=np.array([[1.0, 2], [2, 1]])), r"C feeds energy in: .* -1 N s/m"),
+    (dict(M=np.zeros((2, 2))), r"M is zero: at least one dof must have mass"),
+    (dict(M=np.diag([1.0, -2])), r"M has -2 on its diagonal at dof 1: masses must not be negative"),
+    (dict(K=np.diag([1.0, -4])), r"K is indefinite even when every pair sticks: a motion has a negative stiffness")])
+def test_matrices_without_a_bounded_response_are_refused(changes, message):
+    """Handed over without a model: two masses, the first under a Jenkins element."""
+    given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4])) | changes
+    with pytest.raises(InputError, match=message):
+        problem = ContactProblem(**given, B=np.array([[1.0, 0]]), law=Jenkins1D(),
+                                 pairs=PairSettings([0.0], [1.0], [0.5], [1.0]))
+        follow_band(problem, [1.0, 0], (0.1, 0.2), outputs={"x": [1.0, 0]})
+
+
+@pytest.mark.parametrize("changes", [
+    dict(law=UnilateralSpring()),                                                       # touches from K = 4 N/m
+    dict(law=UnilateralSpring(), K=np.zeros((2, 2)), B=np.eye(2), preloaded=False, static=np.ones(2)),
+    dict(law=CubicSpring(), K=np.diag([1e-3, 1e-3]))])
+def test_what_is_held_or_pressed_while_open_is_not_refused(changes):
+    """A mass on its own spring, one that a load presses into contact, and a law that knows no opening."""
+    given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4]), B=np.array([[1.0, 0]])) | changes
+    zero, one = np.zeros(len(given["B"])), np.ones(len(given["B"]))
+    assert ContactProblem(**given, pairs=PairSettings(one, zero, zero, zero)).receptance()
+
+
+def test_masses_without_any_spring_are_named_where_no_pair_presses():
+    given = dict(M=np.eye(2), C=None, K=np.zeros((2, 2)), B=np.eye(2), law=UnilateralSpring(), damping_ratio=0.01)
+    zero, one = np.zeros(2), np.ones(2)
+    with warnings.catch_warnings(), pytest.raises(InputError, match="at rest, where every pair is open: mostly dof"):
+        warnings.simplefilter("error")
+        ContactProblem(**given, pairs=PairSettings(one, zero, zero, zero)).receptance()
+
+
+def test_a_model_that_buckles_is_warned_of_and_dashpots_are_not():
+    """Contact may hold what K drives; a dashpot between two dofs leaves their common motion without damping."""
+    with pytest.warns(UserWarning, match=r"K is indefinite: a motion mostly of dof 1 .* stiffness, 1\.0e\+00 of"):
+        ReducedModel.from_matrices(np.eye(2), np.diag([1.0, -4]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        spring = np.array([[1.0, -1], [-1, 1]])
+        ReducedModel.from_matrices(np.eye(2), 1e6 * spring, 3e2 * spring)
+        ReducedModel.from_matrices(np.eye(2), np.zeros((2, 2)))
 
 
 # ---- input with a known answer ------------------------------------------------------------------------------------

@@ -189,6 +189,21 @@ def test_what_is_no_square_matrix_is_refused(tmp_path):
     refused(r"M\[0, 0\] is 2\+1j: matrices must be real", model_from_files, tmp_path / "K.mtx", tmp_path / "K.mtx")
 
 
+@pytest.mark.parametrize("kind", ["npz", "npy", "mat", "mtx"])
+def test_files_that_changed_places_are_found_out(rig, tmp_path, kind):
+    """By the name of what they hold, or by frequencies that no structure has."""
+    model = rig[0]
+    for name, matrix in (("M", model.M), ("K", model.K)):
+        write = {"npz": lambda path, name, matrix: np.savez(path, **{name: matrix}),
+                 "npy": lambda path, name, matrix: np.save(path, matrix),
+                 "mat": lambda path, name, matrix: scipy.io.savemat(path, {name: matrix}),
+                 "mtx": lambda path, name, matrix: scipy.io.mmwrite(path, matrix)}[kind]
+        write(tmp_path / f"{name}.{kind}", name, matrix)
+    model_from_files(tmp_path / f"M.{kind}", tmp_path / f"K.{kind}")
+    with pytest.raises(InputError, match="changed places"):
+        model_from_files(M=tmp_path / f"K.{kind}", K=tmp_path / f"M.{kind}")
+
+
 def test_dof_tables_that_cannot_be_meant(rig, tmp_path):
     """Not UTF-8, in another order than Abaqus' labels, with rotations of Ansys."""
     model = rig[0].part("damper")

@@ -90,3 +90,20 @@ def test_at_outside_the_band_is_refused():
     problem, force = jenkins(load("A1")["parameters"])
     with pytest.raises(InputError, match=r"at = 0.3 Hz: lies outside band = \(0.1, 0.2\) Hz"):
         follow_band(problem, force, (0.1, 0.2), harmonics=3, outputs={"x": [1.0]}, at=[0.3])
+
+
+def test_both_solutions_next_to_a_fold_are_found():
+    """C1 at H = 9, close to its folds: three solutions; the square of how far the near ones are apart grows
+    as the distance."""
+    problem, force = unilateral(C1["parameters"])
+    curve = follow_band(problem, force, (1 / (2 * np.pi), 1.6 / (2 * np.pi)), harmonics=9, outputs={"x": [1.0]})
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(curve.frequency)))) + 1
+    assert len(turns) == 2
+    for turn, inside in zip(turns, (-1, 1), strict=True):
+        apart = []
+        for distance in (3e-6, 10e-6, 17e-6):
+            sizes = np.sort(np.abs(curve.solutions_at(curve.frequency[turn] * (1 + inside * distance))[:, 0, 1]))
+            assert len(sizes) == 3
+            apart.append(np.diff(sizes).min())
+        first, second = np.diff(np.square(apart))
+        assert first == pytest.approx(second, rel=0.1)

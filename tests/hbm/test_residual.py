@@ -1,8 +1,13 @@
 """The condensed Newton system against the full Jacobian by differences, for every kind of damping and parameter."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hbm import aft, fourier, residual
+from hbm.continuation import solve_at
+from hbm.isotropic import IsotropicFriction
 from hbm.laws import DryFriction2T
 from hbm.linear import stuck_receptance
 from hbm.residual import HarmonicBalance
@@ -55,6 +60,89 @@ def test_bordered_solve_and_determinant(case, by):
     assert np.abs(dx - expected[:n]).max() < 1e-4 * np.abs(expected[:n]).max()
     assert dp == pytest.approx(expected[n], rel=1e-4)
     assert e.direction(row, corner)[2] == np.linalg.slogdet(full)[0]
+
+
+def iterate_on_all(monkeypatch):
+    """No pair is left out of Newton's system any more, and no component of a pair."""
+    def whole(law, pairs, x, *rest):
+        b = aft_evaluate(law, pairs, x, *rest)
+        P, nd, nh = x.shape
+        D = np.zeros((P, nd, nh, nd, nh))
+        D[b.pair] = b.D
+        return replace(b, pair=np.arange(P), D=D, row=np.ones((P, nd), bool))
+
+    aft_evaluate = aft.evaluate
+    monkeypatch.setattr(aft, "evaluate", whole)
+
+
+@pytest.mark.parametrize("law", [DryFriction2T(), IsotropicFriction()], ids=lambda law: law.name)
+def test_pairs_that_stick_through_the_cycle_may_be_left_out_of_the_iteration(law, monkeypatch):
+    """Newton's step, the sign of its determinant, and the solution, against the system on all rows of all pairs."""
+    model, pairs, tip = small_rig(stations=4)
+    pairs = pairs.replace(preload=pairs.preload * np.linspace(0.4, 6, len(pairs)))
+    problem, _ = contact_problem(model, pairs, law, damping_ratio=0.02)
+    balance = HarmonicBalance(problem, {1: 60 * tip}, 5)
+    rng, n = np.random.default_rng(0), balance.n_components * balance.nh
+    row, corner, found = rng.normal(size=n) / 1e-5, 1e-3, []
+    moved = []
+    for hz in (300.0, 420.0, 1250.0):
+        w = 2 * np.pi * hz
+        guess = balance.linear(w)
+        for everywhere in (False, True):
+            with monkeypatch.context() as changed:
+                if everywhere:
+                    iterate_on_all(changed)
+                with changed.context() as exact:
+                    exact.setattr(residual, "HELD", 0.0)        # the trace in the matrix, not in the equations
+                    e = balance.evaluate(guess, w)
+                    step = *e.solve(row, corner, 0.3), e.direction(row, corner)[2]
+                point = solve_at(balance.evaluate, guess, w, balance.weights)
+            assert point.converged
+            found.append((*step, point.x))
+            moved.append(len(point.detail.bracket.pair))
+    assert moved[1::2] == [len(pairs)] * 3 and 0 < min(moved[::2]) and max(moved[::2]) < len(pairs), moved
+    for (dx, dp, sign, x), (dx_all, dp_all, sign_all, x_all) in zip(found[::2], found[1::2], strict=True):
+        assert np.abs(dx - dx_all).max() < 1e-10 * np.abs(dx_all).max() and sign == sign_all
+        assert dp == pytest.approx(dp_all, rel=1e-10)
+        assert np.abs(x - x_all).max() < 1e-10 * np.abs(x_all).max()
+
+
+@pytest.mark.parametrize("law, passes", [(DryFriction2T(), 1), (IsotropicFriction(), 3)])
+def test_a_branch_over_the_preload_needs_no_second_pass_where_the_law_knows_its_derivative(law, passes, monkeypatch):
+    """Located transitions give it with the forces; sampled laws are asked twice more. Against fourth-order differences,
+    away from a factor of 1."""
+    model, pairs, tip = small_rig(stations=2)
+    problem, _ = contact_problem(model, pairs, law, damping_ratio=0.02)
+    balance, w, done = HarmonicBalance(problem, {1: 40 * tip}, 3), 2 * np.pi * 1300.0, []
+    x = balance.linear(w) + 8e-6 * np.random.default_rng(0).normal(size=balance.n_components * 7) / 7
+    evaluate = aft.evaluate
+    monkeypatch.setattr(aft, "evaluate", lambda *a: done.append(1) or evaluate(*a))
+    e = balance.evaluate(x, w, by="preload", factor=0.7)
+    assert len(done) == passes and len(e.bracket.pair) > 0
+    at = [balance.evaluate(x, w, by="preload", factor=0.7 + k * 1e-3).residual for k in (-2, -1, 1, 2)]
+    slope = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / 12e-3
+    assert np.abs(e.by_parameter - slope).max() < 1e-6 * np.abs(slope).max()
+
+
+@pytest.mark.parametrize("singular", [False, True])
+def test_the_softest_motion_is_that_of_the_singular_value_decomposition(singular):
+    """Slipping pairs; and the same with a motion that nothing holds, to the last digit."""
+    balance, w, size = modal_case()
+    away = size * np.random.default_rng(1).normal(size=balance.n_components * balance.nh) / balance.nh
+    e = balance.evaluate(balance.linear(w) + away, w)
+    DG, rows, _ = e._condensed()
+    if singular:                                     # I + DG takes this direction to nothing
+        v = np.zeros(len(DG))
+        v[[0, 5]] = 0.6, 0.8
+        DG -= np.outer((DG + np.eye(len(DG))) @ v, v)
+    U, s, Vt = np.linalg.svd(DG + np.eye(len(DG)))
+    value, q = e.smallest_motion()
+    dg = np.zeros((balance.n_components, balance.nh))
+    dg[rows] = Vt[-1].reshape(-1, balance.nh)
+    expected = balance.receptance.shapes @ (e.factors * (balance.shapes.T @ fourier.to_complex(dg)))
+    along = abs(np.vdot(expected, q)) / np.linalg.norm(expected) / np.linalg.norm(q)
+    assert value < 1e-13 and s[-1] / s[0] < 1e-13 if singular else value == pytest.approx(s[-1] / s[0], rel=1e-2)
+    assert along > 1 - 1e-6
 
 
 @pytest.mark.parametrize("dashpots", [(), ((3, 3),), ((0, 3), (4, 4)), ((3, 4),)])

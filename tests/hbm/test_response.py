@@ -9,9 +9,11 @@ import pytest
 
 from hbm import laws
 from hbm.contact import relative_motion
+from hbm.continuation import Branch, Point
 from hbm.errors import InputError
 from hbm.linear import linear_response, natural_frequencies, stuck_receptance
 from hbm.model import ReducedModel
+from hbm.record import Parameter, explain
 from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
 from tests.hbm.small_rig import small_rig
 
@@ -231,3 +233,18 @@ def test_a_band_is_chosen_by_the_frequencies_without_and_with_stuck_pairs(rig):
     hz = run(rig, 1e-3, damping_ratio=1e-4).peak("tip")[0]
     assert np.abs(stuck / hz - 1).min() < 1e-5 and (stuck >= free * (1 - 1e-9)).all()
     assert (free[:5] < 1e-3 * free[6]).all() and free[6] > 100
+
+
+def test_the_widest_gap_where_a_branch_was_left():
+    """Left at 2 Hz and taken up at 6, with 3 Hz solved between and 5 failed; and taken up at once, at 9.5."""
+    values, leaps = [1.0, 2, 3, 5, 6, 9, 9.5, 20], [(2.0, 6.0), (9.5, 9.0)]
+    points = [Point(np.zeros(1), 2 * np.pi * v, v != 5, 1) for v in values]
+    branch = Branch(points, "end", points[-1].parameter, True, leaps=[tuple(2 * np.pi * np.array(x)) for x in leaps])
+    said = explain(branch, None, Parameter())
+    assert "2 Hz to 6 Hz, 9.5 Hz to 9 Hz; solved points there are up to 3 Hz apart" in said
+    none = np.empty((8, 0))
+    curve = ForcedResponse(np.array(values), np.array([]), none, "frequency", np.array(values), none, none, none, none,
+                           np.array([p.converged for p in points]), none, "", False, 1, "", "", 0.0, 8,
+                           leaps=np.array(leaps))
+    assert curve.widest_gap == pytest.approx(3)
+    assert replace(curve, leaps=np.empty((0, 2))).widest_gap == 0

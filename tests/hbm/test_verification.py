@@ -34,12 +34,19 @@ def test_jenkins_one_harmonic_peak_in_closed_form(case):
     assert 2 * np.pi * hz == pytest.approx(peak["Omega"], rel=1e-6)
 
 
-def test_den_hartog_is_approached_as_the_root_of_the_stiffness():
-    """B1: largest displacement for kt/k = 10 .. 1e4 by exact marching, and its distance from rigid friction."""
-    rows, exponents = den_hartog()
-    for _, _, largest, expected, promise in rows:
-        assert largest == pytest.approx(expected, rel=promise)
-    assert np.allclose(exponents, -0.5, atol=0.03)
+@pytest.mark.parametrize("known", load("B1")["results"], ids=lambda known: f"{known['Omega']:g}")
+def test_den_hartog_is_approached_as_the_root_of_the_stiffness(known):
+    """B1 by exact marching, and its distance from rigid friction, which the harmonics follow as far as they reach.
+
+    What 61 harmonics leave at kt/k = 10 .. 1000 and at Om = 0.6, 0.8, 1.25, 1.5 is measured, and falls with the
+    frequency: 3.7e-4 is the most. The page B has 20 and 199.
+    """
+    soft = {"Jenkins_by_kt_over_k": dict(list(known["Jenkins_by_kt_over_k"].items())[:3])}
+    rows, exponents = den_hartog(known | soft, 61)
+    for (_, largest, expected), left in zip(rows, (1e-6, 4e-5, 4e-4), strict=True):
+        assert largest == pytest.approx(expected, rel=left)
+    exact = np.diff(np.log10([abs(expected / known["X_DenHartog"] - 1) for _, _, expected in rows]))
+    assert np.allclose(exponents, exact, atol=0.04) and np.allclose(exact, -0.5, atol=0.07)
 
 
 @pytest.mark.parametrize("case", [C1, C2], ids=["C1", "C2"])

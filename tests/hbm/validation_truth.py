@@ -9,13 +9,13 @@ import numpy as np
 from hbm import shooting
 from hbm.comparison import compare
 from hbm.march import March
+from tests.benchmarks import hbm_truth_rig
 from tests.benchmarks.hbm_truth_robustness import AGREES, COUNT, STATES, stored, summary
-from tests.benchmarks.record import recorded
 from tests.hbm import test_oscillator
 from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
 from tests.hbm.oscillator import FORCE, Y2, oscillator
-from tests.validation import Section, relative, stored_when
+from tests.validation import Section, relative
 
 CASES = (("A1", jenkins), ("A2", jenkins), ("C1", unilateral), ("C2", unilateral), ("D1", coupled), ("D2", coupled))
 
@@ -76,18 +76,10 @@ def oscillator_rows():
         yield row(f"{hz} Hz, our integration", "", truth, published[4], "published time integration")
 
 
-def rig_points():
-    """(Fe, Hz from the peak, Hz, H, figures) of every point in the store."""
-    for Fe, level in (recorded("truth_rig") or {}).get("levels", {}).items():
-        for step, at in level.get("rows", {}).items():
-            for H in sorted(at, key=int):
-                yield Fe, step, level["peak"] + float(step), int(H), at[H]
-
-
 def rig_rows():
     """The rig's tuned set, harmonic 1 of the first output, where the integration is periodic and stayed."""
-    for Fe, step, hz, H, found in rig_points():
-        if found.get("periodic") and not found["left"]:
+    for Fe, step, hz, H, found in hbm_truth_rig.points():
+        if hbm_truth_rig.comparable(found):
             kind = "at the peak" if float(step) == 0 else "within 50 Hz of it"
             unstable = ", unstable" if found["unstable"] else ""
             yield (f"{Fe} N, {hz:.2f} Hz ({step}{unstable})", H, found["balance"], found["integration"],
@@ -96,10 +88,10 @@ def rig_rows():
 
 def rig_notes():
     """The points that could not be compared, in a table of their own; the repetition with more masses."""
-    points = list(rig_points())
+    points = list(hbm_truth_rig.points())
     rows = [f"| {Fe} N | {hz:.2f} Hz ({step}) | {H} | " + (f"{found['error']:+.1e}" if "error" in found else "")
             + f" | {found['said']} |" for Fe, step, hz, H, found in points
-            if not found.get("periodic") or found["left"]]
+            if not hbm_truth_rig.comparable(found)]
     lines = [f"{len(points)} points, {len(rows)} of them not comparable: the integration did not become periodic, left "
              "for another orbit, or there is no solution. The difference beside them is that at the end of the "
              "integration and no error." if rows else f"{len(points)} points, all comparable.", ""]
@@ -173,10 +165,10 @@ SECTIONS = (
             "H = 5. Made by tests/benchmarks/hbm_truth_rig.py.", rig_rows,
             {f"time integration {kind}, {Fe} N, H = {H}": allowed for Fe in (12, 20) for kind, H, allowed in (
                 ("at the peak", 5, 3e-3), ("within 50 Hz of it", 5, 1.5e-2), ("at the peak", 9, 5e-3),
-                ("within 50 Hz of it", 9, 5e-3))}, stored_when(recorded("truth_rig")), rig_notes),
+                ("within 50 Hz of it", 9, 5e-3))}, "truth_rig", rig_notes),
     Section("robustness_truth", "Random oscillators against time integration",
             "5 % of the points of the curves of the [robustness](robustness.md) page. Relative difference of abs X1 of "
             "y2 at the smallest H whose doubling changes it by less than 0.25 %, from its orbit. Made by "
             "tests/benchmarks/hbm_truth_robustness.py, which writes every point.", robustness_rows,
-            {"time integration, stable": AGREES, "time integration, unstable": AGREES}, stored_when(stored()[0]),
+            {"time integration, stable": AGREES, "time integration, unstable": AGREES}, "truth_robustness",
             robustness_notes))

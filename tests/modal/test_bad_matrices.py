@@ -76,6 +76,14 @@ def test_complex_matrices(good, label):
         given(good, **{label: getattr(good, label) * (1 + 0.05j)})
 
 
+@pytest.mark.parametrize("label", ["K", "M"])
+@pytest.mark.parametrize("what, words", [(np.ones((2, 2, 2)), r"an array of float64, \(2, 2, 2\)"), (None, "None"),
+                                         (np.array([["a", "b"], ["c", "d"]]), r"an array of <U1, \(2, 2\)")])
+def test_what_is_no_matrix(good, label, what, words):
+    with pytest.raises(InputError, match=f"body 'block': {label} is {words}: must be a square matrix of numbers"):
+        given(good, **{label: what})
+
+
 def test_b26_mass_with_a_zero_row(good):
     keep = sp.diags(np.where(np.arange(good.dofs) == 12, 0.0, 1.0))
     where = f"dof 12 \\((block, )?node {good.node[good.dof_node[12]]}, {'xyz'[good.dof_direction[12]]}"
@@ -127,7 +135,8 @@ def bent(good, place, among):
 @pytest.mark.parametrize("petsc", [True, False])
 @pytest.mark.parametrize("modes", [0, 3])
 @pytest.mark.parametrize("place, where", [(-1, "in a motion mostly of dof|with the other masters held"),
-                                          (3, "1 motion with the masters held")])
+                                          (3, r"1 motion with the masters held meet it, the worst mostly of dof \d+ "
+                                              r"\(node \d+, z\)")])
 def test_b26_indefinite_stiffness(good, monkeypatch, place, where, modes, petsc):
     """Among the masters, and among the others, where it would come out as a mode that is nan."""
     if not petsc:
@@ -145,8 +154,12 @@ def test_b26_stiffness_with_a_zero_row_or_a_wrong_sign(good):
         check_support(given(good, K=(keep @ good.K @ keep).tocsr()))
     with pytest.raises(InputError, match="negative stiffness, K is -.* on its diagonal at dof"):
         check_support(given(good, K=-good.K))
-    with pytest.raises(InputError, match="negative stiffness, a rigid motion meets it"):
+    with pytest.raises(InputError, match=r"negative stiffness, a rigid motion meets it, mostly a \w+ \w+ [xyz]"):
         check_support(given(good, K=altered(good.K, 12, 12, 0.1 * good.K[12, 12])))
+    slide = (good.dof_direction == 1).astype(float)
+    driven = good.K - sp.csr_matrix(np.outer(slide, slide) * 3 * good.K.diagonal().max() / slide.sum())
+    with pytest.raises(InputError, match="a rigid motion meets it, mostly a slide along y"):
+        check_support(given(good, K=driven))
 
 
 def test_mass_by_direction(good):

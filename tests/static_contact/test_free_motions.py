@@ -1,5 +1,7 @@
 """Motions that no contact resists, where the nodes of a body lie exactly on one line: any direction, size and place."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.linalg as sl
@@ -9,8 +11,9 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.free_motions import rigid_motions
+from static_contact.friction import FrictionalContact
 from static_contact.preload import StaticContact
-from tests.static_contact.beams import beam
+from tests.static_contact.beams import beam, supports
 
 S = np.sqrt(0.5)
 ALONG = np.linspace(0.0, 1.0, 7)
@@ -115,3 +118,77 @@ def test_a_free_body_with_rotations_has_its_rigid_motions():
     rigid = rigid_motions(model)
     energy = np.abs(K @ rigid).max(axis=0)
     assert (energy < 1e-12).all() and np.linalg.matrix_rank(rigid) == 3
+
+
+@pytest.mark.parametrize("soft", [1e-9, 1e-8, 1e-7, 1e-6])
+@pytest.mark.parametrize("turn", TURNS[:2])
+def test_soft_springs_to_ground_hold(turn, soft):
+    """Springs k at all seven nodes, `soft` of the body's stiffness, carry 2 N along the slide: by 2 / 7k. K holds
+    1e-16 / soft digits of them."""
+    model, table = damper_on_two_lines(0.07, turn, 3.0)
+    k = soft * model.K.diagonal()[:21].max()
+    statics = StaticContact(replace(model, K=model.K + sl.block_diag(k * np.eye(21), np.zeros((42, 42)))), table)
+    assert statics.names == []
+    load = np.zeros((63, 3))
+    load[:21] = np.tile(turn / 7, (7, 1))
+    found = statics.solve(load @ [2.0, 0, 40.0])
+    slide = np.tile(turn[:, 0], 7) / 7 @ found.displacement[:21]
+    assert slide == pytest.approx(2 / (7 * k), rel=1e-15 / soft + 1e-8) and not found.held
+    for side in ("left", "right"):                                   # 3e-5 of the pull goes into springs of 1e-6
+        assert found.force[table.side == side].sum() == pytest.approx(20 / S, rel=30 * soft)
+
+
+@pytest.mark.parametrize("kn", [1.0, 1e3, 1e6])
+def test_soft_pairs_hold_what_they_face(kn):
+    """Two supports 2.3 mm apart under a beam of 70 mm hold its roll however soft they are, down to 1e-10 of its
+    stiffness: 30 N and 20 N above them, and nothing left of the balance."""
+    x = np.linspace(0, 0.07, 31)
+    table = supports(x, np.full(31, kn), np.zeros(31)).select([15, 16])
+    load = np.zeros(31)
+    load[[15, 16]] = 30.0, 20.0
+    statics = StaticContact(beam(x, 10.0), table)
+    assert statics.names == []
+    found = statics.solve(load)
+    assert found.force == pytest.approx([30.0, 20.0], rel=1e-12) and found.residual < 1e-12
+
+
+def test_a_slender_damper_is_one_body():
+    """70 mm long and 0.07 mm thick, bent 1e6 times as easily as pulled: only its slide is free, whatever holds it."""
+    model, table = damper_on_two_lines(0.07, np.eye(3), 0.0)
+    K = model.K.copy()
+    bends = np.flatnonzero((model.body == "damper") & (model.direction != "x"))
+    K[np.ix_(bends, bends)] *= 1e-6
+    statics = StaticContact(replace(model, K=K), table)
+    assert statics.names == [("slide along x", "N")]
+    load = np.zeros(63)
+    load[2:21:3] = 40 / 7
+    assert statics.solve(load).force[:7].sum() == pytest.approx(20 / S, rel=1e-9)
+
+
+def test_normals_that_hardly_face_a_motion():
+    """Normals turned by 2e-3 to and fro along the line face the slide by 2e-3 sin 45: that may be the errors of
+    coordinates, and does not hold it unless the caller says so; then 0.06 N of slide are in balance. 1e-2 holds."""
+    model, table = damper_on_two_lines(0.07, np.eye(3), 0.0)
+    to_and_fro = np.where(table.station % 2, 1.0, -1.0)
+    load = np.zeros(63)
+    load[2:21:3] = 40 / 7
+    load[:21:3] = 0.06 / 7
+
+    def turned(by):
+        turn = Rotation.from_rotvec(np.outer(to_and_fro, [0, by, 0])).as_matrix()
+        return table.replace(frame=table.frame @ turn.transpose(0, 2, 1))
+
+    with pytest.raises(InputError, match=r"slide along x is loaded: 0.07.* N, .*by 1..e-03.*above facing = 0.003"):
+        StaticContact(model, turned(2e-3)).solve(load)
+    for statics in (StaticContact(model, turned(2e-3), facing=1e-3), StaticContact(model, turned(1e-2))):
+        found = statics.solve(load)
+        assert statics.names == [] and not found.held and found.residual < 1e-9
+        assert found.force @ statics.pairs.normal[:, 0] == pytest.approx(0.06, rel=1e-6)
+
+
+def test_pairs_beyond_double_precision():
+    """Pairs of 1e-16 of the body's stiffness: with friction one line says so, no failed factorisation."""
+    model, table = damper_on_two_lines(0.07, np.eye(3), 0.0)
+    table = table.replace(kn=np.full(14, 1e-9), kt=np.full(14, 1e-9), mu=np.full(14, 0.3))
+    with pytest.raises(InputError, match="too little beside that of the bodies for double precision"):
+        FrictionalContact(model, table)

@@ -15,6 +15,7 @@ STEEL = MaterialPair(210e9, 0.3, 210e9, 0.3)
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
 E = STEEL.E_star
 P = 5e4  # N/m
+FLATS = (0.0, 1e-7, 1e-5, 1e-3)  # half widths in m: the cylinder and rounded punches
 
 
 def closed_pressure(x, load, b, radius, e_star):
@@ -57,27 +58,38 @@ def test_load_and_half_width_are_inverse(load, b):
     assert punch_half_width(np.array([load, 2 * load]), b, 5e-3, E)[1] >= a
 
 
-def test_hertz_limit_is_continuous():
-    """b -> 0 gives the cylinder: half-width, pressure and stiffness to 1e-6."""
+def punch_limits():
+    """(what, value, limit): b -> 0 gives the cylinder; R -> 0 the flat punch, a -> b, p -> P / (pi sqrt(b^2 - x^2))."""
+    a = hertz_half_width(P, 5e-3, E)
+    x = np.linspace(0, 0.999, 7)[:-1] * a
+    hertz = 2 * P / (np.pi * a) * np.sqrt(1 - (x / a) ** 2)
+    for b in (1e-12, 1e-14, 1e-40):
+        yield f"flat {b:g} m, half width", punch_half_width(P, b, 5e-3, E), a
+        yield f"flat {b:g} m, pressure", punch_pressure(x, P, b, 5e-3, E), hertz
+    b = 1e-3
+    x = np.array([0, 0.3, 0.9, 0.99]) * b
+    for radius in (1e-12, 1e-16, 1e-30):
+        yield f"radius {radius:g} m, half width", punch_half_width(P, b, radius, E), b
+        yield f"radius {radius:g} m, pressure", punch_pressure(x, P, b, radius, E), P / (np.pi * np.sqrt(b**2 - x**2))
+
+
+def test_limits_are_continuous():
+    """To 1e-6, of narrow flats to 1e-8 and 1e-12."""
+    tolerance = {"flat 1e-14 m": 1e-8, "flat 1e-40 m": 1e-12}
+    for name, value, limit in punch_limits():
+        assert value == pytest.approx(limit, rel=tolerance.get(name.split(",")[0], 1e-6)), name
+
+
+def test_the_limits_themselves():
+    """b = 0 is the cylinder, up to its border; R = 0 the flat punch."""
     a = hertz_half_width(P, 5e-3, E)
     x = np.linspace(0, 0.999, 7) * a
     hertz = 2 * P / (np.pi * a) * np.sqrt(1 - (x / a) ** 2)
     assert punch_pressure(x, P, 0.0, 5e-3, E) == pytest.approx(hertz, rel=1e-12)
-    for b, tolerance in ((1e-12, 1e-6), (1e-14, 1e-8), (1e-40, 1e-12)):
-        assert punch_half_width(P, b, 5e-3, E) == pytest.approx(a, rel=tolerance)
-        assert punch_pressure(x[:-1], P, b, 5e-3, E) == pytest.approx(hertz[:-1], rel=tolerance)
-
-
-def test_sharp_limit_is_continuous():
-    """R -> 0 gives the flat punch: a -> b and p -> P / (pi sqrt(b^2 - x^2)) to 1e-6."""
-    b = 1e-3
-    x = np.array([0, 0.3, 0.9, 0.99]) * b
-    sharp = P / (np.pi * np.sqrt(b**2 - x**2))
-    assert punch_pressure(x, P, b, 0.0, E) == pytest.approx(sharp, rel=1e-14)
-    assert punch_half_width(P, b, 0.0, E) == b
-    for radius in (1e-12, 1e-16, 1e-30):
-        assert punch_half_width(P, b, radius, E) == pytest.approx(b, rel=1e-6)
-        assert punch_pressure(x, P, b, radius, E) == pytest.approx(sharp, rel=1e-6)
+    x = np.array([0, 0.3, 0.9, 0.99]) * 1e-3
+    sharp = P / (np.pi * np.sqrt(1e-6 - x**2))
+    assert punch_pressure(x, P, 1e-3, 0.0, E) == pytest.approx(sharp, rel=1e-14)
+    assert punch_half_width(P, 1e-3, 0.0, E) == 1e-3
 
 
 def test_wide_and_narrow_flats_join_without_a_step():
@@ -132,16 +144,25 @@ def derivative(function, x):
     return sum(w * (function(x + k * step) - function(x - k * step)) for k, w in weights.items()) / step
 
 
-@pytest.mark.parametrize("b", [0.0, 1e-7, 1e-5, 1e-3])
+def compliance_of(b, component):
+    """Compliance at a load, of a punch with flat half width b between the bodies of UNLIKE."""
+    return lambda load: 1 / getattr(plane_stiffness(UNLIKE, punch_half_width(load, b, 5e-3, UNLIKE.E_star), 5e-3, 2e-3),
+                                    component)
+
+
+def slope_and_stiffness(b, component):
+    """(dP/d(delta) by differences of the approach, K(a)) at 1 kN/m."""
+    compliance = compliance_of(b, component)
+    return 1 / derivative(lambda load: approach(compliance, load), 1e3), 1 / compliance(1e3)
+
+
+@pytest.mark.parametrize("b", FLATS)
 @pytest.mark.parametrize("component", Stiffness._fields)
 def test_tangent_stiffness_is_the_slope_of_the_approach(b, component):
     """dP/d(delta) = K(a) to 1e-10, cylinder and rounded punch; the secant from zero load is softer."""
-    def compliance(load):
-        a = punch_half_width(load, b, 5e-3, UNLIKE.E_star)
-        return 1 / getattr(plane_stiffness(UNLIKE, a, 5e-3, 2e-3), component)
-
-    assert derivative(lambda load: approach(compliance, load), 1e3) == pytest.approx(compliance(1e3), rel=1e-10)
-    assert secant(compliance, 1e3) < 1 / compliance(1e3)
+    slope, stiffness = slope_and_stiffness(b, component)
+    assert slope == pytest.approx(stiffness, rel=1e-10)
+    assert secant(compliance_of(b, component), 1e3) < stiffness
 
 
 def test_graded_quadrature_is_exact_for_roots_and_logs():

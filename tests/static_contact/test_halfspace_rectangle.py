@@ -13,6 +13,7 @@ from static_contact.moduli import MaterialPair
 from static_contact.rectangle import TABLE, rectangle_compliance, rectangle_stiffness, table_nodes
 
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
+FRESH = ((1.27, 0.17), (6.1, 0.42), (49.0, 0.3), (830.0, 0.23), (4900.0, 0.48))    # length/width, nu: no table nodes
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.3, 0.0), (1.5, -0.7), (40.0, 3.0)])
@@ -29,7 +30,7 @@ def test_cell_integrals_are_those_of_the_kernels(x, y):
         assert rectangle_bem._cell(x, y, a, b)[place] == pytest.approx(expected, rel=1e-7)
 
 
-@pytest.mark.parametrize(("aspect", "nu"), [(1.27, 0.17), (6.1, 0.42), (49.0, 0.3), (830.0, 0.23), (4900.0, 0.48)])
+@pytest.mark.parametrize(("aspect", "nu"), FRESH)
 def test_table_is_a_fresh_solve_between_its_nodes(aspect, nu):
     """Coarser meshes than the table's, at points that are none of its nodes; the target is 1e-5."""
     fresh, error = rectangle_bem.compliance(aspect, nu, meshes=(8, 12, 16, 24))

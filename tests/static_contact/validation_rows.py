@@ -6,11 +6,15 @@ tests/benchmarks and is read from its results, with the day and the versions of 
 
 import numpy as np
 
-from static_contact.moduli import MaterialPair
+from static_contact import rectangle_bem
+from static_contact.moduli import MaterialPair, Stiffness
+from static_contact.rectangle import rectangle_compliance
 from tests.benchmarks.record import recorded
 from tests.static_contact.beams import reference_beam
+from tests.static_contact.test_halfspace_punch import FLATS, punch_limits, slope_and_stiffness
+from tests.static_contact.test_halfspace_rectangle import FRESH
 from tests.static_contact.test_halfspace_reference import CASES, ROUTES
-from tests.validation import Section, relative, stored_when
+from tests.validation import Section, relative
 
 
 def beam_rows():
@@ -36,6 +40,24 @@ def stiffness_rows():
         for output, expected in case["outputs"].items():
             error = relative(found[output], expected)
             yield f"{name}, {output}", "", found[output], expected, error / case["rel_tol"], "case, in its tolerances"
+
+
+def law_rows():
+    """Limits of the rounded punch, the slope of its approach, and the rectangle's table against fresh solves."""
+    for name, ours, expected in punch_limits():
+        for x, (mine, told) in enumerate(zip(np.atleast_1d(ours), np.atleast_1d(expected), strict=True), start=1):
+            yield f"{name}, place {x}" if np.size(ours) > 1 else name, "", mine, told, relative(mine, told), "limit"
+    for b in FLATS:
+        for component in Stiffness._fields:
+            slope, stiffness = slope_and_stiffness(b, component)
+            yield (f"flat half width {b:g} m, {component}: dP/d(delta), N/m per m", "", slope, stiffness,
+                   relative(slope, stiffness), "slope of the approach")
+    for aspect, nu in ((1.0, 0.3), *FRESH, (5000.0, 0.3)):
+        fresh = rectangle_bem.compliance(aspect, nu, meshes=(8, 12, 16, 24))[0]
+        table = rectangle_compliance(aspect, nu)
+        for name, ours, told in zip(("normal and along", "across"), table, fresh, strict=True):
+            yield (f"rectangle {aspect:g} : 1, nu {nu:g}, {name}", "", ours, told, relative(ours, told),
+                   "boundary elements, solved anew")
 
 
 def hertz_rows():
@@ -114,34 +136,34 @@ def random_rows():
             "Macaulay brackets"
 
 
-def _when(name):
-    return stored_when(recorded(name))
-
-
 SECTIONS = (
     Section("f", "F: beams on unilateral supports", "Support forces of two beams; errors are of the largest force of "
             "the case. Source: tests/reference/statics.", beam_rows, {"closed form": 1e-8, "detached set": 0.0}),
     Section("random_beams", "5 000 random beams on springs and hard supports", "Every one of the 2^n sets is tried up "
             "to 8 supports, above that the conditions are checked on forces by Macaulay brackets.", random_rows,
-            {"detached set": 0.0, "Macaulay brackets": 1e-8}, _when("preload_random_beams")),
+            {"detached set": 0.0, "Macaulay brackets": 1e-8}, "preload_random_beams"),
     Section("stiffness", "Contact stiffness: ten reference cases", "The error is given in units of the tolerance that "
             "the case states: 1 is allowed. Source: tests/reference/stiffness.", stiffness_rows,
             {"case, in its tolerances": 1.0}),
+    Section("contact_laws", "Contact stiffness: limits, slopes, rectangles", "The rounded punch as its flat or its "
+            "radius goes to zero; its stiffness against the numerical derivative of its approach; the table of "
+            "rectangles against boundary elements on coarser meshes than the table's.", law_rows,
+            {"limit": 1e-6, "slope": 1e-10, "boundary elements": 1e-5}),
     Section("hertz", "Hertz: a cylinder on a block", "Hard contact of two elastic bodies in plane strain, 8-node "
             "hexahedra. Peak pressure p0 and half width a are not read off single nodes: they are those of the "
             "straight line p^2 = p0^2 (1 - x^2 / a^2), fitted over x^2 to the nodal forces over their share of the "
-            "surface, where these press and x < 0.95 a.", hertz_rows, {"Hertz, 16": 5e-3}, _when("hertz")),
+            "surface, where these press and x < 0.95 a.", hertz_rows, {"Hertz, 16": 5e-3}, "hertz"),
     Section("calculix_preload", "CalculiX: preload of a pin between inclined faces", "C3D8 and GAPUNI springs with "
             "NLGEOM on the same nodes. Made by tests/benchmarks/calculix.py.", calculix_rows,
-            {"CalculiX": 1e-4, "detached set": 0.0}, _when("calculix"), calculix_notes),
+            {"CalculiX": 1e-4, "detached set": 0.0}, "calculix", calculix_notes),
     Section("calculix_modes", "CalculiX: modes of a block", "C3D8 on the same mesh. Made by "
-            "tests/benchmarks/calculix_modes.py.", calculix_modes_rows, {"CalculiX": 1e-6}, _when("calculix_modes"),
+            "tests/benchmarks/calculix_modes.py.", calculix_modes_rows, {"CalculiX": 1e-6}, "calculix_modes",
             calculix_modes_notes),
     Section("mpi_ranks", "Full model on 1, 2 and 4 ranks", "Small two-blade rig, Newton on the full model under "
             "mpirun: largest difference from one rank. Made by tests/benchmarks/mpi_ranks.py.", rank_rows,
-            {"one rank": 1e-9}, _when("mpi_ranks")),
+            {"one rank": 1e-9}, "mpi_ranks"),
     Section("stuck_bound", "The rig's stuck frequencies: bound of the reduction error", "Every stuck mode below 5 kHz, "
             "reduced against the unreduced finite-element model. Ours: relative error of the reduced frequency; "
             "reference: its bound; error: how far the bound falls short. Made by tests/benchmarks/stuck_bound.py.",
-            bound_rows, {"bound": 0.0}, _when("stuck_bound")),
+            bound_rows, {"bound": 0.0}, "stuck_bound"),
 )

@@ -94,6 +94,15 @@ def test_a_flipped_normal_is_named(own_table, capsys):
     assert content(path)["pair_checks"]["one"]["off_surface_deg"] == pytest.approx(180)
 
 
+@pytest.mark.parametrize("mu", [2.0, 3.0])
+def test_friction_above_any_dry_metals(tmp_path, capsys, mu):
+    """Taken, with a warning on the page and in the result file."""
+    path = corner_study.write(tmp_path, change=[("mu = 0.3", f"mu = {mu}")])
+    page, *_ = inspected(path, capsys)
+    said = [w for w in content(path)["warnings"] if "[contact] mu = 3 is above 2" in w]
+    assert len(said) == (mu > 2) and ("mu = 3 is above 2" in page) == (mu > 2)
+
+
 def test_a_side_that_the_pull_opens_is_named(own_table, capsys):
     """All normals of both sides the wrong way round: the pull would lift the damper off."""
     path, table = own_table

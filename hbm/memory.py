@@ -1,0 +1,54 @@
+"""How much memory there is, and how much Newton's method will need for the pairs that slip or lift."""
+
+from pathlib import Path
+
+from hbm.errors import InputError
+
+# Traced by tests/hbm/test_memory.py: at the height of a curve the condensed matrix and its factors of the last points
+# are held, each of the square of the unknowns of the pairs that move, beside the derivatives of their forces.
+_SQUARES, _BLOCKS = 5, 10
+_SLIPPING = 4            # at the door one pair in so many is taken to slip or lift, and at least one
+_SMALL = 2.0**28         # bytes that are not asked for
+
+
+def available_bytes() -> float:
+    """What the machine, or the container's limit, still gives; infinite where it cannot be told."""
+    found = []
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        found.append(next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable")))
+    except (OSError, StopIteration, ValueError):
+        pass
+    try:
+        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
+        used = int(Path("/sys/fs/cgroup/memory.current").read_text())
+        found += [int(limit) - used] if limit.isdigit() else []
+    except (OSError, ValueError):
+        pass
+    return float(min(found, default=float("inf")))
+
+
+def newton_bytes(moving: int, components: int, H: int) -> float:
+    """Bytes for so many slipping or lifting pairs of a law with so many components."""
+    block = components * (2 * H + 1)
+    return 8.0 * (_SQUARES * (moving * block) ** 2 + _BLOCKS * moving * block**2)
+
+
+def check_harmonics_fit(pairs: int, components: int, H: int):
+    """InputError before anything heavy where not even a quarter of the pairs can slip or lift at once."""
+    moving = max(pairs // _SLIPPING, 1)
+    _check(moving, components, H, f"{moving} of the {pairs} pairs, should they slip or lift at once,")
+
+
+def check_moving_fit(moving: int, pairs: int, components: int, H: int):
+    """InputError where so many pairs slip or lift that the next matrix cannot be held."""
+    _check(moving, components, H, f"{moving} of the {pairs} pairs, which slip or lift at once here,")
+
+
+def _check(moving, components, H, what):
+    need = newton_bytes(moving, components, H)
+    if need < _SMALL or need <= (there := available_bytes()):
+        return
+    fits = next((h for h in range(H - 1, 0, -1) if newton_bytes(moving, components, h) <= there), 0)
+    raise InputError(f"harmonics = {H}: {what} need {need / 1e9:.3g} GB of memory for Newton's method, "
+                     f"{there / 1e9:.3g} GB are available: at most harmonics = {fits} here, or fewer pairs")
