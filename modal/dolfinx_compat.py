@@ -1,11 +1,11 @@
 """Blocks of cells in dolfinx, and forms on them as CSR matrices. The only file that knows dolfinx: 0.5.2 and 0.9.
 
-What the two versions do differently is in the three functions at the end; everything else is the same in both.
+What the two versions do differently is in the functions at the end; everything else is the same in both.
 """
 
 import logging
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 
 import numpy as np
@@ -31,13 +31,13 @@ def available() -> bool:
 
 @dataclass(frozen=True)
 class Block:
-    """Cells of one type. V - dolfinx space of displacements; place : (k,) int - node of the mesh of each of its k
-    nodes; nodes - number of nodes of the whole mesh; degree - of the quadrature."""
+    """Cells of one type. V - dolfinx space of displacements, or of one direction of them; place : (k,) int - node of
+    the mesh of each of its k nodes; nodes - number of nodes of the whole mesh; kind - of CELLS."""
 
     V: object
     place: np.ndarray
     nodes: int
-    degree: int
+    kind: str
 
     @classmethod
     def of(cls, position, kind: str, cells) -> "Block":
@@ -50,20 +50,28 @@ class Block:
         from dolfinx.mesh import CellType, create_mesh
         from mpi4py import MPI
 
-        shape, degree, quadrature = CELLS[kind]
+        shape, degree, _ = CELLS[kind]
         used = np.unique(cells)
         order = cell_perm_array(getattr(CellType, shape), cells.shape[1])
         local = np.searchsorted(used, cells)[:, order].astype(np.int64)
         with _quiet_compiler():
             grid = create_mesh(MPI.COMM_SELF, local, position[used], ufl.Mesh(_vector_element(shape, degree)))
-            V = _vector_space(grid, degree)
-        return cls(V, used[_input_node(grid, V)], len(position), quadrature)
+            V = _space(grid, degree, (3,))
+        return cls(V, used[_input_node(grid, V)], len(position), kind)
+
+    def one_direction(self) -> "Block":
+        """The same cells with one number a node: for a form that acts on each direction alike, a ninth of the work."""
+        with _quiet_compiler():
+            V = _space(self.V.mesh, CELLS[self.kind][1], ())
+        place = np.empty_like(self.place)
+        place[_table(V.dofmap.list)] = self.place[_table(self.V.dofmap.list)]
+        return replace(self, V=V, place=place)
 
     @property
     def dx(self):
         import ufl
 
-        return ufl.Measure("dx", domain=self.V.mesh, metadata={"quadrature_degree": self.degree})
+        return ufl.Measure("dx", domain=self.V.mesh, metadata={"quadrature_degree": CELLS[self.kind][2]})
 
     def constants(self, *values) -> list:
         """Numbers of a form that change from body to body without a new compilation."""
@@ -80,7 +88,10 @@ class Block:
         return field
 
     def matrix(self, form) -> sp.csr_matrix:
-        """A symmetric bilinear form over all dofs of the mesh (3 i + k for node i), zero rows where no cell is."""
+        """A symmetric bilinear form over all dofs of the mesh (3 i + k for node i), zero rows where no cell is.
+
+        One of `one_direction` is taken for each of the three directions.
+        """
         from dolfinx import fem
         from dolfinx.fem.petsc import assemble_matrix
 
@@ -89,19 +100,33 @@ class Block:
         A.assemble()
         indptr, indices, data = A.getValuesCSR()
         A.destroy()
-        dof = (3 * self.place[:, None] + np.arange(3)).ravel()
-        return _symmetric(sp.csr_matrix((data, indices, indptr), shape=(len(dof),) * 2), dof, 3 * self.nodes)
+        A = sp.csr_matrix((data, indices, indptr))
+        if A.shape[0] == len(self.place):
+            return _in_each_direction(*_symmetric(A, self.place, self.nodes))
+        blocks, indices, indptr = _symmetric(A.tobsr((3, 3)), self.place, self.nodes)
+        return sp.bsr_matrix((blocks, indices, indptr), shape=(3 * self.nodes,) * 2).tocsr()
 
 
-def _symmetric(A, dof, size):
-    """(A + A') / 2 with row and column i put at dof[i] of a larger matrix."""
-    start = np.zeros(size + 1, dtype=A.indptr.dtype)
-    start[dof + 1] = np.diff(A.indptr)
-    rows = A[np.argsort(dof)]
-    placed = sp.csr_matrix((rows.data, dof.astype(A.indices.dtype)[rows.indices], np.cumsum(start)), (size, size))
-    flipped = placed.T.tocsr()  # turning it over twice sorts the columns
-    placed = flipped.T.tocsr()
-    return ((placed + flipped) / 2).tocsr()
+def _symmetric(A, place, size):
+    """(A + A') / 2 with the node i put at place[i] of `size`: numbers (or blocks of 3 x 3), columns, row pointer.
+
+    The numbers are moved once, each block as one: what is sorted and turned over is the pattern.
+    """
+    row, column, entry = np.repeat(place, np.diff(A.indptr)), place[A.indices], np.arange(len(A.indices))
+    here = sp.csr_matrix((entry, (row, column)), (size, size))
+    there = sp.csr_matrix((entry, (column, row)), (size, size))  # the pattern is symmetric: the same again
+    data = A.data[here.data]
+    data += np.moveaxis(A.data[there.data], -1, -2) if data.ndim == 3 else A.data[there.data]
+    data /= 2
+    return data, here.indices, here.indptr
+
+
+def _in_each_direction(data, indices, indptr):
+    """A matrix by node that acts on each of the three directions alike and couples none, over all dofs."""
+    n = len(indptr) - 1
+    tripled = sp.csr_matrix((data, indices, indptr), (n, n))[np.repeat(np.arange(n), 3)]
+    direction = np.repeat(np.tile(np.arange(3, dtype=indices.dtype), n), np.diff(tripled.indptr))
+    return sp.csr_matrix((tripled.data, 3 * tripled.indices + direction, tripled.indptr), (3 * n, 3 * n))
 
 
 @contextmanager
@@ -127,19 +152,23 @@ def _vector_element(shape, degree):
     return element("Lagrange", shape, degree, shape=(3,))
 
 
-def _vector_space(grid, degree):
+def _space(grid, degree, shape):
+    """Functions of three components, shape (3,), or of one, ()."""
     from dolfinx import fem
 
     if hasattr(fem, "functionspace"):
-        return fem.functionspace(grid, ("Lagrange", degree, (3,)))
-    return fem.VectorFunctionSpace(grid, ("Lagrange", degree))  # before 0.7
+        return fem.functionspace(grid, ("Lagrange", degree, shape))
+    return (fem.VectorFunctionSpace if shape else fem.FunctionSpace)(grid, ("Lagrange", degree))  # before 0.7
+
+
+def _table(cells):
+    """A table of a row a cell, in one line: lists of lists before 0.7, rectangular arrays since."""
+    return np.asarray(getattr(cells, "array", cells)).ravel()
 
 
 def _input_node(grid, V):
     """For each node of V the index of the node in the coordinates that the mesh was made from."""
-    # lists of lists before 0.7, rectangular arrays since
-    geometry, dofs = (np.asarray(getattr(table, "array", table)).ravel() for table in (grid.geometry.dofmap,
-                                                                                      V.dofmap.list))
+    geometry, dofs = _table(grid.geometry.dofmap), _table(V.dofmap.list)
     place = np.empty(V.dofmap.index_map.size_local, dtype=int)
     place[dofs] = np.asarray(grid.geometry.input_global_indices)[geometry]
     found = V.tabulate_dof_coordinates()[dofs]

@@ -85,10 +85,12 @@ def _dolfinx(position, kind, cells, lame, shear, density):
     block = dolfinx_compat.Block.of(position, kind, cells)
     import ufl
 
-    u, v = ufl.TrialFunction(block.V), ufl.TestFunction(block.V)
     lame, shear, density = block.constants(lame, shear, density)
-    return (block.matrix(ufl.inner(stress(u, lame, shear), strain(v)) * block.dx),
-            block.matrix(density * ufl.inner(u, v) * block.dx))
+    u, v = ufl.TrialFunction(block.V), ufl.TestFunction(block.V)
+    K = block.matrix(ufl.inner(stress(u, lame, shear), strain(v)) * block.dx)
+    block = block.one_direction()
+    u, v = ufl.TrialFunction(block.V), ufl.TestFunction(block.V)
+    return K, block.matrix(density * u * v * block.dx)
 
 
 def strain(u):

@@ -56,6 +56,7 @@ def _dolfinx(position, kind, cells, lame, shear, displacement):
     block = dolfinx_compat.Block.of(position, kind, cells)
     import ufl
 
-    u, v = ufl.TrialFunction(block.V), ufl.TestFunction(block.V)
     static = stress(block.function(displacement), *block.constants(lame, shear))
-    return block.matrix(ufl.inner(ufl.grad(u) * static, ufl.grad(v)) * block.dx)
+    block = block.one_direction()
+    u, v = ufl.TrialFunction(block.V), ufl.TestFunction(block.V)
+    return block.matrix(ufl.inner(ufl.dot(static, ufl.grad(u)), ufl.grad(v)) * block.dx)

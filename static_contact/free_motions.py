@@ -13,12 +13,13 @@ from scipy.optimize import linprog
 from hbm.errors import InputError
 from hbm.model import ROTATIONS, ReducedModel
 
-FREE_STIFFNESS = 1e-11  # of the stiffness of the nodes held one by one: less is rounding of K, 3e-14 where measured
+FREE_STIFFNESS = 1e-11  # of the stiffness of the nodes held one by one: less is rounding of K, 5e-14 of 80 000 dofs
 FACING = 3e-3           # of a motion: normals that face it by less do so by inexact coordinates, and do not hold it
 TAKEN_UP = 1e-3         # of the load: what inexact coordinates of meshes leave along motions that nothing holds
 _SEEN = 1e-5            # of a motion: a normal that faces it by less is not worth a word
 _ROUNDING = 1e-12       # of the distance from the origin
 WEAK = 3e-7             # of the same: far below elastic stiffness
+_NOISE = 30             # times the most negative stiffness of a rigid motion, which none has: what K's digits leave
 _ROLLS = 0.1            # of a motion: more of it by rolling makes it a roll
 _FITS = 1e-7            # of the largest gap: overlaps that linear programming takes for none
 _LABELS = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
@@ -75,7 +76,8 @@ def floating(rigid, K, below=FREE_STIFFNESS):
     by less than `below` of the stiffness of the nodes held one by one.
 
     Positions that do not quite fit K, given with a few digits, make an elastic motion of a rigid one. One step of
-    inverse iteration takes that out again before the stiffness is measured.
+    inverse iteration takes that out again before the stiffness is measured. Where K itself has few digits, some rigid
+    motions meet negative stiffness: that says how much of it is noise.
     """
     ways = moving(rigid)
     own = np.abs(K.diagonal())
@@ -89,7 +91,8 @@ def floating(rigid, K, below=FREE_STIFFNESS):
     scaled = K / np.outer(root, root)
     near = sl.solve(scaled + WEAK * np.eye(len(K)), root[:, None] * unit, assume_a="sym")
     near = np.linalg.qr(near / np.linalg.norm(near, axis=0))[0]
-    count = int((np.linalg.eigvalsh(near.T @ scaled @ near) < below).sum())
+    stiffness = np.linalg.eigvalsh(near.T @ scaled @ near)
+    count = int((stiffness < max(below, min(-_NOISE * stiffness[0], WEAK))).sum())
     softest = np.linalg.eigh(unit.T @ K @ unit)[1][:, :count]
     return ways @ (softest / size[:, None])
 

@@ -84,7 +84,11 @@ class FrictionalContact:
         names = free_motions(rigid_motions(model), model, self.B[self.k0 > 0]).names
         if names:
             raise InputError(f"{', '.join(n for n, _ in names)}: not even stuck pairs resist this")
-        self.factor = sl.cho_factor(A)
+        try:
+            self.factor = sl.cho_factor(A)
+        except np.linalg.LinAlgError:
+            raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
+                             "precision: the stiffness of the model with all pairs stuck is singular") from None
         self.G = self.B @ sl.cho_solve(self.factor, self.B.T)
 
     def solve(self, loads, *, steps: int = 20, gap=None) -> tuple[FrictionState, ...]:

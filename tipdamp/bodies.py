@@ -57,10 +57,19 @@ def named_groups(study):
 
 
 def master_nodes(study, meshes, pairs) -> dict:
-    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto."""
+    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto. InputError where one of them
+    is clamped."""
     r = study["respond"] if "respond" in study else {"excitation": None, "patches": ()}
-    groups = [meshes[BLADES].group(g) for g in (r["excitation"], *r["patches"]) if g]
-    return {BLADES: np.concatenate([pairs.blade_node, *groups]), DAMPER: pairs.damper_node}
+    groups = {f"[respond] group '{g}'": meshes[BLADES].group(g) for g in (r["excitation"], *r["patches"]) if g}
+    nodes = {**{f"[contact.{s}] the pairs": pairs.blade_node[pairs.side == s] for s in pairs.sides}, **groups}
+    clamps = study[BLADES]["clamp"]
+    for group in [clamps] if isinstance(clamps, str) else clamps:
+        held = meshes[BLADES].groups.get(group, ())          # one that is not there is refused where it is used
+        for what, mine in nodes.items():
+            if len(both := np.intersect1d(mine, held)):
+                raise InputError(f"{study.path}: {what}: node {both[0]} of the blades is clamped by group '{group}' "
+                                 f"and cannot move ({len(both)} such nodes)")
+    return {BLADES: np.concatenate(list(nodes.values())), DAMPER: pairs.damper_node}
 
 
 def assemble_bodies(study, meshes, tick, masters=None) -> list:

@@ -11,6 +11,7 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.free_motions import rigid_motions
+from static_contact.friction import FrictionalContact
 from static_contact.preload import StaticContact
 from tests.static_contact.beams import beam, supports
 
@@ -183,3 +184,11 @@ def test_normals_that_hardly_face_a_motion():
         found = statics.solve(load)
         assert statics.names == [] and not found.held and found.residual < 1e-9
         assert found.force @ statics.pairs.normal[:, 0] == pytest.approx(0.06, rel=1e-6)
+
+
+def test_pairs_beyond_double_precision():
+    """Pairs of 1e-16 of the body's stiffness: with friction one line says so, no failed factorisation."""
+    model, table = damper_on_two_lines(0.07, np.eye(3), 0.0)
+    table = table.replace(kn=np.full(14, 1e-9), kt=np.full(14, 1e-9), mu=np.full(14, 0.3))
+    with pytest.raises(InputError, match="too little beside that of the bodies for double precision"):
+        FrictionalContact(model, table)

@@ -90,6 +90,22 @@ def test_positions_that_do_not_quite_fit(error):
         assert found.force[pairs.side == side].sum() == pytest.approx(PULL / np.sqrt(2), rel=1e-8 + 1e3 * error)
 
 
+@pytest.mark.parametrize("digits", [8, 10])
+def test_stiffness_with_few_digits(digits):
+    """K as a text file gives it: what its digits leave along a rigid motion is noise of either sign, and holds nothing.
+    The sides carry the pull to K's digits; a newton along the slide is refused."""
+    model, pairs, load = pin(0.0)
+    K = np.vectorize(lambda x: float(f"{x:.{digits - 1}e}"))(np.triu(model.K))
+    statics = StaticContact(replace(model, K=K + np.triu(K, 1).T), pairs)
+    assert sorted(name for name, _ in statics.names) == ["roll about y", "slide along y"]
+    found = statics.solve(load, hold=True)
+    for side in cost_floor.TURN:
+        assert found.force[pairs.side == side].sum() == pytest.approx(PULL / np.sqrt(2), rel=1e-5)
+    along = (model.body == "damper") & (model.direction == "y")
+    with pytest.raises(InputError, match="slide along y is loaded: 1 N, and no contact resists it"):
+        statics.solve(load + along / along.sum())
+
+
 @pytest.mark.parametrize("error, shift", [(0.0, 0.0), (1e-9, 0.0), (1e-7, 0.0), (1e-7, 2e-6)])
 def test_the_full_model_takes_up_the_same(error, shift):
     """Newton on the unreduced equations accepts what the condensed route accepts and reports the same; forces to a

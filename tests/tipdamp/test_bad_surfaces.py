@@ -129,6 +129,14 @@ def nothing_is_assembled(monkeypatch):
     monkeypatch.setattr("modal.elasticity.elastic_body", heavy)
 
 
+@pytest.mark.parametrize("old, new, words", [
+    ('"clamp_two"]', '"touch_two"]', "[contact.two] the pairs: node 98 of the blades is clamped by group 'touch_two'"),
+    ('"touch_two"]', '"clamp_two"]', "[respond] group 'clamp_two': node 104 of the blades is clamped by")])
+def test_b32_clamped_nodes_that_must_move(tmp_path, capsys, nothing_is_assembled, old, new, words):
+    code, error, _ = inspect(corner_study.write(tmp_path, change=[(old, new)]), capsys)
+    assert code == 2 and words in error and "9 such nodes" in error
+
+
 def test_load_cases_are_checked_by_inspect(tmp_path, capsys, nothing_is_assembled):
     change = [("[respond]", '[loads.gas]\nforces = [["blades", "touch_on", 1, 0, 0]]\n[respond]')]
     code, error, _ = inspect(corner_study.write(tmp_path, change=change), capsys)
