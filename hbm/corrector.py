@@ -1,6 +1,6 @@
 """Newton's method for one point of R(x, parameter) = 0: on a plane across a branch, or at a fixed parameter."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ class Settings:
     smallest_step: float = 1e-5
     parameter_share: float = 0.1  # of the way, by which a unit step moves the parameter
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
-    aim: float = 2.5e-3             # error of a predicted point, to which the steps are fitted
+    aim: float = 1.2e-3           # error of a predicted point, to which the steps are fitted
     highest_order: int = 5        # of the predicting polynomials
     most_iterations: int = 12
     most_points: int = 5000
@@ -46,7 +46,8 @@ class Point:
     parameter: float
     converged: bool
     iterations: int               # evaluations of the residual
-    detail: object = None         # what `evaluate` returned last
+    detail: object = None         # what `evaluate` returned last; where the corrector failed, first
+    tangent: tuple | None = None  # (dx, dp) along the branch
 
 
 @dataclass(frozen=True)
@@ -74,9 +75,10 @@ def correct(evaluate, x, p, row, corner, metric, settings, last=None) -> Point:
     again, and with the matrix of the step before where that is good enough [Deuflhard 2004, section 2.1].
     The first step leaves at `last` what the equations do not determine (see `pull` in continuation).
     """
-    x0, p0, before, least, held, stalls = x, p, np.inf, np.inf, None, 0
+    x0, p0, before, least, held, first, stalls = x, p, np.inf, np.inf, None, None, 0
     for iteration in range(1, settings.most_iterations + 1):
         e = evaluate(x, p)
+        first = first or e
         size = np.clip(np.linalg.norm(metric.weights * x), 1e-6 * metric.size, 10 * metric.size)
         error = np.linalg.norm(e.residual) / size
         if error <= settings.tolerance:
@@ -97,7 +99,7 @@ def correct(evaluate, x, p, row, corner, metric, settings, last=None) -> Point:
         if (chord or SAFE * rate**2 * error <= settings.tolerance) and metric.norm(dx, dp) < BLIND:
             return Point(x, p, True, iteration, e.moved(dx, dp))
         before, least, held = error, min(error, least), e
-    return Point(np.full_like(x0, np.nan), p0, False, iteration)
+    return Point(np.full_like(x0, np.nan), p0, False, iteration, first)
 
 
 def solve_at(evaluate, x, p, weights, settings=DEFAULT, most=300) -> Point:
@@ -129,7 +131,27 @@ def between(evaluate, a: Point, b: Point, share: float, weights, settings=DEFAUL
     """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of it."""
     metric = Metric(weights, max(np.linalg.norm(weights * a.x), np.linalg.norm(weights * b.x), 1e-300),
                     max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2)
-    row, corner = metric.border(b.x - a.x, b.parameter - a.parameter)
-    x = a.x + share * (b.x - a.x)
-    p = a.parameter + share * (b.parameter - a.parameter)
-    return correct(evaluate, x, p, row, corner, metric, settings)
+    dx, dp = b.x - a.x, b.parameter - a.parameter
+    row, corner = metric.border(dx, dp)
+    x, p = a.x + share * dx, a.parameter + share * dp
+    bends = [_bend(q, dx, dp, row, corner, metric) for q in (a, b)]
+    if all(bends):
+        for weight, (bx, bp) in zip((share * (1 - share)**2, -share**2 * (1 - share)), bends, strict=True):
+            x, p = x + weight * bx, p + weight * bp
+    new = correct(evaluate, x, p, row, corner, metric, settings)
+    return replace(new, tangent=new.detail.direction(row, corner)[:2]) if new.converged else new
+
+
+def _bend(point, dx, dp, row, corner, metric):
+    """By how much the tangent at a point leads away from a chord (dx, dp), over its length; None where it is unknown.
+
+    The cubic through two points with their tangents is their chord and these, times weights.
+    """
+    if point.tangent is None:
+        return None
+    tx, tp = point.tangent
+    along = row @ tx + corner * tp
+    if not along > 0.5 * metric.norm(tx, tp):
+        return None
+    scale = metric.norm(dx, dp) / along
+    return scale * tx - dx, scale * tp - dp

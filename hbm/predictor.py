@@ -1,51 +1,73 @@
-"""Where the next point of a branch is looked for: tangents, and polynomials through the points before."""
+"""Where the next point of a branch is looked for: polynomials through the points before, along their tangents."""
 
 import numpy as np
 
 
-def predict(run, metric, step, order, sign):
-    """x and parameter a step beyond the last of the points: along their polynomial, or the tangent at a single one."""
-    if len(run) > 1:
-        return extrapolate(run, metric, step, min(order, len(run) - 1))
-    tx, tp = tangent(run[-1].detail, np.zeros(len(run[-1].x)), 1.0, sign, metric)
-    return run[-1].x + step * tx, run[-1].parameter + step * tp
-
-
-def extrapolate(points, metric, step, order):
-    """Polynomial through the last order + 1 points, over their distances, at a step beyond the last."""
-    used = points[-(order + 1):]
-    weights = _lagrange(_places(used, metric), step)
-    return sum(w * q.x for w, q in zip(weights, used, strict=True)), \
-        sum(w * q.parameter for w, q in zip(weights, used, strict=True))
+def predict(run, metric, step, order):
+    """x and parameter at a length of arc beyond the last of the points, which know their tangents."""
+    used = run[-(order // 2 + 1):]
+    weights = _weights(_places(used, metric), step, order)[-1]
+    return _sum(weights, *_table(used, metric))
 
 
 def prediction_errors(points, new, metric):
     """How far from `new` the polynomials of order 1, 2, ... through the last of the points would have led."""
-    if len(points) < 2:
-        return np.empty(0)
-    places = _places(points, metric)
-    step = metric.norm(new.x - points[-1].x, new.parameter - points[-1].parameter)
-    weights = np.zeros((len(points) - 1, len(points)))
-    for order in range(1, len(points)):
-        weights[order - 1, -order - 1:] = _lagrange(places[-order - 1:], step)
-    x = weights @ np.array([q.x for q in points]) - new.x
-    p = weights @ np.array([q.parameter for q in points]) - new.parameter
-    return np.array([metric.norm(*error) for error in zip(x, p, strict=True)])
+    places = _places([*points, new], metric)
+    X, P = _table(points, metric)
+    weights = _weights(places[:-1] - places[-2], places[-1] - places[-2], 2 * len(points) - 1)
+    errors = zip(*_sum(weights, X, P), strict=True)
+    return np.array([metric.norm(x - new.x, p - new.parameter) for x, p in errors])
+
+
+def _table(points, metric):
+    """Points and unit tangents (2 points, n), the parameters likewise: what the weights are for."""
+    units = [_unit(q, metric) for q in points]
+    return (np.array([q.x for q in points] + [tx for tx, _ in units]),
+            np.array([q.parameter for q in points] + [tp for _, tp in units]))
+
+
+def _sum(weights, X, P):
+    return weights @ X, weights @ P
+
+
+def _unit(point, metric):
+    tx, tp = point.tangent
+    size = 1 / metric.norm(tx, tp)
+    return size * tx, size * tp
 
 
 def _places(points, metric):
-    """Distances along the points, zero at the last."""
-    gone = [metric.norm(b.x - a.x, b.parameter - a.parameter) for a, b in zip(points[:-1], points[1:], strict=True)]
+    """Lengths of arc along the points, zero at the last: those of circles through two points with their tangents."""
+    units = [_unit(q, metric) for q in points]
+    gone = []
+    for i in range(len(points) - 1):
+        a, b = points[i:i + 2]
+        bend = metric.norm(units[i + 1][0] - units[i][0], units[i + 1][1] - units[i][1])
+        gone.append(metric.norm(b.x - a.x, b.parameter - a.parameter) * (1 + min(bend, 1.0)**2 / 24))
     return np.r_[-np.cumsum(gone[::-1])[::-1], 0.0]
 
 
-def _lagrange(places, at):
-    """Weights with which values at the places make up the interpolating polynomial elsewhere."""
-    apart = places[:, None] - places
-    np.fill_diagonal(apart, 1.0)
-    ahead = np.tile(at - places, (len(places), 1))
-    np.fill_diagonal(ahead, 1.0)
-    return np.prod(ahead, axis=1) / np.prod(apart, axis=1)
+def _weights(places, at, highest):
+    """(orders, 2 points) weights of the values and of the slopes at the places, by which polynomials continue to `at`.
+
+    Order k passes through the first k + 1 of these: value and slope of the last point, of the one before, and so on
+    (Newton's divided differences with each place counted twice).
+    """
+    count = len(places)
+    of = np.repeat(np.arange(count)[::-1], 2)[:highest + 1]
+    unit, place = np.eye(2 * count), places[of]
+    table, reach = unit[of], 1.0
+    weights = [table[0]]
+    for k in range(1, highest + 1):
+        apart = place[k:] - place[:-k]
+        if k == 1:
+            apart[::2] = 1.0                    # a point and itself: the slope stands for their difference
+        table = (table[1:] - table[:-1]) / apart[:, None]
+        if k == 1:
+            table[::2] = unit[count + of[:-1:2]]
+        reach *= at - place[k - 1]
+        weights.append(weights[-1] + reach * table[0])
+    return np.array(weights[1:])
 
 
 def tangent(e, row, corner, sign, metric):
@@ -55,17 +77,14 @@ def tangent(e, row, corner, sign, metric):
     return unit * tx, unit * tp
 
 
-def on_branch(new, last, x, p, metric, step, sign) -> bool:
+def on_branch(new, last, x, p, metric, step) -> bool:
     """A converged point that lies far from its prediction or far along, or that runs backward, is refused."""
     gone = metric.norm(new.x - last.x, new.parameter - last.parameter)
     corrected = metric.norm(new.x - x, new.parameter - p)
-    if gone > 2 * step or corrected > 0.5 * step:
-        return False
-    return corrected < 0.1 * step or forward(new, last, metric, sign)
+    return gone <= 2 * step and corrected <= 0.5 * step and forward(new, last, metric)
 
 
-def forward(new, last, metric, sign) -> bool:
+def forward(new, last, metric) -> bool:
     """Whether the step from the last point to the new one runs forward along the branch."""
     row, corner = metric.border(new.x - last.x, new.parameter - last.parameter)
-    tx, tp = tangent(new.detail, row, corner, sign, metric)
-    return row @ tx + corner * tp > 0
+    return row @ new.tangent[0] + corner * new.tangent[1] > 0

@@ -1,6 +1,6 @@
 """One point of a branch after the other: step and order by the error of the prediction, kinks, and why it ended."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -71,7 +71,8 @@ class Branch:
 class Walk:
     """Where `follow` stands: the points since the last gap (`run`), the step, and how far the branch has got.
 
-    lost : no step from the last point is short enough; begin, way, sense : of the parameter; length : its unit of arc
+    lost : no step from the last point is short enough; shortened : the step, since the last point
+    begin, way, sense : of the parameter; length : its unit of arc
     """
 
     def __init__(self, evaluate, start, end, weights, settings, restart):
@@ -86,10 +87,11 @@ class Walk:
 
     def begin_at(self, point):
         """Start anew, from a point that does not continue the points before."""
-        self.run, self.step, self.order, self.lost = [point], self.settings.first_step, 1, False
+        self.step, self.order, self.lost, self.shortened = self.settings.first_step, 1, False, False
         self.furthest, self.stale, self.turns = point, 0, 0
         tx, tp, sign = point.detail.direction(np.zeros(len(self.weights)), 1.0)
         self.sign = self.sense * np.sign(sign)
+        self.run = [replace(point, tangent=(self.sense * tx, self.sense * tp))]
 
     def resume(self, found):
         """Go on from a solution found ahead."""
@@ -115,21 +117,26 @@ class Walk:
     def next_point(self):
         """The next point of the branch; None where the step was too long."""
         last, metric = self.run[-1], self.metric()
-        x, p = predict(self.run, metric, self.step, self.order, self.sign)
-        row, corner = metric.border(x - last.x, p - last.parameter)
-        new = correct(self.evaluate, x, p, row, corner, metric, self.settings, last.x)
-        self.branch.calls += new.iterations
-        if new.converged and on_branch(new, last, x, p, metric, self.step, self.sign):
+        x, p = predict(self.run, metric, self.step, self.order)
+        new = self._correct(x, p, *metric.border(x - last.x, p - last.parameter), metric)
+        if new.converged and on_branch(new, last, x, p, metric, self.step):
             return new
         if self.step < 2e-2:
-            turned = self._turn(last, x, p, metric)
+            turned = self._turn(new, last, x, p, metric)
             if turned is not None:
                 self.run = [last]
                 return turned
         self.lost = self.step <= self.settings.smallest_step
+        self.shortened = True
         if not self.lost:
             self.step, self.order = 0.4 * self.step, min(self.order, 1 if self.step < 1e-2 else 2)
         return None
+
+    def _correct(self, x, p, row, corner, metric):
+        """The point of the branch on the plane through (x, p), with its tangent."""
+        new = correct(self.evaluate, x, p, row, corner, metric, self.settings, self.run[-1].x)
+        self.branch.calls += new.iterations
+        return replace(new, tangent=tangent(new.detail, row, corner, self.sign, metric) if new.converged else None)
 
     def accept(self, new, on_point):
         """Take a point into the branch; see whether that is the end, and choose the next step."""
@@ -168,14 +175,17 @@ class Walk:
     def _choose_step(self, new):
         """Order and length of the next step: those whose prediction of `new` would have erred as aimed."""
         most = self.settings.highest_order
-        errors = prediction_errors(self.run[-most - 1:], new, self.metric())
+        errors = prediction_errors(self.run[-(most // 2 + 1):], new, self.metric())[:most]
         self.run.append(new)
         self._note_progress(new)
-        self.order = 1 + int(np.argmin(errors * 1.5 ** np.arange(len(errors)))) if len(errors) else 1
-        error = max(errors[self.order - 1], 1e-12) if len(errors) else self.settings.aim
+        self.order = 1 + int(np.argmin(errors * 1.5 ** np.arange(len(errors))))
+        error = max(errors[self.order - 1], 1e-12)
         growth = np.clip((self.settings.aim / error) ** (1 / (self.order + 1)), 0.5, 1.8)
         if new.iterations > 4:
             growth = min(growth, 0.6)
+        elif self.shortened:
+            growth = min(growth, 1.0)           # what stopped the longer step still lies ahead
+        self.shortened = False
         self.step = min(self.step * growth, self.settings.largest_step)
 
     def _note_progress(self, new):
@@ -206,25 +216,25 @@ class Walk:
     def _bound(self):
         return self.settings.runaway * max(np.linalg.norm(p.x) for p in self.branch.points[:2] if p.converged)
 
-    def _turn(self, last, x, p, metric):
+    def _turn(self, new, last, x, p, metric):
         """Past a kink: the tangent of the linearisation beyond it leads on. None where that does not help."""
         row, corner = metric.border(x - last.x, p - last.parameter)
-        for probe in (1.0, 4.0):
-            e = self.evaluate(last.x + probe * (x - last.x), last.parameter + probe * (p - last.parameter))
-            self.branch.calls += 1
+        for e in self._beyond(new, last, x, p):
             tx, tp = tangent(e, row, corner, self.sign, metric)
-            if not np.isfinite(tp):
-                continue
-            for reach in (self.step, 4 * self.step):
-                tried = correct(self.evaluate, last.x + reach * tx, last.parameter + reach * tp,
-                                *metric.border(tx, tp), metric, self.settings, last.x)
-                self.branch.calls += tried.iterations
+            for reach in (self.step, 4 * self.step) if np.isfinite(tp) else ():
+                tried = self._correct(last.x + reach * tx, last.parameter + reach * tp, *metric.border(tx, tp), metric)
                 if not tried.converged:
                     continue
                 gone = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
-                if 0.1 * reach < gone < 3 * reach and forward(tried, last, metric, self.sign):
+                if 0.1 * reach < gone < 3 * reach and forward(tried, last, metric):
                     return tried
         return None
+
+    def _beyond(self, new, last, x, p):
+        """Linearisations that may lie beyond a kink: where the corrector was, and further on."""
+        yield new.detail
+        self.branch.calls += 1
+        yield self.evaluate(last.x + 4 * (x - last.x), last.parameter + 4 * (p - last.parameter))
 
     def solve_between(self, a, b, parameter):
         """The solution at a parameter between those of two points of the branch."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hbm import aft, fourier, isotropic, laws, sampled
+from hbm.continuation import Settings
 from hbm.residual import ContactProblem
 from hbm.response import follow_band
 from tests.hbm.cases import load, solve
@@ -121,7 +122,7 @@ def test_duffing_against_its_branches():
     problem = ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, sampled.CubicSpring(),
                              laws.PairSettings([p["k3"]], [0.0], [0.0], [0.0]))
     curve = follow_band(problem, np.array([p["F"]]), np.array([0.5, 2.0]) / (2 * np.pi), harmonics=7,
-                        outputs={"x": [1.0]})
+                        outputs={"x": [1.0]}, settings=Settings(largest_step=0.02))
     assert curve.complete
     w, X = 2 * np.pi * curve.frequency, np.abs(curve.harmonics[:, 0, 1])
     turns = np.flatnonzero(np.diff(np.sign(np.diff(w)))) + 1
@@ -130,4 +131,4 @@ def test_duffing_against_its_branches():
     for i, (omega, amplitude) in zip(turns, folds, strict=True):
         c = np.polyfit(X[i - 1:i + 2] - X[i], w[i - 1:i + 2], 2)              # frequency over amplitude turns there
         top = -0.5 * c[1] / c[0]
-        assert np.polyval(c, top) == pytest.approx(omega, rel=5e-4) and X[i] + top == pytest.approx(amplitude, rel=2e-2)
+        assert np.polyval(c, top) == pytest.approx(omega, rel=1e-5) and X[i] + top == pytest.approx(amplitude, rel=5e-4)
