@@ -1,7 +1,7 @@
 """One factorisation of a stiffness matrix, for many right-hand sides and for the lowest modes, none of them missed.
 
 CHOLMOD through PETSc, SuperLU where it is missing; the modes by block Lanczos on the same factor (lanczos.py), which
-takes a fifth less time than Krylov-Schur with its single back-solves. They are counted by a second factorisation at a
+takes a third less time than Krylov-Schur with its single back-solves. They are counted by a second factorisation at a
 shift just above the highest of them (inertia.py): a block can miss one of many equal modes, which is then asked for.
 """
 

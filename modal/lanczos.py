@@ -7,7 +7,7 @@ repeated up to its own width; those repeated more often are found by asking agai
 import numpy as np
 
 BLOCK = 8
-TOLERANCE = 1e-7  # omega^2 is good to its square; the shapes are improved once more at the end
+TOLERANCE = 1e-8
 _CLEAN = 1e-13  # a part in the basis that is rounding: M X need not be made again
 _GAP = 1e-3  # how well the first mode beyond those asked for is known: to see the gap below it
 
@@ -18,7 +18,7 @@ def block_lanczos(solve, M, count: int, known=None):
     solve(B) -> K^-1 B for (d, b); known : (d, m) M-orthonormal modes, held out
     Returns omega^2 (count + BLOCK,) ascending, of which those beyond `count` are estimates from above; what each of
     them may fall to, (count + BLOCK,); and M-orthonormal shapes (d, count). A mode is converged when
-    |K^-1 M phi - phi / omega^2| is 1e-7 of 1 / omega^2 in the M norm. [Golub and Van Loan, ch. 10]
+    |K^-1 M phi - phi / omega^2| is 1e-8 of 1 / omega^2 in the M norm. [Golub and Van Loan, ch. 10]
     """
     size = M.shape[0]
     held = np.empty((size, 0)) if known is None else known
