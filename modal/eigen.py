@@ -1,8 +1,8 @@
 """One factorisation of a stiffness matrix, for many right-hand sides and for the lowest modes, none of them missed.
 
-CHOLMOD through PETSc, SuperLU where it is missing; the modes by block Lanczos on the same factor (lanczos.py), which
-takes a third less time than Krylov-Schur with its single back-solves. They are counted by a second factorisation at a
-shift just above the highest of them (inertia.py): a block can miss one of many equal modes, which is then asked for.
+CHOLMOD through PETSc and Krylov-Schur through SLEPc, which reuses the same factor; SuperLU and block Lanczos where they
+are missing. The modes are counted by a second factorisation at a shift just above the highest of them (inertia.py):
+Krylov-Schur can miss one of several equal modes, and what it missed is asked for by block Lanczos (lanczos.py).
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from hbm.errors import InputError
-from modal import petsc
+from modal import petsc, slepc
 from modal.inertia import modes_below
 from modal.lanczos import block_lanczos
 
@@ -20,6 +20,7 @@ RESIDUAL_LIMIT = 1e-8
 _COLUMNS = 64
 _DENSE = 400  # up to this size all modes come from LAPACK
 _PROBES = 4
+_BEYOND = 2  # modes beyond those asked for, to see the gap above them
 
 
 class SingularStiffness(RuntimeError):
@@ -184,7 +185,20 @@ class _Cholmod:
         self.factor = self.pc.getFactorMatrix()
 
     def lowest(self, M, count):
-        return block_lanczos(self.solve, M, count)
+        """omega^2 of a few more modes than asked for, ascending; the same again, since they are converged (see
+        block_lanczos); and the shapes (d, count)."""
+        if slepc.start() is None:
+            return block_lanczos(self.solve, M, count)
+        B = petsc.matrix(self.PETSc, M)
+        lam, shapes = slepc.lowest(self.A, B, count + _BEYOND, factor=self.factor)
+        phi = np.column_stack([shape.getArray() for shape in shapes[:count]])
+        for made in (B, *shapes):  # by hand: what Python drops stays in memory
+            made.destroy()
+        # one step of inverse iteration on all shapes at once: where K is badly conditioned they are good to 1e-7 only
+        Y = self.solve(M @ phi)
+        best, turn = sl.eigh(Y.T @ (self.K @ Y), Y.T @ (M @ Y))
+        lam = np.concatenate([best, lam[count:]])
+        return lam, lam, Y @ turn
 
     def solve(self, right):
         dense = self.PETSc.Mat().createDense(right.shape, array=np.asfortranarray(right), comm=self.PETSc.COMM_SELF)

@@ -1,4 +1,4 @@
-"""Lowest modes by SLEPc on the ranks of an mpirun: Krylov-Schur on the inverse of K, which MUMPS factorises."""
+"""Lowest modes by SLEPc: Krylov-Schur on the inverse of K, on one process or on the ranks of an mpirun."""
 
 import numpy as np
 
@@ -15,10 +15,11 @@ def start():
     return SLEPc
 
 
-def lowest(A, B, count: int):
+def lowest(A, B, count: int, *, factor=None):
     """omega^2 (m,) ascending and shapes, m PETSc vectors, of the lowest modes of A x = omega^2 B x: m >= count.
 
-    A, B : PETSc matrices, A positive definite. Raises RuntimeError when fewer converge.
+    A, B : PETSc matrices, A positive definite; factor : that of A where there is one, which is used and left as it is,
+    otherwise MUMPS makes one over the ranks of A. Raises RuntimeError when fewer converge.
     """
     SLEPc = start()
     eps = SLEPc.EPS().create(A.comm)
@@ -30,13 +31,17 @@ def lowest(A, B, count: int):
     eps.setTolerances(TOLERANCE, 500)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
     eps.setTarget(0.0)
+    eps.setPurify(factor is None)  # a back-solve a mode; `Factor` does better with all modes at once
     transform = eps.getST()
     transform.setType(SLEPc.ST.Type.SINVERT)
     transform.setShift(0.0)
     ksp = transform.getKSP()
     ksp.setType("preonly")
-    ksp.getPC().setType("cholesky")
-    ksp.getPC().setFactorSolverType("mumps")
+    if factor is None:
+        ksp.getPC().setType("cholesky")
+        ksp.getPC().setFactorSolverType("mumps")
+    else:
+        ksp.setPC(_lent(A, factor))
     eps.solve()
     found = eps.getConverged()
     if found < count:
@@ -46,3 +51,20 @@ def lowest(A, B, count: int):
     eps.destroy()
     order = np.argsort(lam)
     return lam[order], [shapes[i] for i in order]
+
+
+def _lent(A, factor):
+    """A preconditioner that lends the factor: one that is given away is reset by SLEPc."""
+    from petsc4py import PETSc
+
+    pc = PETSc.PC().createPython(_Lent(factor), comm=A.comm)
+    pc.setOperators(A)
+    return pc
+
+
+class _Lent:
+    def __init__(self, factor):
+        self.factor = factor
+
+    def apply(self, _, right, x):
+        self.factor.solve(right, x)

@@ -148,14 +148,15 @@ def test_factors_do_not_stay_in_memory(with_petsc):
 
 
 def test_a_count_gives_its_memory_back_at_once(with_petsc):
-    """40 000 dofs: the factor of the count has over 1e6 entries (8 MB), and its matrices 4 MB."""
+    """40 000 dofs: the factor of the count has over 1e6 entries (8 MB), and its matrices 4 MB. The allocator itself
+    keeps up to about 4 MB."""
     K, M = grid(40000, 200), sp.identity(40000, format="csr")
     modes_below(K, M, 0.1)
     before = resident()
     modes_below(K, M, 0.1)
     block = np.ones(3 * 10**7)
     del block
-    assert resident() - before < 4000
+    assert resident() - before < 6000
 
 
 def test_a_matrix_of_petsc_outlives_its_arrays(with_petsc):
