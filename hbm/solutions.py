@@ -6,6 +6,7 @@ import numpy as np
 
 from hbm import continuation
 
+_TIP = 8       # times that the points of a fold are brought closer, each time to half
 OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)     # from where a first point is reached, relative to its frequency
 
 
@@ -84,13 +85,59 @@ def passages(evaluate, points, parameter, weights, settings):
     """(point, residual calls, index of the point behind it) of every passage of the parameter between two points.
 
     Newton at the fixed parameter; where it leads away from the two points, they are first brought closer to each other.
+    The tip of a fold may reach further than its points: there, more of it is solved before.
     """
     found = []
     for i, (a, b) in enumerate(zip(points[:-1], points[1:], strict=True)):
         if a.converged and b.converged and (a.parameter - parameter) * (b.parameter - parameter) < 0:
             point, calls = _passage(evaluate, a, b, parameter, weights, settings)
             found.append((point, calls, i + 1))
-    return found
+    for i, fold in enumerate(zip(points[:-2], points[1:-1], points[2:], strict=True), 1):
+        if _turns(*fold, parameter):
+            tip, calls = _tip(evaluate, fold, parameter, weights, settings)
+            for place, (a, b) in zip((i, i + 1), zip(tip[:-1], tip[1:], strict=True), strict=False):
+                point, more = _passage(evaluate, a, b, parameter, weights, settings)
+                found.append((point, calls + more, place))
+                calls = 0
+    return sorted(found, key=lambda one: one[2])
+
+
+def _turns(a, b, c, parameter):
+    """Whether the branch turns back at b, without having come to the parameter."""
+    beyond = parameter - b.parameter
+    return (all(p.converged for p in (a, b, c)) and beyond * (b.parameter - a.parameter) > 0
+            and beyond * (b.parameter - c.parameter) > 0)
+
+
+def _tip(evaluate, fold, parameter, weights, settings):
+    """([points before, beyond and after the parameter], residual calls) of a fold whose three points do not reach it;
+    no points where its tip does not either, as the parabola through the highest three tells."""
+    calls = 0
+    for _ in range(_TIP):
+        if not _reaches(fold, parameter, weights):
+            break
+        a, b, c = fold
+        middles = [continuation.between(evaluate, *pair, 0.5, weights, settings) for pair in ((a, b), (b, c))]
+        calls += sum(middle.iterations for middle in middles)
+        if not all(middle.converged for middle in middles):
+            break
+        finer = [a, middles[0], b, middles[1], c]
+        toward = np.sign(parameter - b.parameter)
+        top = min(max(int(np.argmax([toward * p.parameter for p in finer])), 1), 3)
+        fold = finer[top - 1:top + 2]
+        if toward * (fold[1].parameter - parameter) > 0:
+            return fold, calls
+    return [], calls
+
+
+def _reaches(fold, parameter, weights):
+    """Whether twice the way from the highest of three points to the tip of their parabola leads past the parameter."""
+    a, b, c = fold
+    before, after = (np.linalg.norm(weights * (q.x - p.x)) for p, q in ((a, b), (b, c)))
+    rise, fall = (b.parameter - a.parameter) / before, (c.parameter - b.parameter) / after
+    bend = (fall - rise) / (before + after)
+    slope = (rise * after + fall * before) / (before + after)
+    return abs(parameter - b.parameter) <= 2 * abs(slope**2 / (4 * bend)) if bend else False
 
 
 def _passage(evaluate, a, b, parameter, weights, settings):
