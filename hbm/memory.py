@@ -42,7 +42,8 @@ def check_harmonics_fit(pairs: int, components: int, H: int):
     if said := _lack(1, components, H, _SQUARES, "one pair that slips or lifts"):
         raise InputError(said)
     moving = max(pairs // _SLIPPING, 1)
-    if said := _lack(moving, components, H, _SQUARES, f"{moving} of the {pairs} pairs, should they slip or lift at once,"):
+    what = f"{moving} of the {pairs} pairs, should they slip or lift at once,"
+    if said := _lack(moving, components, H, _SQUARES, what):
         warnings.warn(said, stacklevel=4)
 
 

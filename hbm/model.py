@@ -275,7 +275,7 @@ def _positive(matrix, shift) -> bool:
 
 
 def _check_places(M, K):
-    """InputError where M can only be the stiffness: tons at a dof, and the fastest of them alone would swing in minutes."""
+    """InputError where M can only be the stiffness: tons at a dof, and the fastest alone would swing in minutes."""
     m, k = np.abs(M.diagonal()), np.abs(K.diagonal())
     if m.max() < HEAVIEST:
         return

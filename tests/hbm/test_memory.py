@@ -66,7 +66,7 @@ def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
 
 
 def test_a_curve_goes_on_where_the_next_matrix_fits(monkeypatch):
-    """What it holds already is not asked for again: with the need of the largest matrix free at every point it ends well."""
+    """What it holds already is not asked for again: with the need of the largest matrix free at every point."""
     free = newton_bytes(12, 3, 15, squares=2)
     monkeypatch.setattr(memory, "_SMALL", 0.0)
     monkeypatch.setattr(memory, "available_bytes", lambda: free)
