@@ -1,0 +1,30 @@
+"""The response about a preload that leaves pairs open, against the same model with its gaps and static load."""
+
+import numpy as np
+import pytest
+
+from hbm.contact import relative_motion
+from hbm.laws import DryFriction2T
+from hbm.response import forced_response
+from static_contact.preload import StaticContact
+from tests.hbm.small_rig import small_rig
+
+
+@pytest.mark.parametrize("level", [0.5, 300.0])          # the open pair stays open; and closes in each cycle
+def test_the_response_about_the_preload_is_that_of_the_gaps(level):
+    """Sliders that start where the static solution puts the pairs; then both ways solve the same equations."""
+    model, pairs, tip = small_rig(stations=3)
+    load = relative_motion(model, pairs)[2::3].T @ pairs.preload
+    gap = np.where(np.arange(len(pairs)) == 1, 3, 0) * np.median(pairs.preload / pairs.kn)
+    rest = StaticContact(model, pairs).solve(load, gap=gap, hold=True)
+    assert (rest.pairs.preload < 0).sum() == 1
+    sliders = (relative_motion(model, pairs) @ rest.displacement).reshape(-1, 3)[:, :2]
+    more = dict(law=DryFriction2T(), forcing=level * tip, band=(300, 340), harmonics=3, damping_ratio=0.02,
+                outputs={"tip": tip}, at=[310.0, 325.0])
+    about = forced_response(model, rest.pairs, **more)
+    whole = forced_response(model, pairs.replace(gap=gap), origin="unloaded", static=load, start=sliders, **more)
+    assert about.complete and whole.complete
+    for hz in more["at"]:
+        a, b = (np.abs(curve.solutions_at(hz)[:, 0, 1]) for curve in (about, whole))
+        assert a == pytest.approx(b, rel=1e-7)
+    assert (about.share_open[:, 1].min() == 1.0) == (level == 0.5)
