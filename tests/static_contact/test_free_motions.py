@@ -207,7 +207,8 @@ def two_dampers(turns, sizes=(0.07, 0.05), link=0.0):
     tie = np.hstack([tie, np.zeros((7, 42)), -tie, np.zeros((7, 42))])
     K += link * tie.T @ tie
     model = ReducedModel.from_matrices(np.eye(126), K, body=np.concatenate(own), **{
-        name: np.concatenate([getattr(model, name) for model, _ in parts]) for name in ("node", "direction", "position")})
+        name: np.concatenate([getattr(model, name) for model, _ in parts])
+        for name in ("node", "direction", "position")})
     return model, join(*(table.replace(**{name: np.char.add(getattr(table, name), str(i)) for name in (
         "side", "blade_body", "damper_body")}) for i, (_, table) in enumerate(parts)))
 

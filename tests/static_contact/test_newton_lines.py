@@ -63,7 +63,8 @@ def test_wedged_without_load(tilt):
     model, table = damper_on_two_lines(0.07, np.eye(3), 0.0)
     turn = Rotation.from_rotvec(np.outer(np.linspace(-1, 1.2, 14), [0, tilt, 0])).as_matrix()
     opposite = table.replace(frame=-table.frame * np.array([1.0, -1, 1])[:, None], gap=np.full(14, -2e-6))
-    table = join(table.replace(frame=table.frame @ turn.transpose(0, 2, 1)), opposite.replace(side=np.char.add("other ", table.side), station=table.station + 7))
+    turned = table.replace(frame=table.frame @ turn.transpose(0, 2, 1))
+    table = join(turned, opposite.replace(side=np.char.add("other ", table.side), station=table.station + 7))
     found = StaticContact(model, table).solve(np.zeros(63))
     other = full_preload(bodies_of(model), table, {})
     assert found.force.min() > 0 and other.residual < 1e-8
