@@ -1,5 +1,6 @@
 """A point of a curve held against time integration that starts on its orbit."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -137,22 +138,25 @@ def _left(balance, point, march, difference) -> bool:
     """
     if difference > ELSEWHERE:
         return True
-    finer = _finer(balance)
-    ends = [continuation.solve_at(finer.evaluate, _padded(x, finer), point.parameter, finer.weights)
-            for x in (point.x, march.harmonics_of_motion())]
+    try:
+        finer = _finer(balance)
+        ends = [continuation.solve_at(finer.evaluate, _padded(x, finer), point.parameter, finer.weights)
+                for x in (point.x, march.harmonics_of_motion())]
+    except InputError:                                           # so many harmonics do not fit into the memory
+        return bool(difference > UNSOLVED)
     if not all(end.converged for end in ends):
         return bool(difference > UNSOLVED)
-    apart, size = (np.linalg.norm(finer.weights * x) for x in (ends[1].x - ends[0].x, ends[0].x))
-    return bool(apart > SAME * size)
+    # the mean is left out: where every pair slides it may be any, and the orbit is the same
+    swings = [(finer.weights * x).reshape(finer.n_components, -1)[:, 1:] for x in (ends[1].x - ends[0].x, ends[0].x)]
+    return bool(np.linalg.norm(swings[0]) > SAME * np.linalg.norm(swings[1]))
 
 
 def _finer(balance):
-    """The balance with 2H + 1 harmonics, or the given one where these do not fit into the memory."""
-    try:
-        samples = max(len(balance.grid[0]) - 1, default_samples(2 * balance.H + 1, balance.problem.law.corridor))
+    """The balance with 2H + 1 harmonics."""
+    samples = max(len(balance.grid[0]) - 1, default_samples(2 * balance.H + 1, balance.problem.law.corridor))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")                          # of harmonics that nobody asked for
         finer = HarmonicBalance(balance.problem, balance.forces, 2 * balance.H + 1, balance.given_start, samples)
-    except InputError:
-        return balance
     finer.force[:, :balance.H + 1] = balance.force               # at its level
     return finer
 

@@ -1,11 +1,15 @@
 """What comes through the door of the forced response, checked before anything heavy starts."""
 
+from dataclasses import fields
+from numbers import Integral, Real
+
 import numpy as np
 
 from hbm.errors import InputError, shown
 
 MOST_HARMONICS = 200
 MOST_SAMPLES = 2**16
+MAY_BE_ZERO = ("outside", "most_leaps", "most_gaps")      # of the settings
 
 
 def check_harmonics(H):
@@ -118,7 +122,14 @@ def check_settings(settings, progress):
     if progress is not None and not callable(progress):
         raise InputError(f"progress = {brief(progress)}: must be a function (value, step, calls), or None")
     settings = DEFAULT if settings is None else settings
-    return check_kind("settings", settings, Settings, "replace(hbm.continuation.DEFAULT, most_calls=500)")
+    check_kind("settings", settings, Settings, "replace(hbm.continuation.DEFAULT, most_calls=500)")
+    for one in fields(Settings):
+        value, whole = getattr(settings, one.name), isinstance(one.default, int)
+        least = 0 if one.name in MAY_BE_ZERO else 1 if whole else np.finfo(float).tiny
+        if isinstance(value, bool) or not isinstance(value, Integral if whole else Real) or not least <= value < np.inf:
+            raise InputError(f"settings: {one.name} = {brief(value)}: must be a {'whole ' if whole else ''}number, "
+                             + (f"{least} or more" if whole or not least else "above 0"))
+    return settings
 
 
 def brief(value) -> str:

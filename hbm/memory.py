@@ -1,5 +1,6 @@
 """How much memory there is, and how much Newton's method will need for the pairs that slip or lift."""
 
+import warnings
 from pathlib import Path
 
 from hbm.errors import InputError
@@ -7,6 +8,7 @@ from hbm.errors import InputError
 # Traced by tests/hbm/test_memory.py: at the height of a curve the condensed matrix and its factors of the last points
 # are held, each of the square of the unknowns of the pairs that move, beside the derivatives of their forces.
 _SQUARES, _BLOCKS = 5, 10
+_NEXT = 2                # squares that the next matrix and its factors need, beside what the curve holds already
 _SLIPPING = 4            # at the door one pair in so many is taken to slip or lift, and at least one
 _SMALL = 2.0**28         # bytes that are not asked for
 
@@ -28,27 +30,34 @@ def available_bytes() -> float:
     return float(min(found, default=float("inf")))
 
 
-def newton_bytes(moving: int, components: int, H: int) -> float:
-    """Bytes for so many slipping or lifting pairs of a law with so many components."""
+def newton_bytes(moving: int, components: int, H: int, squares: int = _SQUARES) -> float:
+    """Bytes for so many slipping or lifting pairs of a law with so many components, in a whole curve."""
     block = components * (2 * H + 1)
-    return 8.0 * (_SQUARES * (moving * block) ** 2 + _BLOCKS * moving * block**2)
+    return 8.0 * (squares * (moving * block) ** 2 + _BLOCKS * moving * block**2)
 
 
 def check_harmonics_fit(pairs: int, components: int, H: int):
-    """InputError before anything heavy where not even a quarter of the pairs can slip or lift at once."""
+    """Before anything heavy: InputError where not even one pair can slip or lift, a warning where not a quarter of them
+    can at once; how many will is not known yet."""
+    if said := _lack(1, components, H, _SQUARES, "one pair that slips or lifts"):
+        raise InputError(said)
     moving = max(pairs // _SLIPPING, 1)
-    _check(moving, components, H, f"{moving} of the {pairs} pairs, should they slip or lift at once,")
+    what = f"{moving} of the {pairs} pairs, should they slip or lift at once,"
+    if said := _lack(moving, components, H, _SQUARES, what):
+        warnings.warn(said, stacklevel=4)
 
 
 def check_moving_fit(moving: int, pairs: int, components: int, H: int):
     """InputError where so many pairs slip or lift that the next matrix cannot be held."""
-    _check(moving, components, H, f"{moving} of the {pairs} pairs, which slip or lift at once here,")
+    if said := _lack(moving, components, H, _NEXT, f"{moving} of the {pairs} pairs, which slip or lift at once here,"):
+        raise InputError(said)
 
 
-def _check(moving, components, H, what):
-    need = newton_bytes(moving, components, H)
+def _lack(moving, components, H, squares, what):
+    """What to say where the memory does not suffice; None where it does."""
+    need = newton_bytes(moving, components, H, squares)
     if need < _SMALL or need <= (there := available_bytes()):
-        return
-    fits = next((h for h in range(H - 1, 0, -1) if newton_bytes(moving, components, h) <= there), 0)
-    raise InputError(f"harmonics = {H}: {what} need {need / 1e9:.3g} GB of memory for Newton's method, "
-                     f"{there / 1e9:.3g} GB are available: at most harmonics = {fits} here, or fewer pairs")
+        return None
+    fits = next((h for h in range(H - 1, 0, -1) if newton_bytes(moving, components, h, squares) <= there), 0)
+    return (f"harmonics = {H}: {what} need {need / 1e9:.3g} GB of memory for Newton's method, "
+            f"{there / 1e9:.3g} GB are available: at most harmonics = {fits} here, or fewer pairs")

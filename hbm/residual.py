@@ -34,8 +34,8 @@ class ContactProblem:
 
     B : (P nd, r) dense or sparse - components of each pair in turn, in the order of the law
     static : (r,) N or None - constant force beside the one that balances the preload
-    preloaded : True when q = 0 is the preloaded state (the force sum B_n' preload is implied), False when q = 0 is the
-        unloaded one and `static` carries all static loads
+    preloaded : True when q = 0 is the preloaded state (the force sum B_n' max(preload, 0) is implied: open pairs, of
+        negative preload, carry nothing), False when q = 0 is the unloaded one and `static` carries all static loads
     damping_ratio : of the modes of the stuck system; None takes C
     describe : motion (r,) -> NamedMotion for messages (see `linear.describe_motion`), or None
     """
@@ -91,6 +91,16 @@ class ContactProblem:
         B = self.B.toarray() if sp.issparse(self.B) else np.asarray(self.B, dtype=float)
         return self.K + (B.T * k) @ B
 
+    def rest_force(self, pairs) -> np.ndarray:
+        """(P,) N: normal force at q = 0 that the implied loads hold; pairs: these ones, or with other settings."""
+        if not self.preloaded:
+            return np.zeros(len(pairs))
+        held = np.maximum(pairs.preload, 0.0)
+        if hasattr(self.law, "laws"):                               # a constant normal force opens nowhere
+            normal = np.array([law.has_normal for law in self.law.laws])[list(self.law.of_pair)]
+            held = np.where(normal, held, pairs.preload)
+        return held
+
     def receptance(self) -> Receptance:
         """Of the stuck system, computed once; raises InputError when a motion is left free."""
         if "_receptance" not in self.__dict__:
@@ -136,8 +146,8 @@ class HarmonicBalance:
         m = self.receptance.shapes.shape[1]
         static = np.zeros(m) if p.static is None else self.receptance.shapes.T @ p.static
         push = np.zeros(m)
-        if p.law.has_normal and not p.preloaded:
-            push = -self.shapes.reshape(len(pairs), self.nd, m)[:, -1].T @ pairs.preload
+        if p.law.has_normal:
+            push = self.shapes.reshape(len(pairs), self.nd, m)[:, -1].T @ (p.rest_force(pairs) - pairs.preload)
         return static, push
 
     def linear(self, w: float, level: float = 1.0) -> np.ndarray:
@@ -222,18 +232,24 @@ class HarmonicBalance:
             return aft.evaluate(p.law, p.pairs, u, self.start, self.grid)
         pairs = self._scaled_pairs(by, factor)
         bracket = aft.evaluate(p.law, pairs, u, self.start, self.grid)
-        if by not in ("kn", "kt"):
-            return bracket
-        # the receptance keeps the stuck springs of the model: what they differ by goes into the bracket
-        bracket = bracket.with_springs(p.law.stuck_stiffness(pairs) - p.law.stuck_stiffness(p.pairs), u)
+        # the receptance and the constant force are those of the model: what they differ by goes into the bracket
+        if by in ("kn", "kt"):
+            bracket = bracket.with_springs(p.law.stuck_stiffness(pairs) - p.law.stuck_stiffness(p.pairs), u)
         if p.law.has_normal:
-            bracket.g[:, -1, 0] += pairs.preload - p.pairs.preload
+            bracket.g[:, -1, 0] += self._unheld(pairs) - self._unheld(p.pairs)
         return bracket
+
+    def _unheld(self, pairs):
+        """(P,) N: preload beyond the normal force at q = 0, by which the stuck springs are off."""
+        return pairs.preload - self.problem.rest_force(pairs)
 
     def _by_setting(self, u, by, factor, bracket):
         """(P, nd, nh) derivative of the bracket by the factor on a setting of every pair."""
         if by == "preload" and bracket.by_preload is not None:
-            return self.problem.pairs.preload[:, None, None] * bracket.by_preload
+            g = self.problem.pairs.preload[:, None, None] * bracket.by_preload
+            if self.problem.law.has_normal:
+                g[:, -1, 0] += self._unheld(self.problem.pairs)
+            return g
         h = 1e-6 * max(abs(factor), 1e-3)
         factor = max(factor, h)
         return (self._bracket(u, by, factor + h).g - self._bracket(u, by, factor - h).g) / (2 * h)

@@ -25,7 +25,7 @@ def carry_scaled(whole: ContactTable, kept: ContactTable, forces: dict, axis) ->
 
     whole - solved preload of all rows; kept - carrying pairs only; forces {side: N}. Each kept pair has its own part of
     the map, and where fewer rows are kept than were solved, the forces of the others of its station go to the kept
-    ones in equal parts. Open stations stay open.
+    ones in equal parts, to the closed ones where there are any. Pairs that carry nothing keep their opening.
     """
     preload = np.empty(len(kept))
     scale, moment = {}, 0.0
@@ -47,15 +47,17 @@ def carry_scaled(whole: ContactTable, kept: ContactTable, forces: dict, axis) ->
 def _share(full, kept, i):
     """A kept pair's own force and its part of those of the rows of its station that are not kept.
 
-    Where the whole station is open the pair's own (negative) preload stays.
+    Where nothing falls to the pair its own (negative) preload stays.
     """
     station = full.select(full.station == kept.station[i])
     closed = np.maximum(station.preload, 0.0)
     own = station.row == kept.row[i]
-    if not closed.any():
-        return station.preload[own].max(initial=-np.inf) if own.any() else station.preload.max(initial=0.0)
     rows = kept.row[(kept.side == kept.side[i]) & (kept.station == kept.station[i])]
-    return closed[own].sum() + closed[~np.isin(station.row, rows)].sum() / len(rows)
+    takers = np.intersect1d(rows, station.row[closed > 0])
+    takers = takers if len(takers) else rows
+    if not closed.any() or kept.row[i] not in takers:
+        return station.preload[own].max(initial=-np.inf) if own.any() else station.preload.max(initial=0.0)
+    return closed[own].sum() + closed[~np.isin(station.row, rows)].sum() / len(takers)
 
 
 def carry_tangential(whole: ContactTable, tangential, carried: Carried) -> np.ndarray:
@@ -64,8 +66,9 @@ def carry_tangential(whole: ContactTable, tangential, carried: Carried) -> np.nd
     kept, out = carried.pairs, np.zeros((len(carried.pairs), 2))
     for i in np.flatnonzero(kept.preload > 0):
         station = (whole.side == kept.side[i]) & (whole.station == kept.station[i]) & whole.carrying
-        rows = kept.row[(kept.side == kept.side[i]) & (kept.station == kept.station[i])]
-        moved = tangential[station & ~np.isin(whole.row, rows)].sum(axis=0) / len(rows)
+        beside = (kept.side == kept.side[i]) & (kept.station == kept.station[i])
+        left = station & ~np.isin(whole.row, kept.row[beside])
+        moved = tangential[left].sum(axis=0) / (beside & (kept.preload > 0)).sum()
         own = tangential[station & (whole.row == kept.row[i])].sum(axis=0)
         out[i] = carried.scale[str(kept.side[i])] * (own + moved)
     return out

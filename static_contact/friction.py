@@ -12,6 +12,7 @@ the last.
 """
 
 from dataclasses import dataclass
+from numbers import Integral
 
 import numpy as np
 import scipy.linalg as sl
@@ -98,6 +99,8 @@ class FrictionalContact:
         the history ends with a state that says so (converged=False): a load beyond what friction holds, or one that
         lifts the damper off, has no equilibrium.
         """
+        if isinstance(steps, bool) or not isinstance(steps, Integral) or steps < 1:
+            raise InputError(f"steps = {steps!r}: must be a whole number, 1 or more")
         loads = [finite_values("load", load, self.model.size, "dofs of the model") for load in np.atleast_2d(loads)]
         loads = np.vstack([np.zeros(self.model.size), *loads])
         gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")

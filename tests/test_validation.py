@@ -57,7 +57,7 @@ def test_figures_of_other_code_are_marked(tmp_path, monkeypatch):
     monkeypatch.setattr(record, "RESULTS", tmp_path)
     monkeypatch.setattr(validation, "sections", lambda: [])
     with monkeypatch.context() as before:
-        before.setattr(record, "fingerprint", lambda key: "0123456789abcdef")
+        before.setitem(record.AT_START, "statics", "0123456789abcdef")
         record.record("growth", {"rows": []})
     marks = validation.code_marks(codes)
     said = f"other code, {record.made('growth')['date']}"

@@ -18,7 +18,7 @@ RESULTS = Path(__file__).parent / "results"
 ROOT = Path(__file__).parents[2]
 
 PACKAGES = {"hbm": ("hbm",), "statics": ("hbm", "modal", "static_contact"),
-            "study": ("hbm", "modal", "static_contact", "tipdamp", "tipdamp/jobs")}
+            "study": ("hbm", "modal", "static_contact", "tipdamp", "tipdamp/jobs", "tipdamp/readers")}
 """What runs in a benchmark: the harmonic balance alone, the statics too, or a whole study."""
 
 RUNS = dict.fromkeys(("speed", "rig", "robustness", "truth_rig", "truth_robustness"), "hbm") | dict.fromkeys((
@@ -46,13 +46,18 @@ def recorded(name: str) -> dict | None:
 def made(name: str) -> dict:
     """Day, processor, versions and code of what is measured now for a store."""
     return {"date": datetime.date.today().isoformat(), "processor": processor(), "versions": _versions(),
-            "code": fingerprint(RUNS[name])}
+            "code": AT_START[RUNS[name]]}
 
 
 def fingerprint(key: str) -> str:
-    """Of the code of PACKAGES[key]: figures made by another are not mixed with these."""
-    files = [path for package in PACKAGES[key] for path in sorted((ROOT / package).glob("*.py"))]
+    """Of the code and the tables of PACKAGES[key]: figures made by another are not mixed with these."""
+    files = [path for package in PACKAGES[key] for kind in ("py", "csv")
+             for path in sorted((ROOT / package).glob(f"*.{kind}"))]
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
+
+
+AT_START = {key: fingerprint(key) for key in PACKAGES}
+"""Of the code that was loaded, whatever happens to the files while it runs."""
 
 
 def one_thread():

@@ -46,10 +46,7 @@ def unilateral(p):
     """(problem, force) of the C files: one dof on a preloaded or gapped unilateral spring."""
     pairs = PairSettings([p["kn"]], [0.0], [0.0], [p["N0"]])
     one = np.ones((1, 1))
-    # the files' equation holds N - max(N0, 0), ours N - N0: the difference is a constant force
-    static = np.array([max(p["N0"], 0.0) - p["N0"]])
-    return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, UnilateralSpring(), pairs, static=static), \
-        np.array([p["F"]])
+    return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, UnilateralSpring(), pairs), np.array([p["F"]])
 
 
 def coupled(p):

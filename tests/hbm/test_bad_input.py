@@ -59,6 +59,10 @@ def curve(**changes):
     return forced_response(model, pairs, **(call | changes))
 
 
+def settings(**changed):
+    return replace(continuation.DEFAULT, **changed)
+
+
 def with_entry(matrix, i, j, value):
     changed = matrix.copy()
     changed[i, j] = value
@@ -155,6 +159,12 @@ REFUSED = {
     "at not a number": ({"at": ["x"]}, r"at = "),
     "settings a dict": ({"settings": {"most_calls": 500}}, r"settings = \{'most_calls': 500\}: must be a Settings, "
                         r"made by replace\(hbm\.continuation\.DEFAULT"),
+    "a step of no number": (lambda: {"settings": settings(first_step=np.nan)}, r"settings: first_step = nan: .* above"),
+    "a step of text": (lambda: {"settings": settings(largest_step="x")}, r"settings: largest_step = 'x': must be a "),
+    "no aim": (lambda: {"settings": settings(aim=0)}, r"settings: aim = 0: must be a number, above 0"),
+    "order 0": (lambda: {"settings": settings(highest_order=0)}, r"settings: highest_order = 0: .*whole number, 1 or"),
+    "order 2.5": (lambda: {"settings": settings(highest_order=2.5)}, r"settings: highest_order = 2\.5: .*whole number"),
+    "leaps negative": (lambda: {"settings": settings(most_leaps=-1)}, r"settings: most_leaps = -1: .*0 or more"),
     "settings a number": ({"settings": 0}, r"settings = 0: must be a Settings"),
     "progress a number": ({"progress": 3}, r"progress = 3: must be a function \(value, step, calls\)"),
     "progress zero": ({"progress": 0}, r"progress = 0: must be a function"),

@@ -5,10 +5,12 @@ force depends on where it stands on average: the periodic state exists, by symme
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from hbm.comparison import _left
 from hbm.continuation import DEFAULT
 from hbm.laws import DryFriction2T, PairSettings
 from hbm.residual import ContactProblem
@@ -53,6 +55,16 @@ def test_a_free_bar_is_followed_to_the_end_and_is_twice_its_half(level):
     assert (whole.share_open.max(axis=0) > 0).all() == (level == 40.0)
     assert whole.residual_calls < 4 * len(whole.frequency)
     assert whole.peak("tip") == pytest.approx(half.peak("tip"), rel=1e-6)
+
+
+def test_an_orbit_beside_it_is_the_same_orbit():
+    """Every pair slides, and where the bar stands on average is open: moved along by a thousandth, it did not leave."""
+    curve = curve_of_bar(20.0)
+    sliding = curve.frequency[(curve.share_slip + curve.share_open).min(axis=1) > 0]
+    balance, points = curve.passages.solved(sliding.mean())
+    moved = points[0].x.reshape(balance.n_components, -1).copy()
+    moved[::3, 0] += 1e-3 * np.abs(moved[:, 1:]).max()
+    assert not _left(balance, points[0], SimpleNamespace(harmonics_of_motion=moved.ravel), 1e-3)
 
 
 def test_a_bar_that_walks_is_said_to():

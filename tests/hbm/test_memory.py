@@ -1,11 +1,14 @@
 """The memory that is foretold for slipping pairs, against what a curve takes, and what is said where it lacks."""
 
 import tracemalloc
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from hbm import memory
+from hbm.comparison import _left
+from hbm.continuation import solve_at
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T
 from hbm.memory import newton_bytes
@@ -33,18 +36,24 @@ def test_forecast_of_a_curve():
 
 
 def test_too_many_harmonics_are_refused_at_the_door(monkeypatch):
-    """128 pairs in three dimensions at H = 200 with 16 GB, before the modes; the number that is named fits."""
+    """128 pairs in three dimensions at H = 200: a warning with 16 GB, whose number fits; refused before the modes with
+    so little that not one pair can slip."""
     columns = {name: np.resize(getattr(PAIRS, name), (128, *getattr(PAIRS, name).shape[1:]))
                for name in PAIRS.__dataclass_fields__}
     problem, _ = contact_problem(MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02)
     monkeypatch.setattr(memory, "available_bytes", lambda: 16e9)
-    with pytest.raises(InputError, match=r"harmonics = 200: 32 of the 128 pairs.* need .* GB .* 16 GB are available: "
+    with pytest.warns(UserWarning, match=r"harmonics = 200: 32 of the 128 pairs.* need .* GB .* 16 GB are available: "
                                          r"at most harmonics = (\d+) here") as caught:
-        HarmonicBalance(problem, {1: TIP}, 200)
-    assert "_receptance" not in problem.__dict__
-    named = int(str(caught.value).split("at most harmonics = ")[1].split()[0])
+        memory.check_harmonics_fit(128, 3, 200)
+    named = int(str(caught[0].message).split("at most harmonics = ")[1].split()[0])
     assert 50 < named < 200 and newton_bytes(32, 3, named) <= 16e9 < newton_bytes(32, 3, named + 1)
     HarmonicBalance(problem, {1: TIP}, named)
+    problem = contact_problem(MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02)[0]
+    monkeypatch.setattr(memory, "available_bytes", lambda: 5e7)
+    monkeypatch.setattr(memory, "_SMALL", 0.0)
+    with pytest.raises(InputError, match="harmonics = 200: one pair that slips or lifts need"):
+        HarmonicBalance(problem, {1: TIP}, 200)
+    assert "_receptance" not in problem.__dict__
 
 
 def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
@@ -54,3 +63,30 @@ def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
     assert curve(level=1e-3).complete
     with pytest.raises(InputError, match=r"harmonics = 15: \d+ of the 12 pairs, which slip or lift at once here, need"):
         curve()
+
+
+def test_a_curve_goes_on_where_the_next_matrix_fits(monkeypatch):
+    """What it holds already is not asked for again: with the need of the largest matrix free at every point."""
+    free = newton_bytes(12, 3, 15, squares=2)
+    monkeypatch.setattr(memory, "_SMALL", 0.0)
+    monkeypatch.setattr(memory, "available_bytes", lambda: free)
+    assert curve().complete
+
+
+def test_a_comparison_does_not_die_of_harmonics_that_nobody_asked_for(monkeypatch):
+    """It solves with 2H + 1 of them where they fit."""
+    problem, _ = contact_problem(MODEL, PAIRS, DryFriction2T(), damping_ratio=0.02)
+    balance = HarmonicBalance(problem, {1: 200 * TIP}, 7)
+    w = 2 * np.pi * 312
+    point = solve_at(balance.evaluate, balance.linear(w), w, balance.weights)
+    monkeypatch.setattr(memory, "_SMALL", 0.0)
+    monkeypatch.setattr(memory, "available_bytes", lambda: newton_bytes(12, 3, 7))
+    same = SimpleNamespace(harmonics_of_motion=lambda: point.x)
+    assert point.converged and len(point.detail.bracket.pair) == 12 and not _left(balance, point, same, 0.01)
+
+
+def test_many_pairs_of_which_few_may_slip_are_warned_of(monkeypatch):
+    """512 of 2048 pairs in three dimensions at H = 7 ask for 21 GB; how many will slip is not known at the door."""
+    monkeypatch.setattr(memory, "available_bytes", lambda: 16e9)
+    with pytest.warns(UserWarning, match="512 of the 2048 pairs, should they slip or lift at once, need 21.* GB"):
+        memory.check_harmonics_fit(2048, 3, 7)

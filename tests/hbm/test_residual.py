@@ -8,10 +8,11 @@ import pytest
 from hbm import aft, fourier, residual
 from hbm.continuation import solve_at
 from hbm.isotropic import IsotropicFriction
-from hbm.laws import DryFriction2T
+from hbm.laws import DryFriction2T, UnilateralSpring
 from hbm.linear import stuck_receptance
+from hbm.mixed import MixedLaw
 from hbm.residual import HarmonicBalance
-from hbm.response import contact_problem
+from hbm.response import contact_problem, forced_response
 from tests.hbm.cases import coupled, load, with_damping_matrix
 from tests.hbm.small_rig import small_rig
 
@@ -112,6 +113,7 @@ def test_a_branch_over_the_preload_needs_no_second_pass_where_the_law_knows_its_
     """Located transitions give it with the forces; sampled laws are asked twice more. Against fourth-order differences,
     away from a factor of 1."""
     model, pairs, tip = small_rig(stations=2)
+    pairs = pairs.replace(preload=pairs.preload * np.r_[-0.2, np.ones(len(pairs) - 1)])         # one is open at rest
     problem, _ = contact_problem(model, pairs, law, damping_ratio=0.02)
     balance, w, done = HarmonicBalance(problem, {1: 40 * tip}, 3), 2 * np.pi * 1300.0, []
     x = balance.linear(w) + 8e-6 * np.random.default_rng(0).normal(size=balance.n_components * 7) / 7
@@ -174,3 +176,15 @@ def test_high_poles_enter_the_jacobian_by_a_series():
     for k in range(balance.H + 1):
         direct = (balance.shapes * factors[:, k]) @ balance.shapes.T
         assert np.abs(G[k] - direct).max() < 1e-10 * np.abs(direct).max()
+
+
+@pytest.mark.parametrize("law", [DryFriction2T(), IsotropicFriction(), MixedLaw((DryFriction2T(), UnilateralSpring()),
+                                                                                (0, 1, 0, 1))])
+def test_a_pair_that_is_open_at_rest_carries_nothing(law):
+    """A negative preload is a gap: under almost no force the model swings about where it is."""
+    model, pairs, tip = small_rig(stations=2)
+    pairs = pairs.replace(preload=pairs.preload * np.r_[-0.2, np.ones(len(pairs) - 1)])
+    curve = forced_response(model, pairs, law, 1e-3 * tip, (400, 420), harmonics=1, damping_ratio=0.02,
+                            outputs={"tip": tip}, contact=True)
+    assert curve.complete
+    assert np.abs(curve.harmonics[:, 0, 0]).max() < 1e-6 * np.abs(curve.harmonics[:, 0, 1]).max()

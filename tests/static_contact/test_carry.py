@@ -48,6 +48,21 @@ def test_kept_stations_balance_the_pull(seed):
     assert np.linalg.norm(total(plain.pairs, carry_tangential(whole, T, plain)) - load) > 0.01 * np.linalg.norm(load)
 
 
+def test_open_rows_of_a_station_keep_their_opening():
+    """Two rows, the upper one open: kept itself it stays open by its own gap; left out, the lower one loses nothing."""
+    whole, T, _ = map_with_friction(np.random.default_rng(0))
+    upper = whole.replace(row=np.ones(len(whole)), preload=-whole.preload / 2)
+    both = ContactTable(**{name: np.concatenate([getattr(one, name) for one in (whole, upper)])
+                           for name in whole.__dataclass_fields__})
+    forces = {s: 2 * whole.preload[whole.side == s].sum() for s in whole.sides}
+    done = carry_scaled(both, both, forces, (0, 1, 0)).pairs
+    assert done.preload == pytest.approx(np.r_[2 * whole.preload, upper.preload])
+    lower = both.row == 0
+    assert carry_scaled(both, both.select(lower), forces, (0, 1, 0)).pairs.preload == pytest.approx(2 * whole.preload)
+    friction = carry_tangential(both, np.vstack([T, 0 * T]), carry_scaled(both, both, forces, (0, 1, 0)))
+    assert friction == pytest.approx(np.vstack([2 * T, 0 * T]))
+
+
 def test_a_map_that_the_kept_stations_cannot_carry():
     whole, T, _ = map_with_friction(np.random.default_rng(0))
     with pytest.raises(InputError, match="cannot carry the pull with the friction of the whole map: left -"):

@@ -275,3 +275,9 @@ def test_stiff_springs_tend_to_rigid_ones(rig_results):
     assert error[1] < 0.02 * rigid.force.max() and error[0] / error[1] == pytest.approx(10, rel=0.3)
     none = FrictionalContact(model, hard.replace(mu=np.zeros(len(pairs)))).solve(load, steps=1)[-1]
     assert none.force == pytest.approx(preload(model, hard, load[0]).force, abs=1e-7 * rigid.force.max())
+
+
+@pytest.mark.parametrize("steps", [0, -1, 2.5, True])
+def test_steps_are_counted(steps):
+    with pytest.raises(InputError, match=f"steps = {steps}: must be a whole number, 1 or more"):
+        FrictionalContact(block(), table(V)).solve([[0, 0, 113.0]], steps=steps)
