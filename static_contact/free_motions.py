@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sl
+import scipy.sparse as sp
 from scipy.optimize import linprog
+from scipy.sparse.csgraph import connected_components
 
 from hbm.errors import InputError
 from hbm.model import ROTATIONS, ReducedModel
@@ -18,6 +20,7 @@ FACING = 3e-3           # of a motion: normals that face it by less do so by ine
 TAKEN_UP = 1e-3         # of the load: what inexact coordinates of meshes leave along motions that nothing holds
 _SEEN = 1e-5            # of a motion: a normal that faces it by less is not worth a word
 _ROUNDING = 1e-12       # of the distance from the origin
+_NOTHING = 1e-10        # of what the whole load could do: less along a motion is rounding
 WEAK = 3e-7             # of the same: far below elastic stiffness
 _NOISE = 30             # times the most negative stiffness of a rigid motion, which none has: what K's digits leave
 _ROLLS = 0.1            # of a motion: more of it by rolling makes it a roll
@@ -77,8 +80,30 @@ def floating(rigid, K, below=FREE_STIFFNESS):
 
     Positions that do not quite fit K, given with a few digits, make an elastic motion of a rigid one. One step of
     inverse iteration takes that out again before the stiffness is measured. Where K itself has few digits, some rigid
-    motions meet negative stiffness: that says how much of it is noise.
+    motions meet negative stiffness: that says how much of it is noise. Bodies that K does not couple are kept apart,
+    so that none has rounding of another in its motions.
     """
+    found = [np.zeros((rigid.shape[1], 0))]
+    for rows, columns in _coupled_by(K, rigid):
+        own = _floating_together(rigid[np.ix_(rows, columns)], K[np.ix_(rows, rows)], below)
+        found.append(np.zeros((rigid.shape[1], own.shape[1])))
+        found[-1][columns] = own
+    return np.hstack(found)
+
+
+def _coupled_by(K, rigid):
+    """Dofs, and columns of `rigid`, of the bodies that K couples with each other: one pair of index arrays for each
+    such set of bodies."""
+    if not rigid.shape[1]:
+        return []
+    body = sp.csr_matrix(rigid.reshape(len(rigid), -1, 6).any(axis=2))
+    label = connected_components(sp.bmat([[sp.csr_matrix(K != 0), body], [body.T, None]]), directed=False)[1]
+    of_column = np.repeat(label[len(K):], 6)
+    return [(np.flatnonzero(label[:len(K)] == one), np.flatnonzero(of_column == one)) for one in np.unique(of_column)]
+
+
+def _floating_together(rigid, K, below):
+    """As `floating`, of bodies that K couples."""
     ways = moving(rigid)
     own = np.abs(K.diagonal())
     own = np.where(own > 0, own, np.median(own[own > 0]) if own.any() else 1.0)
@@ -91,9 +116,9 @@ def floating(rigid, K, below=FREE_STIFFNESS):
     scaled = K / np.outer(root, root)
     near = sl.solve(scaled + WEAK * np.eye(len(K)), root[:, None] * unit, assume_a="sym")
     near = np.linalg.qr(near / np.linalg.norm(near, axis=0))[0]
-    stiffness = np.linalg.eigvalsh(near.T @ scaled @ near)
-    count = int((stiffness < max(below, min(-_NOISE * stiffness[0], WEAK))).sum())
-    softest = np.linalg.eigh(unit.T @ K @ unit)[1][:, :count]
+    stiffness, mixed = np.linalg.eigh(near.T @ scaled @ near)
+    free = stiffness < max(below, min(-_NOISE * stiffness[0], WEAK))
+    softest = np.linalg.lstsq(root[:, None] * unit, near @ mixed[:, free], rcond=None)[0]
     return ways @ (softest / size[:, None])
 
 
@@ -126,13 +151,19 @@ class FreeMotions:
                     for mine in (nodal & (self.owner == body) for body in sorted(set(self.owner.tolist())))),
                    np.zeros(len(self.names)))
 
+    def _exceeds(self, amounts, load, share):
+        """(m,) bool - amounts above a share of the reach of the load, and above rounding of all of it."""
+        nodal = self.rigid.any(axis=1)
+        everything = np.abs(self.shape).max(axis=0, initial=0.0) * np.abs(load[nodal]).sum()
+        return np.abs(amounts) > np.maximum(share * self.reach(load), _NOTHING * everything)
+
     def refuse(self, amounts, load):
         """InputError where forces do more along a motion than inexact meshes explain: amounts (m,) of load (r,)."""
         loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it" + (
                       f" (the normals face it by {faced:.1e} of its size, which counts as held above facing = "
                       f"{self.facing:g})" if faced > _SEEN else "")
-                  for (name, unit), amount, reach, faced in zip(self.names, amounts, self.reach(load), self.faced,
-                                                                strict=True) if abs(amount) > TAKEN_UP * reach]
+                  for (name, unit), amount, faced, much in zip(
+                      self.names, amounts, self.faced, self._exceeds(amounts, load, TAKEN_UP), strict=True) if much]
         if loaded:
             raise InputError("; ".join(loaded))
 
@@ -149,8 +180,8 @@ class FreeMotions:
 
     def held(self, amounts, load, above) -> dict:
         """{name: amount} of those above a share of what the load could do."""
-        return {name: float(amount) for (name, _), amount, reach in zip(self.names, amounts, self.reach(load),
-                                                                        strict=True) if abs(amount) > above * reach}
+        return {name: float(amount) for (name, _), amount, much in zip(
+            self.names, amounts, self._exceeds(amounts, load, above), strict=True) if much}
 
 
 def free_motions(rigid, model, B, facing=FACING) -> FreeMotions:
@@ -161,15 +192,29 @@ def free_motions(rigid, model, B, facing=FACING) -> FreeMotions:
 def unfaced(rigid, coefficients, B, owner, facing=FACING, weight=1.0) -> FreeMotions:
     """Those of the motions `coefficients` (6 b, m) of bodies that float which no normal faces by more than `facing`.
 
-    weight : (r,) m - turns displacements into metres
+    weight : (r,) m - turns displacements into metres. Motions that no body and no pair has in common are kept apart.
     """
     weight = np.broadcast_to(weight, len(rigid))[:, None]
-    _, amount, way = np.linalg.svd(weight * (rigid @ coefficients), full_matrices=False)
-    coefficients = coefficients @ (way / amount[:, None]).T
-    coefficients = coefficients @ np.linalg.svd(B @ (rigid @ coefficients))[2].T
-    coefficients = coefficients[:, _faced(B, rigid @ coefficients, weight) <= facing]
+    together = [coefficients[:, :0]]
+    for columns in _in_common(coefficients, B @ (rigid @ coefficients)):
+        part = coefficients[:, columns]
+        _, amount, way = np.linalg.svd(weight * (rigid @ part), full_matrices=False)
+        part = part @ (way / amount[:, None]).T
+        part = part @ np.linalg.svd(B @ (rigid @ part))[2].T
+        together.append(part[:, _faced(B, rigid @ part, weight) <= facing])
+    coefficients = np.hstack(together)
     reduced, names = name_motions(rigid, coefficients.T)
     return FreeMotions(rigid, reduced.T, names, owner, _faced(B, rigid @ reduced.T, weight), facing)
+
+
+def _in_common(coefficients, faced):
+    """Index arrays of motions (6 b, m) that move the same bodies, or the same pairs, faced (P, m)."""
+    if not coefficients.shape[1]:
+        return []
+    bodies = coefficients.reshape(-1, 6, coefficients.shape[1]).any(axis=1)
+    touched = sp.csr_matrix(np.vstack([bodies, faced != 0]), dtype=float)
+    count, label = connected_components(touched.T @ touched, directed=False)
+    return [np.flatnonzero(label == one) for one in range(count)]
 
 
 def _faced(B, motions, weight):
@@ -211,7 +256,7 @@ def name_motions(rigid, coefficients):
 
 def name_of_drift(rigid, K, B, drift) -> str:
     """The rigid motion of the bodies that float that comes nearest to the motion of the pairs drift (P,): the roll that
-    leads it, and a slide where it hardly rolls. rigid, K and B as in `unstressed`."""
+    leads it, and a slide where it hardly rolls. rigid and K as in `floating`; B (P, r) normal motion of the pairs."""
     ways = floating(rigid, K)
     coefficients = ways @ np.linalg.lstsq(B @ rigid @ ways, drift, rcond=None)[0]
     amount = np.abs(coefficients) * np.linalg.norm(rigid, axis=0)
@@ -221,16 +266,16 @@ def name_of_drift(rigid, K, B, drift) -> str:
     return _LABELS[amount.argmax() % 6][0] if amount.any() else "motion of its own"
 
 
-def unstressed(rigid, K, B, gap):
-    """(r,) rigid motion of the bodies that float with which no pair overlaps, B q <= gap (P,): without load no contact
-    force is needed. The one that leaves most room, up to the largest gap. None where the bodies do not fit.
+def unstressed(loose, B, gap):
+    """(r,) combination of the motions `loose` (r, m) of the bodies that float with which no pair overlaps, B q <= gap
+    (P,): without load no contact force is needed. The one that leaves most room, up to the largest gap. None where the
+    bodies do not fit.
 
-    rigid (r, 6 b) as from `rigid_motions`; K (r, r); B (P, r) normal motion of the pairs.
+    B (P, r) normal motion of the pairs.
     """
-    loose = rigid @ floating(rigid, K)
     size = np.abs(gap).max()
     if not loose.shape[1] or size == 0:
-        return np.zeros(len(K)) if (gap >= 0).all() else None
+        return np.zeros(len(loose)) if (gap >= 0).all() else None
     motion = B @ loose
     reach = np.abs(motion).max(axis=0)
     reach[reach == 0] = 1.0

@@ -20,7 +20,7 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from modal import petsc
 from modal.body import Body
-from static_contact.free_motions import FreeMotions, unfaced
+from static_contact.free_motions import moving, unfaced, unstressed
 from static_contact.full import sparse_relative_motion
 from static_contact.full_sets import FullSets
 from static_contact.shares import own_rows
@@ -49,7 +49,8 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPr
 
     bodies - whole, or with the rows of this rank only (`shares.shared_bodies`). Raises InputError when forces do more
     than 1e-3 of what the load could along a motion that no contact resists, NotHeld (an InputError) when the load lifts
-    the damper off, and RuntimeError when the residual stays above 1e-8 of the load.
+    the damper off, and RuntimeError when the residual stays above 1e-8 of the load. Without load, contact forces (of
+    overlaps that no motion of the damper takes back) are what both are measured against.
     """
     PETSc = petsc.start()
     if PETSc is None:
@@ -64,20 +65,31 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPr
     k = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
     k[hard] = (B.power(2) @ diagonal)[hard]               # the bodies' own stiffness, for the scale alone
     C = sp.hstack([B, sp.csr_matrix((np.ones(len(hard)), (hard, range(len(hard)))), (len(pairs), len(hard)))]).tocsr()
-    motions = _free_motions(bodies, pairs, B, k)
+    may_close = pairs.carrying & (k > 0)
+    rigid = sl.block_diag(*(b.rigid_motions() if b.free else np.zeros((b.dofs, 0)) for b in bodies))
+    if not f.any():
+        q = unstressed(rigid @ moving(rigid), B[may_close], pairs.gap[may_close])
+        if q is not None:
+            return _result(pairs, k * (B @ q - pairs.gap), np.zeros(len(pairs)), 0, 0.0, {})
+    motions = unfaced(rigid, moving(rigid), B[may_close], np.repeat([b.name for b in bodies], [b.dofs for b in bodies]))
     work = motions.shape.T @ f
     motions.refuse(work, f)
     added = np.concatenate([_pins(motions, diagonal), -k[hard]])
     K = (K + sp.diags(added, format="csr")[low:high]).tocsr()
     applied = np.concatenate([f - motions.taken_up(work), np.zeros(len(hard))])
     u, iterations, residual = _solved(_Newton(PETSc, (low, high), K, C, k, pairs.gap, applied,
-                                              definite=not len(hard)), B, pairs.carrying & (k > 0))
+                                              definite=not len(hard)), B, may_close)
     signed = k * (u - pairs.gap)
     force = np.maximum(signed, 0.0)
     held = motions.shape.T @ (f - B.T @ force)
-    motions.refuse(held, f)
+    scale = f if f.any() else abs(B).T @ force
+    motions.refuse(held, scale)
+    return _result(pairs, signed, force, iterations, residual, motions.held(held, scale, _HELD))
+
+
+def _result(pairs, signed, force, iterations, residual, held):
     return FullPreload(pairs.replace(preload=np.where(np.isinf(pairs.kn), force, signed)), force, iterations, residual,
-                       motions.held(held, f, _HELD))
+                       held)
 
 
 def _solved(system, B, carrying):
@@ -100,13 +112,6 @@ def _whole_diagonal(comm, rows, low):
     return comm.tompi4py().allreduce(own)
 
 
-def _free_motions(bodies, pairs, B, k) -> FreeMotions:
-    """Rigid motions of the free bodies that no normal faces, as the condensed route finds them."""
-    rigid = sl.block_diag(*(b.rigid_motions() if b.free else np.zeros((b.dofs, 0)) for b in bodies))
-    owner = np.repeat([b.name for b in bodies], [b.dofs for b in bodies])
-    return unfaced(rigid, np.eye(rigid.shape[1]), B[pairs.carrying & (k > 0)], owner)
-
-
 def _pins(motions, diagonal):
     """(d,) springs to ground that hold each free motion at one dof: what normals tilted by inexact coordinates do along
     it is all that they carry."""
@@ -126,7 +131,8 @@ class _Newton:
         own = slice(*own)
         self.x = PETSc.Vec().createMPI((own.stop - own.start, len(f)), comm=self.comm)
         self.f = f[own]
-        self.load = np.linalg.norm(f)
+        overlap = k * np.maximum(-gap, 0.0)
+        self.load = np.linalg.norm(f) if f.any() else np.linalg.norm(abs(C).T @ overlap)
         self.C_own = C[:, own].tocsr()
         self.base, self.tangent = self._matrix(K), self._matrix(self._rows(0.5))      # a half: no entry cancels
 

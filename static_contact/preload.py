@@ -19,6 +19,7 @@ from static_contact.complementarity import Normal, NotHeld, closed_pairs
 from static_contact.free_motions import (
     FACING,
     FREE_STIFFNESS,
+    floating,
     free_motions,
     name_of_drift,
     rigid_motions,
@@ -142,7 +143,8 @@ class StaticContact:
         """
         if not applied.any():
             may_close = self.normal.free
-            q = unstressed(self.rigid, self.model.K, self.B[may_close], gap[may_close])
+            loose = self.rigid @ floating(self.rigid, self.model.K)
+            q = unstressed(loose, self.B[may_close], gap[may_close])
             if q is not None:
                 nothing = np.zeros(len(gap))
                 return q, self.model.K @ q, self.B @ q, nothing, nothing > 0, 0, "unloaded"

@@ -38,17 +38,23 @@ def refined(statics, applied, q, u, force, closed):
     """q and K q (r,), motion and force of the pairs (P,) on the set `closed` that balance the forces `applied` (r,) to
     the last digits. statics - a `preload.StaticContact`.
 
-    More than rounding is not solved for again: it is an error of the factor, and stays to be seen.
+    More than rounding is not solved for again: it is an error of the factor, and stays to be seen. Where a step leaves
+    no less than the one before, that one is the answer.
     """
     K, apart = statics.model.K, statics.apart
     far = apart.rigid.T @ q
     near = q - apart.rigid @ far
     most = _LOST * np.finfo(float).eps * np.abs(K).max() * np.linalg.norm(q)
     least = _REFINED * np.linalg.norm(applied)
+    best, fewest = None, np.inf
     for again in range(_AGAIN + 1):
         elastic = K @ near + apart.resisted @ far
         left = applied - elastic - statics.gauge @ q - statics.B.T @ force
-        if again == _AGAIN or not least < np.linalg.norm(left) < most:
+        size = np.linalg.norm(left)
+        if best is not None and not size < fewest:
+            break
+        best, fewest = (q, elastic, u, force), size
+        if again == _AGAIN or not least < size < most:
             break
         more = sl.cho_solve(statics.factor, left)
         try:
@@ -60,4 +66,4 @@ def refined(statics, applied, q, u, force, closed):
         step = apart.rigid.T @ dq
         far, near = far + step, near + dq - apart.rigid @ step
         q = apart.rigid @ far + near
-    return q, elastic, u, force
+    return best

@@ -10,9 +10,11 @@ from scipy.spatial.transform import Rotation
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.free_motions import rigid_motions
+from static_contact.free_motions import floating, rigid_motions
 from static_contact.friction import FrictionalContact
+from static_contact.pairing import join
 from static_contact.preload import StaticContact
+from static_contact.refinement import refined
 from tests.static_contact.beams import beam, supports
 
 S = np.sqrt(0.5)
@@ -192,3 +194,97 @@ def test_pairs_beyond_double_precision():
     table = table.replace(kn=np.full(14, 1e-9), kt=np.full(14, 1e-9), mu=np.full(14, 0.3))
     with pytest.raises(InputError, match="too little beside that of the bodies for double precision"):
         FrictionalContact(model, table)
+
+
+def two_dampers(turns, sizes=(0.07, 0.05), link=0.0):
+    """(model, table): two dampers in V's of their own; link: N/m, springs between their nodes across both."""
+    parts = [damper_on_two_lines(size, turn, 3.0 * i) for i, (turn, size) in enumerate(zip(turns, sizes, strict=True))]
+    own = [np.char.add(model.body, str(i)) for i, (model, _) in enumerate(parts)]
+    K = sl.block_diag(*(model.K for model, _ in parts))
+    across = np.cross(turns[0][:, 0], turns[1][:, 0])
+    across = across / np.linalg.norm(across) if across.any() else turns[0][:, 2]
+    tie = np.kron(np.eye(7), across)
+    tie = np.hstack([tie, np.zeros((7, 42)), -tie, np.zeros((7, 42))])
+    K += link * tie.T @ tie
+    model = ReducedModel.from_matrices(np.eye(126), K, body=np.concatenate(own), **{
+        name: np.concatenate([getattr(model, name) for model, _ in parts])
+        for name in ("node", "direction", "position")})
+    return model, join(*(table.replace(**{name: np.char.add(getattr(table, name), str(i)) for name in (
+        "side", "blade_body", "damper_body")}) for i, (_, table) in enumerate(parts)))
+
+
+@pytest.mark.parametrize("link", [0.0, 1e3])
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("other", TURNS[:2])
+def test_rounding_is_no_load(turn, other, link):
+    """A load on one of two dampers does nothing along the slide of the other but rounding, also where K couples them:
+    taken, and nothing of it reported. 0.1 N along that slide are refused."""
+    model, table = two_dampers((turn, other), link=link)
+    statics = StaticContact(model, table)
+    assert len(statics.names) == 2
+    if not link:                                              # one damper in each of them, to the last bit
+        assert [np.unique(model.body[shape != 0]).tolist() for shape in statics.free.T] in (
+            [["damper0"], ["damper1"]], [["damper1"], ["damper0"]])
+    load = np.zeros(126)
+    load[:21] = np.tile(turn @ [0, 0, 40 / 7], 7)
+    statics.motions.refuse(statics.free.T @ load, load)
+    assert not statics.motions.held(statics.free.T @ load, load, 1e-10)
+    if link:
+        load[63:84] = np.tile(other @ [0, 0, 1e-3 / 7], 7)    # keeps the second where it is
+    found = statics.solve(load)
+    assert not found.held and found.residual < 1e-8
+    load[63:84] += np.tile(other @ [0.1 / 7, 0, 0], 7)
+    with pytest.raises(InputError, match="slide along . is loaded"):
+        statics.solve(load)
+
+
+@pytest.mark.parametrize("soft, error", [(1e-9, 1e-6), (1e-7, 1e-5), (1e-9, 1e-4)])
+def test_soft_springs_hold_bodies_whose_positions_do_not_quite_fit(soft, error):
+    """Springs that hold the slide, softer than what positions with `error` of the size make of a turn, hold it all the
+    same: what is free are the other slides and the turns, and a blade on such springs does not float."""
+    random = np.random.default_rng(0)
+    noise = error * 0.07 * np.repeat(random.uniform(-1, 1, (7, 3)), 3, axis=0)
+    model, table = damper_on_two_lines(0.07, np.eye(3), 0.0)
+    position = model.position.copy()
+    position[:21] += noise
+    along, blade = (np.diag(np.tile(on, 21)) for on in ([1.0, 0, 0], [1.0, 1, 1]))
+    K = model.K.copy()
+    k = soft * K.diagonal()[:21].max()
+    K[:21, :21] += k * along[:21, :21]
+    rigid = rigid_motions(replace(model, position=position))
+    shapes = rigid @ floating(rigid, K)
+    slide = np.tile([1.0, 0, 0], 7) / np.sqrt(7)
+    assert shapes.shape[1] == 4
+    assert np.linalg.norm(slide @ np.linalg.qr(shapes)[0][:21]) < 1e-3
+    statics = StaticContact(replace(model, K=K, position=position), table)
+    assert statics.names == []
+    K = model.K.copy()
+    K[21:42, 21:42] += (k - 1e7) * blade[:21, :21]
+    statics = StaticContact(replace(model, K=K, position=position), table)
+    assert statics.names == [("slide along x", "N")]
+    load = np.zeros(63)
+    load[2:21:3] = 40 / 7
+    assert statics.solve(load).force[:7].sum() == pytest.approx(20 / S, rel=1e-6)
+
+
+def test_refinement_returns_the_best():
+    """With a factor of half the matrix each correction overshoots and the residual grows: the start is the answer."""
+    model, table = damper_on_two_lines(0.07, np.eye(3), 0.0)
+    k = 1e-8 * model.K.diagonal()[:21].max()
+    statics = StaticContact(replace(model, K=model.K + sl.block_diag(k * np.eye(21), np.zeros((42, 42)))), table)
+    load = np.zeros(63)
+    load[:21] = np.tile([2.0, 0, 40.0], 7) / 7
+    found = statics.solve(load)
+
+    def left(q, elastic, u, force):
+        return np.linalg.norm(load - elastic - statics.B.T @ force) / np.linalg.norm(load)
+
+    closed = found.force > 0
+    start = found.displacement * (1 + 1e-9)
+    one = load - model.K @ start - k * np.pad(start[:21], (0, 42)) - statics.B.T @ found.force
+    assert 1e-11 < np.linalg.norm(one) / np.linalg.norm(load) < 1e-6
+    good = refined(statics, load, start, statics.B @ start, found.force, closed)
+    assert left(*good) < 1e-11
+    statics.factor = (statics.factor[0] / 2, statics.factor[1])           # solves a quarter of the matrix
+    assert left(*refined(statics, load, start, statics.B @ start, found.force, closed)) <= 1.001 * (
+        np.linalg.norm(one) / np.linalg.norm(load))
