@@ -185,7 +185,8 @@ def speed_targets():
     ended = [r["calls"] for r in curves if not r.get("complete", True)]
     yield figure("residual calls a point, most of the curves of beam and rig that reach the end", "3",
                  max((r["calls"] for r in curves if r.get("complete", True)), default=None), 3, "rig")
-    yield figure("most of those that end where the damper rolls", "to be reported", max(ended, default=None), None, "rig")
+    yield figure("most of those that end where the damper rolls", "to be reported", max(ended, default=None), None,
+                 "rig")
     yield figure("points of a curve, most of these", "300", max((r["points"] for r in curves), default=None), 300,
                  "rig", layout="d")
     r = recorded("robustness")
