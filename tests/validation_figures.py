@@ -98,10 +98,9 @@ def damping() -> str:
 
 def robustness() -> str:
     def body(r):
-        gap = f"{r['widest_gap_hz']:.3g} Hz" if "widest_gap_hz" in r else "not recorded"
         lines = [f"{r['complete']} of {r['count']} random oscillators are complete from 60 to 300 Hz with default "
                  f"settings; {r['one_branch']} of {r['count']} as one branch; where a branch was left, the widest gap "
-                 f"between solved points is {gap}. "
+                 f"between solved points is {r['widest_gap_hz']:.3g} Hz. "
                  f"{r['residual_calls_per_point']:.2f} residual calls a point over the {r['points']} points of all "
                  "curves, the incomplete ones among them.", ""]
         curves = r.get("curves", [])
