@@ -14,8 +14,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
-from hbm.inputs import brief
 from hbm.model import ReducedModel
+from hbm.validation import brief
 
 GROUND = "ground"
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from hbm.errors import InputError, nearest, shown
-from hbm.inputs import numbers
+from hbm.validation import numbers
 
 DIRECTIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches
@@ -106,8 +106,8 @@ class ReducedModel:
 
     @classmethod
     def from_files(cls, M, K, C=None, dofs=None, **more) -> "ReducedModel":
-        """One file per matrix and a dof table, in the formats of `hbm.files`; everything else as model_from_files."""
-        from hbm.files import model_from_files
+        """One file per matrix and a dof table, in the formats of `hbm.io.matrices_in`; the rest as model_from_files."""
+        from hbm.io.matrices_in import model_from_files
         return model_from_files(M, K, C, dofs, **more)
 
     def dofs(self, body: str, node: int) -> np.ndarray:

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hbm import continuation
-from hbm.curve import KINDS, amplitude, crests
+from hbm.continuation import follow as continuation
 from hbm.record import harmonics
+from hbm.result import KINDS, amplitude, crests
 
 TOLERANCE = 1e-10        # of the amplitude: by how much a point may still lie under the top
 TRUST = 1e-8             # error of a foretold height from which on the next is believed

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm import fourier
-from hbm.curve import ForcedResponse, widest_gap
-from hbm.linear import mostly
+from hbm.balance.receptance import mostly
+from hbm.result import ForcedResponse, widest_gap
 
 
 def harmonics(branch, recover) -> np.ndarray:

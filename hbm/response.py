@@ -6,11 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hbm import continuation
+from hbm.balance.receptance import describe_motion
+from hbm.balance.residual import ContactProblem, HarmonicBalance
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
-from hbm.curve import ForcedResponse
+from hbm.continuation import follow as continuation
+from hbm.continuation.budget import Spent, Work
 from hbm.errors import InputError, nearest
-from hbm.inputs import (
+from hbm.laws import PairSettings
+from hbm.model import ReducedModel
+from hbm.peaks import refine_largest
+from hbm.record import Parameter, contact_harmonics, record
+from hbm.result import ForcedResponse
+from hbm.solutions import Passages, first_of, solve_passages, starts
+from hbm.validation import (
     check_at,
     check_band,
     check_forcing,
@@ -21,14 +29,6 @@ from hbm.inputs import (
     check_settings,
     numbers,
 )
-from hbm.laws import PairSettings
-from hbm.linear import describe_motion
-from hbm.model import ReducedModel
-from hbm.peaks import refine_largest
-from hbm.record import Parameter, contact_harmonics, record
-from hbm.residual import ContactProblem, HarmonicBalance
-from hbm.solutions import Passages, first_of, solve_passages, starts
-from hbm.work import Spent, Work
 
 NOISE = 1e-9             # of the motion of the whole model: an output below that is rounding
 LEFT = ("left", "closed")        # ends of branches that leave the band for good
@@ -56,8 +56,8 @@ def forced_response(model, pairs, law, forcing, band, *, harmonics=5, damping_ra
     contact : whether to keep the harmonics of force and relative motion of every pair too
     progress : function (frequency_hz, step, calls), called at each point with the residual calls that it took, and at
         every 20 calls between points with step 0 and the calls since
-    settings : numbers of the continuation, of steps, points and work; the default is hbm.continuation.DEFAULT, and
-        replace(DEFAULT, most_calls=500) ends the curve sooner (see hbm.continuation.Settings)
+    settings : numbers of the continuation, of steps, points and work; the default is DEFAULT, and
+        replace(DEFAULT, most_calls=500) ends the curve sooner (see hbm.continuation.follow.Settings)
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays in the result.
     """
     if origin not in ("preloaded", "unloaded"):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm import continuation
+from hbm.continuation import follow as continuation
 
 _TIP = 8       # times that the points of a fold are brought closer, each time to half
 OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)     # from where a first point is reached, relative to its frequency
@@ -62,7 +62,7 @@ def _raise_level(balance, w, settings):
 
 def _march_on(balance, w, settings):
     """(x or None, residual calls): where time integration from rest gets to; corridor laws only."""
-    from hbm import march
+    from hbm.time import exact as march
     if not balance.problem.law.corridor:
         return None, 0
     motion = march.March(balance, w, tolerance=1e-4)

@@ -6,8 +6,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
-from modal.definite import check_stiffness_diagonal, negative_stiffness
 from modal.matrix_checks import check_mass, check_mass_by_direction, check_matrix, check_nodes, check_table, sparse
+from modal.solvers.definite import check_stiffness_diagonal, negative_stiffness
 
 _HELD = 1e-9      # of the body's own stiffness: a motion that meets less is free
 

@@ -17,10 +17,10 @@ import scipy.linalg as sl
 from hbm.errors import InputError
 from hbm.model import DIRECTIONS, ReducedModel
 from modal.body import Body, check_support
-from modal.definite import check_condensed, definite_factor
 from modal.eigen import Modes
 from modal.elasticity import Material
 from modal.mesh import Mesh
+from modal.solvers.definite import check_condensed, definite_factor
 from modal.stress import nodal_stress
 from modal.truncation import Truncation
 

@@ -12,9 +12,9 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from hbm.errors import InputError
-from modal import petsc, slepc
-from modal.inertia import modes_below
-from modal.lanczos import block_lanczos
+from modal.solvers import petsc, slepc
+from modal.solvers.inertia import modes_below
+from modal.solvers.lanczos import block_lanczos
 
 RESIDUAL_LIMIT = 1e-8
 _COLUMNS = 64

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm.errors import InputError
-from modal import dolfinx_compat
 from modal.body import Body
-from modal.isoparametric import stiffness_and_mass
+from modal.elements import dolfinx_compat
+from modal.elements.isoparametric import stiffness_and_mass
 from modal.memory import check_memory
 from modal.mesh import Mesh
 

@@ -1,7 +1,7 @@
 """How much memory bodies will need, foretold from their numbers of nodes and masters."""
 
+from hbm.balance.memory import available_bytes
 from hbm.errors import InputError
-from hbm.memory import available_bytes
 
 # Measured by tests/benchmarks/growth.py, assembly and reduction of a block of 8-node hexahedra with 186 master dofs:
 # 0.60, 1.23, 2.51, 5.32 and 8.33 GB for 28, 57, 108, 207 and 298 thousand dofs. Matrices and boundary motions grow with

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hbm.errors import InputError, nearest, shown
-from modal.cells import CELLS
+from modal.elements.cells import CELLS
 
 DIMENSION = ("nodes", "a curve", "a surface", "a volume")
 

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError
-from modal.cells import CELLS, smallest_jacobians
+from modal.elements.cells import CELLS, smallest_jacobians
 from modal.mesh import Mesh, face_blocks, face_keys
 
 _FLAT = 1e-12  # of the cube of the cell's longest side: below it a Jacobian is rounding

@@ -12,11 +12,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError
-from modal import dolfinx_compat
 from modal.body import Body
 from modal.eigen import Factor
 from modal.elasticity import Material, blocks, stress
-from modal.isoparametric import stress_stiffness
+from modal.elements import dolfinx_compat
+from modal.elements.isoparametric import stress_stiffness
 from modal.loads import Rotation, centrifugal
 from modal.mesh import Mesh
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from modal.cells import CELLS, tables
 from modal.elasticity import Material, blocks
+from modal.elements.cells import CELLS, tables
 from modal.mesh import Mesh
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")

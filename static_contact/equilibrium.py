@@ -4,7 +4,7 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from static_contact.free_motions import TAKEN_UP
+from static_contact.rigid_motions import TAKEN_UP
 
 
 def side_normals(pairs: ContactTable) -> dict[str, np.ndarray]:

@@ -20,8 +20,8 @@ import scipy.linalg as sl
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.free_motions import free_motions, rigid_motions
 from static_contact.preload import finite_values, reference_stiffness
+from static_contact.rigid_motions import free_motions, rigid_motions
 
 _ITERATIONS = 40
 _TOLERANCE = 1e-11      # of the relative motion

@@ -16,7 +16,8 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.complementarity import Normal, NotHeld, closed_pairs
-from static_contact.free_motions import (
+from static_contact.full.refinement import Apart, refined
+from static_contact.rigid_motions import (
     FACING,
     FREE_STIFFNESS,
     floating,
@@ -25,7 +26,6 @@ from static_contact.free_motions import (
     rigid_motions,
     unstressed,
 )
-from static_contact.refinement import Apart, refined
 
 _LARGEST_RESIDUAL = 1e-8  # of the load
 _ROUNDING = 1e-10          # of the load's reach: below it nothing is reported

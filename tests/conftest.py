@@ -57,8 +57,8 @@ def rig(tmp_path_factory):
 @pytest.fixture(scope="session")
 def rig_results(rig):
     """Store of the rig's study, run up to `respond`; the tests only read it."""
-    from tipdamp.stages import STAGES, results_folder, run_stage
-    from tipdamp.study import load_study
+    from tipdamp.stages.run import STAGES, results_folder, run_stage
+    from tipdamp.study.study import load_study
 
     study = load_study(rig / "rig.toml")
     store = results_folder(study, None)

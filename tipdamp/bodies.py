@@ -176,7 +176,7 @@ def reduced_model(study, store, tick) -> tuple:
     from modal.craig_bampton import assemble, nodal_load
     from modal.truncation import join
     from static_contact.pull import pull_forces
-    from tipdamp.pictures import keep_bodies
+    from tipdamp.visualization import keep_bodies
 
     meshes = read_meshes(study)
     check(study, meshes)
@@ -245,7 +245,7 @@ def full_check(study, sets: dict, tick) -> dict:
 
     sets {name: (pairs, springs, reduced Hz)}; as many modes of the full model as the reduced one has below the limit.
     """
-    from static_contact.full import full_stuck_hz
+    from static_contact.full.stuck_modes import full_stuck_hz
 
     assembled = assemble_bodies(study, read_meshes(study), lambda *_: None)
     out = {}

@@ -56,7 +56,7 @@ def _kernel_cache():
 
 
 def _parser() -> argparse.ArgumentParser:
-    from tipdamp.stages import STAGES
+    from tipdamp.stages.run import STAGES
 
     parser = argparse.ArgumentParser(prog="tipdamp", description="Friction pin dampers between turbine blade tips: "
                                      "preload map, detachment tuning, forced response.")
@@ -83,17 +83,17 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _keys(_) -> int:
-    from tipdamp.keys import reference
+    from tipdamp.study.keys import reference
 
     print(reference(), end="")
     return 0
 
 
 def _export(arguments) -> int:
-    from hbm.exports import write_model
+    from hbm.io.matrices_out import write_model
     from hbm.model import ReducedModel
-    from tipdamp.stages import results_folder
-    from tipdamp.study import load_study
+    from tipdamp.stages.run import results_folder
+    from tipdamp.study.study import load_study
 
     study = load_study(arguments.study)
     store = results_folder(study, arguments.out)
@@ -113,8 +113,8 @@ def _doctor(_) -> int:
 
 
 def _one_stage(arguments) -> int:
-    from tipdamp.stages import results_folder, run_stage
-    from tipdamp.study import load_study
+    from tipdamp.stages.run import results_folder, run_stage
+    from tipdamp.study.study import load_study
 
     study = load_study(arguments.study)
     store = results_folder(study, arguments.out)
@@ -124,8 +124,8 @@ def _one_stage(arguments) -> int:
 
 
 def _all_stages(arguments) -> int:
-    from tipdamp.stages import STAGES, missing_sections, results_folder, run_stage
-    from tipdamp.study import load_study
+    from tipdamp.stages.run import STAGES, missing_sections, results_folder, run_stage
+    from tipdamp.study.study import load_study
 
     study = load_study(arguments.study)
     store = results_folder(study, arguments.out)
@@ -142,7 +142,7 @@ def _all_stages(arguments) -> int:
 
 
 def _line(name, how, study, store) -> str:
-    from tipdamp.highlights import highlight, warnings
+    from tipdamp.stages.summaries import highlight, warnings
 
     seconds = store.record(name)["seconds"]
     when = "up to date" if how == "skipped" else f"{seconds:.1f} s"

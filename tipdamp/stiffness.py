@@ -37,9 +37,9 @@ def side_stiffness(study, pairs: ContactTable, materials: dict, pull=None) -> di
     materials {side: [E, nu, E, nu]} of the two bodies, as `side_materials` finds them; only theory needs them.
     """
     from static_contact.equilibrium import side_forces, side_normals
-    from static_contact.halfspace import ContactSide, given_stiffness, nodal_stiffness
-    from static_contact.moduli import MaterialPair
-    from static_contact.rough import Roughness
+    from static_contact.stiffness.halfspace import ContactSide, given_stiffness, nodal_stiffness
+    from static_contact.stiffness.moduli import MaterialPair
+    from static_contact.stiffness.rough import Roughness
 
     contact, damper, found = study["contact"], study.driver, {}
     if contact["pairs"]:
@@ -64,7 +64,7 @@ def side_stiffness(study, pairs: ContactTable, materials: dict, pull=None) -> di
 
 def node_stiffness(study, pairs: ContactTable, sides: dict) -> tuple[np.ndarray, np.ndarray]:
     """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by tributary area."""
-    from static_contact.nodal import nodal_values, tributary_shares
+    from static_contact.stiffness.nodal import nodal_values, tributary_shares
 
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
     for name, one in sides.items():

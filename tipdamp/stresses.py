@@ -4,7 +4,7 @@ import numpy as np
 
 from tipdamp import bodies, loads
 from tipdamp.bodies import DAMPER
-from tipdamp.pictures import write_shapes
+from tipdamp.visualization import write_shapes
 
 
 def keep_stress(study, store, model, q, tick) -> list[str]:

@@ -20,8 +20,8 @@ import numpy as np
 
 from modal.eigen import Factor
 from modal.elasticity import Material, elastic_body
-from modal.inertia import modes_below
 from modal.mesh import Mesh
+from modal.solvers.inertia import modes_below
 from tests.benchmarks.record import ccx_version, one_thread, processor, record
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)

@@ -19,8 +19,8 @@ from modal import craig_bampton as reduction
 from modal.craig_bampton import assemble, craig_bampton
 from modal.eigen import Factor
 from modal.elasticity import Material, elastic_body
-from modal.inertia import modes_below
 from modal.mesh import Mesh
+from modal.solvers.inertia import modes_below
 from static_contact.preload import StaticContact
 from tests.benchmarks.calculix_modes import block
 from tests.benchmarks.growth import timed

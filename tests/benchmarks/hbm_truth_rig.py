@@ -19,10 +19,10 @@ import time
 
 import numpy as np
 
-from hbm import continuation
-from hbm.comparison import compare
-from hbm.residual import HarmonicBalance
+from hbm.balance.residual import HarmonicBalance
+from hbm.continuation import follow as continuation
 from hbm.response import follow_band
+from hbm.time.comparison import compare
 from tests.benchmarks.record import RESULTS, fingerprint, made, one_thread, recorded
 from tests.hbm.cases import rig
 

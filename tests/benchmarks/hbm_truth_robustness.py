@@ -20,10 +20,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm import continuation, fourier
-from hbm.comparison import compare
-from hbm.residual import HarmonicBalance
+from hbm import fourier
+from hbm.balance.residual import HarmonicBalance
+from hbm.continuation import follow as continuation
 from hbm.response import follow_band
+from hbm.time.comparison import compare
 from tests.benchmarks.hbm_robustness import BAND, SEED, draw
 from tests.benchmarks.record import fingerprint, made, one_thread
 from tests.hbm.oscillator import FORCE, Y2, oscillator

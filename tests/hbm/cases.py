@@ -7,10 +7,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hbm import continuation, fourier
+from hbm import fourier
+from hbm.balance.receptance import describe_motion
+from hbm.balance.residual import ContactProblem, HarmonicBalance
+from hbm.continuation import follow as continuation
 from hbm.laws import DryFriction2T, Jenkins1D, PairSettings, UnilateralSpring
-from hbm.linear import describe_motion
-from hbm.residual import ContactProblem, HarmonicBalance
 from hbm.solutions import first_point
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "hbm"

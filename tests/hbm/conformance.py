@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from hbm import aft, fourier, laws
-from hbm.isotropic import IsotropicFriction
-from hbm.mixed import MixedLaw
-from hbm.sampled import CubicSpring
+from hbm import fourier, laws
+from hbm.balance import aft
+from hbm.laws.coupled.law import IsotropicFriction
+from hbm.laws.mixed import MixedLaw
+from hbm.laws.sampled import CubicSpring
 
 OWN = Path(__file__).parents[2] / "docs" / "studies" / "own_law" / "dahl.py"
 

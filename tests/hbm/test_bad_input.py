@@ -10,15 +10,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from hbm import continuation, linear, residual
+from hbm.balance import receptance as linear
+from hbm.balance import residual
+from hbm.balance.receptance import free_receptance
+from hbm.balance.residual import ContactProblem
 from hbm.contact import relative_motion
+from hbm.continuation import follow as continuation
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T, Jenkins1D, PairSettings, UnilateralSpring
-from hbm.linear import free_receptance
+from hbm.laws.sampled import CubicSpring, SampledLaw
 from hbm.model import ReducedModel
-from hbm.residual import ContactProblem
 from hbm.response import follow_band, forced_response
-from hbm.sampled import CubicSpring, SampledLaw
 from tests.hbm.small_rig import small_rig
 
 MODEL, PAIRS, TIP = small_rig(stations=3)

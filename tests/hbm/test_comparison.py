@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import shooting
-from hbm.comparison import compare, compare_at
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T, Jenkins1D
-from hbm.march_sampled import SampledMarch
-from hbm.mixed import MixedLaw
+from hbm.laws.mixed import MixedLaw
 from hbm.model import ReducedModel
 from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
+from hbm.time import shooting
+from hbm.time.comparison import compare, compare_at
+from hbm.time.sampled import SampledMarch
 from tests.hbm.cases import coupled, load, solve, unilateral
 from tests.hbm.conformance import LAWS, one_dof
 from tests.hbm.small_rig import small_rig

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import continuation
+from hbm.balance.residual import HarmonicBalance
+from hbm.continuation import follow as continuation
 from hbm.errors import InputError
-from hbm.residual import HarmonicBalance
 from hbm.response import follow_band, follow_parameter
 from hbm.solutions import first_point
 from tests.hbm.cases import beam, rig, solve

@@ -8,8 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hbm import aft, compilation, fourier, isotropic, laws, located
+from hbm import fourier, laws
+from hbm.balance import aft
 from hbm.errors import InputError
+from hbm.laws import compilation
+from hbm.laws.coupled import law as isotropic
+from hbm.laws.uncoupled import integrals as located
 from tests.hbm.conformance import LAWS, bracket, random_case
 
 CORRIDOR = [c.law for c in LAWS if c.law.corridor]

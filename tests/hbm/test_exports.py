@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from hbm.exports import write_model
+from hbm.io.matrices_out import write_model
 from hbm.model import ReducedModel
 
 

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 from hbm.contact import COLUMNS, GROUND, ContactTable
 from hbm.errors import InputError
-from hbm.files import FORMATS, model_from_files, read_matrix
+from hbm.io.matrices_in import FORMATS, model_from_files, read_matrix
 from hbm.model import DIRECTIONS, ROTATIONS, ReducedModel
 from tests.hbm.small_rig import small_rig
 
@@ -241,7 +241,7 @@ def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_
         for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh", "mpi4py"):
             sys.modules[name] = None
         from hbm.contact import ContactTable
-        from hbm.files import model_from_files
+        from hbm.io.matrices_in import model_from_files
         from hbm.laws import DryFriction2T
         from hbm.response import forced_response
         model = model_from_files("M.mtx", "K.mtx", dofs="dofs.csv")

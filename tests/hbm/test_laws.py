@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import aft, fourier, laws, sampled
-from hbm.comparison import compare
+from hbm import fourier, laws
+from hbm.balance import aft
+from hbm.laws import sampled
 from hbm.response import contact_problem, forced_response
+from hbm.time.comparison import compare
 from tests.hbm.cases import solve
 from tests.hbm.conformance import (
     LAWS,

@@ -10,12 +10,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hbm.comparison import _left
-from hbm.continuation import DEFAULT
+from hbm.balance.residual import ContactProblem
+from hbm.continuation.budget import TICK, Spent, Work
+from hbm.continuation.follow import DEFAULT
 from hbm.laws import DryFriction2T, PairSettings
-from hbm.residual import ContactProblem
 from hbm.response import follow_band
-from hbm.work import TICK, Spent, Work
+from hbm.time.comparison import _left
 
 N = 16                                # pairs
 BAND = (80, 180)                      # Hz, around the blade's 100 Hz alone and its resonance with the bar stuck to it

@@ -4,13 +4,15 @@
 import numpy as np
 import pytest
 
-from hbm import comparison, compilation, fourier, integrator, shooting
-from hbm.comparison import compare
+from hbm import fourier
 from hbm.errors import InputError
-from hbm.laws import DryFriction2T
-from hbm.march import March
-from hbm.poles import poles
+from hbm.laws import DryFriction2T, compilation
 from hbm.response import contact_problem, follow_band
+from hbm.time import comparison, shooting
+from hbm.time import events as integrator
+from hbm.time.comparison import compare
+from hbm.time.exact import March
+from hbm.time.poles import poles
 from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
 from tests.hbm.oscillator import FORCE, Y2, oscillator

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from hbm import sampled, shooting
-from hbm.isotropic import IsotropicFriction
-from hbm.laws import PairSettings
-from hbm.march import March
-from hbm.march_sampled import SampledMarch
-from hbm.residual import ContactProblem
+from hbm.balance.residual import ContactProblem
+from hbm.laws import PairSettings, sampled
+from hbm.laws.coupled.law import IsotropicFriction
+from hbm.time import shooting
+from hbm.time.exact import March
+from hbm.time.sampled import SampledMarch
 from tests.hbm.cases import jenkins, load, solve
 
 ONE = np.ones((1, 1))

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hbm import memory
-from hbm.comparison import _left
-from hbm.continuation import solve_at
+from hbm.balance import memory
+from hbm.balance.memory import newton_bytes
+from hbm.balance.residual import HarmonicBalance
+from hbm.continuation.follow import solve_at
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T
-from hbm.memory import newton_bytes
-from hbm.residual import HarmonicBalance
 from hbm.response import contact_problem, forced_response
+from hbm.time.comparison import _left
 from tests.hbm.small_rig import small_rig
 
 MODEL, PAIRS, TIP = small_rig(stations=6)

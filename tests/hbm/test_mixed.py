@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import isotropic, laws
+from hbm import laws
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.mixed import MixedLaw
+from hbm.laws.coupled import law as isotropic
+from hbm.laws.mixed import MixedLaw
 from hbm.model import ReducedModel
 from hbm.response import contact_problem, forced_response
 from tests.hbm.conformance import LAWS, all_derivatives, bracket, mixed, one_dof, random_case

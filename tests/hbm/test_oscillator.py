@@ -6,8 +6,8 @@ Free damper, no springs to ground, statics solved with the rest.
 import numpy as np
 import pytest
 
-from hbm.comparison import compare
 from hbm.response import follow_band
+from hbm.time.comparison import compare
 from tests.hbm.cases import solve
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hbm import continuation
+from hbm.continuation import follow as continuation
 from hbm.errors import InputError
 from hbm.response import follow_band, follow_parameter
 from tests.hbm.cases import beam, load, unilateral

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from hbm.curve import ForcedResponse
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T
 from hbm.response import follow_band, forced_response
+from hbm.result import ForcedResponse
 from tests.hbm.cases import beam, jenkins, load, rig, unilateral
 from tests.hbm.small_rig import small_rig
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import continuation, predictor
+from hbm.continuation import follow as continuation
+from hbm.continuation import predictor
 from tests.hbm.test_continuation import s_curve
 
 METRIC = continuation.Metric(np.ones(1), 1.0, 1.0)

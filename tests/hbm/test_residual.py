@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import aft, fourier, residual
-from hbm.continuation import solve_at
-from hbm.isotropic import IsotropicFriction
+from hbm import fourier
+from hbm.balance import aft, residual
+from hbm.balance.receptance import stuck_receptance
+from hbm.balance.residual import HarmonicBalance
+from hbm.continuation.follow import solve_at
 from hbm.laws import DryFriction2T, UnilateralSpring
-from hbm.linear import stuck_receptance
-from hbm.mixed import MixedLaw
-from hbm.residual import HarmonicBalance
+from hbm.laws.coupled.law import IsotropicFriction
+from hbm.laws.mixed import MixedLaw
 from hbm.response import contact_problem, forced_response
 from tests.hbm.cases import coupled, load, with_damping_matrix
 from tests.hbm.small_rig import small_rig

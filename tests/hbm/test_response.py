@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from hbm import laws
+from hbm.balance.receptance import linear_response, natural_frequencies, stuck_receptance
 from hbm.contact import relative_motion
-from hbm.continuation import Branch, Point
+from hbm.continuation.follow import Branch, Point
 from hbm.errors import InputError
-from hbm.linear import linear_response, natural_frequencies, stuck_receptance
 from hbm.model import ReducedModel
 from hbm.record import Parameter, explain
 from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response

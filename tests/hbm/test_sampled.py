@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
-from hbm import aft, fourier, isotropic, laws, sampled
-from hbm.continuation import Settings
-from hbm.residual import ContactProblem
+from hbm import fourier, laws
+from hbm.balance import aft
+from hbm.balance.residual import ContactProblem
+from hbm.continuation.follow import Settings
+from hbm.laws import sampled
+from hbm.laws.coupled import law as isotropic
 from hbm.response import follow_band
 from tests.hbm.cases import load, solve
 

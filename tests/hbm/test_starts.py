@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from hbm import continuation, solutions
-from hbm.residual import HarmonicBalance
+from hbm import solutions
+from hbm.balance.residual import HarmonicBalance
+from hbm.continuation import follow as continuation
+from hbm.continuation.branch import ENDS
 from hbm.response import follow_band
-from hbm.walk import ENDS
 from tests.hbm.cases import load, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.test_continuation import Dense, s_curve, start_at

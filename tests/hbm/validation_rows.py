@@ -6,9 +6,9 @@ Each function yields (case, H, ours, reference, relative error, against); refere
 import numpy as np
 
 from hbm import fourier
-from hbm.comparison import compare
 from hbm.laws import DryFriction2T
 from hbm.response import follow_band
+from hbm.time.comparison import compare
 from tests.hbm import test_frictional_beam, test_oscillator
 from tests.hbm.cases import MOST_HARMONICS, beam, coupled, den_hartog, jenkins, load, solve, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator

@@ -6,9 +6,9 @@ the random oscillators are what tests/benchmarks/hbm_truth_rig.py and hbm_truth_
 
 import numpy as np
 
-from hbm import shooting
-from hbm.comparison import compare
-from hbm.march import March
+from hbm.time import shooting
+from hbm.time.comparison import compare
+from hbm.time.exact import March
 from tests.benchmarks import hbm_truth_rig
 from tests.benchmarks.hbm_truth_robustness import AGREES, COUNT, STATES, stored, summary
 from tests.hbm import test_oscillator

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from modal.cells import CELLS
+from modal.elements.cells import CELLS
 from modal.mesh import Mesh
 from modal.mesh_checks import checked
 

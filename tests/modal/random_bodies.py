@@ -75,7 +75,7 @@ def main():
     parser.add_argument("--scipy", action="store_true", help="as where PETSc is not installed")
     arguments = parser.parse_args()
     if arguments.scipy:
-        from modal import petsc
+        from modal.solvers import petsc
 
         petsc.start = lambda: None
     found = {seed: missed(seed) for seed in range(arguments.bodies)}

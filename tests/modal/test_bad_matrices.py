@@ -140,7 +140,7 @@ def bent(good, place, among):
 def test_b26_indefinite_stiffness(good, monkeypatch, place, where, modes, petsc):
     """Among the masters, and among the others, where it would come out as a mode that is nan."""
     if not petsc:
-        monkeypatch.setattr("modal.petsc.start", lambda: None)
+        monkeypatch.setattr("modal.solvers.petsc.start", lambda: None)
     tip = good.node_dofs(good.groups["tip"])
     among = np.arange(good.dofs) if place < 0 else np.setdiff1d(np.arange(good.dofs), tip)
     body = given(good, K=bent(good, place, among))

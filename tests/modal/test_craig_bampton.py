@@ -7,10 +7,10 @@ import pytest
 import scipy.linalg as sl
 
 from hbm.errors import InputError
-from modal import petsc
 from modal.craig_bampton import assemble, craig_bampton
 from modal.eigen import Factor, SingularStiffness
 from modal.elasticity import Material, elastic_body
+from modal.solvers import petsc
 
 pytest.importorskip("dolfinx")
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)

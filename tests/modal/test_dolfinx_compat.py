@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from modal import dolfinx_compat  # noqa: E402
-from modal.dolfinx_compat import CELLS, Block  # noqa: E402
 from modal.elasticity import strain  # noqa: E402
+from modal.elements import dolfinx_compat
+from modal.elements.dolfinx_compat import CELLS, Block  # noqa: E402
 
 from .blocks import block  # noqa: E402
 
@@ -96,7 +96,7 @@ def test_versions_are_nobody_else_s_business():
         for path in (ROOT / package).rglob("*.py"):
             name = path.relative_to(ROOT).as_posix()
             text = path.read_text(encoding="utf-8")
-            if name == "modal/dolfinx_compat.py" or not {"dolfinx", "ufl", "basix"} & set(_imports(text)):
+            if name == "modal/elements/dolfinx_compat.py" or not {"dolfinx", "ufl", "basix"} & set(_imports(text)):
                 continue
             wrong += [f"{name}: {used}" for used in _names(text) if used in ONE_VERSION_ONLY | {"__version__"}]
     assert not wrong

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from modal import eigen, inertia, petsc
+from modal import eigen
 from modal.eigen import Factor, SingularStiffness
-from modal.inertia import modes_below
-from modal.lanczos import BLOCK, block_lanczos
+from modal.solvers import inertia, petsc
+from modal.solvers.inertia import modes_below
+from modal.solvers.lanczos import BLOCK, block_lanczos
 
 from .random_bodies import missed, random_body
 

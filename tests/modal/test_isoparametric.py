@@ -5,10 +5,11 @@ import pytest
 import scipy.linalg as sl
 
 from hbm.errors import InputError
-from modal import dolfinx_compat, elasticity
+from modal import elasticity
 from modal.body import rigid_modes
 from modal.elasticity import Material, elastic_body
-from modal.isoparametric import stiffness_and_mass
+from modal.elements import dolfinx_compat
+from modal.elements.isoparametric import stiffness_and_mass
 
 from .blocks import CORNERS, HEIGHT, LENGTH, WIDTH, block, mixture, volume
 

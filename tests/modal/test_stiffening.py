@@ -9,7 +9,7 @@ from hbm.errors import InputError  # noqa: E402
 from modal.craig_bampton import craig_bampton  # noqa: E402
 from modal.eigen import Factor  # noqa: E402
 from modal.elasticity import Material, elastic_body  # noqa: E402
-from modal.isoparametric import stress_stiffness  # noqa: E402
+from modal.elements.isoparametric import stress_stiffness  # noqa: E402
 from modal.loads import Rotation  # noqa: E402
 from modal.stiffening import geometric_stiffness, rotating_body, spin_softening  # noqa: E402
 from tests.boxes import block  # noqa: E402

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from modal.cells import CELLS
 from modal.craig_bampton import craig_bampton
 from modal.elasticity import Material, elastic_body
+from modal.elements.cells import CELLS
 from modal.stress import nodal_stress, von_mises
 from tipdamp.readers.dispatch import read_mesh
 

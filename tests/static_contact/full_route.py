@@ -8,12 +8,12 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np  # noqa: E402
 
 from modal.elasticity import Material  # noqa: E402
-from static_contact.full import full_stuck_hz  # noqa: E402
-from static_contact.newton import full_preload  # noqa: E402
+from static_contact.full.newton import full_preload  # noqa: E402
+from static_contact.full.ranks import Part, shared_bodies  # noqa: E402
+from static_contact.full.stuck_modes import full_stuck_hz  # noqa: E402
 from static_contact.pull import pull_forces  # noqa: E402
-from static_contact.shares import Part, shared_bodies  # noqa: E402
 from tipdamp import bodies, stiffness  # noqa: E402
-from tipdamp.study import load_study  # noqa: E402
+from tipdamp.study.study import load_study  # noqa: E402
 
 
 def rig(path, assembled=True):

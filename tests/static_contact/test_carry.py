@@ -5,7 +5,7 @@ import pytest
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from static_contact.carry import balancing_forces, carry_scaled, carry_tangential
+from static_contact.redistribution import balancing_forces, carry_scaled, carry_tangential
 
 S = np.sqrt(0.5)
 MU, STATIONS = 0.3, 7

@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.free_motions import floating, rigid_motions
 from static_contact.friction import FrictionalContact
+from static_contact.full.refinement import refined
 from static_contact.pairing import join
 from static_contact.preload import StaticContact
-from static_contact.refinement import refined
+from static_contact.rigid_motions import floating, rigid_motions
 from tests.static_contact.beams import beam, supports
 
 S = np.sqrt(0.5)

@@ -7,8 +7,8 @@ import scipy.sparse as sp
 
 pytest.importorskip("slepc4py")
 
-from modal import slepc  # noqa: E402
-from static_contact import full  # noqa: E402
+from modal.solvers import slepc
+from static_contact.full import stuck_modes as full
 from tests.modal.random_bodies import random_body  # noqa: E402
 
 

@@ -6,15 +6,21 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from static_contact.approach import approach
-from static_contact.ellipse import ellipse_stiffness
-from static_contact.halfspace import ContactSide, NodalStiffness, nodal_stiffness, side_compliance, side_stiffness
-from static_contact.moduli import MaterialPair, Stiffness
-from static_contact.nodal import calibrate_scale, equal_shares, nodal_values, tributary_shares
-from static_contact.plane import plane_stiffness
-from static_contact.punch import hertz_half_width
-from static_contact.rectangle import rectangle_stiffness
-from static_contact.rough import Roughness, rough_stiffness
+from static_contact.stiffness.approach import approach
+from static_contact.stiffness.ellipse import ellipse_stiffness
+from static_contact.stiffness.halfspace import (
+    ContactSide,
+    NodalStiffness,
+    nodal_stiffness,
+    side_compliance,
+    side_stiffness,
+)
+from static_contact.stiffness.moduli import MaterialPair, Stiffness
+from static_contact.stiffness.nodal import calibrate_scale, equal_shares, nodal_values, tributary_shares
+from static_contact.stiffness.plane import plane_stiffness
+from static_contact.stiffness.punch import hertz_half_width
+from static_contact.stiffness.rectangle import rectangle_stiffness
+from static_contact.stiffness.rough import Roughness, rough_stiffness
 
 PAIR = MaterialPair(207e9, 0.3, 207e9, 0.3)
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)

@@ -9,10 +9,10 @@ import numba
 import numpy as np
 import pytest
 
-from static_contact.halfspace import ContactSide, nodal_stiffness
-from static_contact.moduli import MaterialPair
-from static_contact.punch import hertz_half_width
-from static_contact.rectangle_bem import _cell
+from static_contact.stiffness.halfspace import ContactSide, nodal_stiffness
+from static_contact.stiffness.moduli import MaterialPair
+from static_contact.stiffness.punch import hertz_half_width
+from static_contact.stiffness.rectangle_bem import _cell
 
 STEEL = MaterialPair(210e9, 0.3, 210e9, 0.3)
 RADIUS, LENGTH, LOAD = 5e-3, 0.07, 80.0  # reference case S24

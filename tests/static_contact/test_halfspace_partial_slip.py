@@ -5,10 +5,10 @@ import pytest
 from scipy.integrate import quad
 
 from hbm.errors import InputError
-from static_contact.ellipse import ellipse_stiffness
-from static_contact.halfspace import ContactSide, side_compliance
-from static_contact.moduli import MaterialPair
-from static_contact.partial_slip import (
+from static_contact.stiffness.ellipse import ellipse_stiffness
+from static_contact.stiffness.halfspace import ContactSide, side_compliance
+from static_contact.stiffness.moduli import MaterialPair
+from static_contact.stiffness.partial_slip import (
     displacement_loop,
     displacement_loop_energy,
     loop_energy,
@@ -17,8 +17,8 @@ from static_contact.partial_slip import (
     slip_force,
     stick_load,
 )
-from static_contact.plane import plane_stiffness
-from static_contact.punch import punch_half_width
+from static_contact.stiffness.plane import plane_stiffness
+from static_contact.stiffness.punch import punch_half_width
 
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
 MU, LOAD, RADIUS = 0.6, 80.0, 5e-3

@@ -5,11 +5,11 @@ import pytest
 from scipy.integrate import quad
 
 from hbm.errors import InputError
-from static_contact.approach import approach, graded_nodes, secant
-from static_contact.ellipse import ellipse_integrals, ellipse_stiffness
-from static_contact.moduli import MaterialPair, Stiffness
-from static_contact.plane import plane_compliance, plane_stiffness
-from static_contact.punch import hertz_half_width, punch_half_width, punch_load, punch_peak, punch_pressure
+from static_contact.stiffness.approach import approach, graded_nodes, secant
+from static_contact.stiffness.ellipse import ellipse_integrals, ellipse_stiffness
+from static_contact.stiffness.moduli import MaterialPair, Stiffness
+from static_contact.stiffness.plane import plane_compliance, plane_stiffness
+from static_contact.stiffness.punch import hertz_half_width, punch_half_width, punch_load, punch_peak, punch_pressure
 
 STEEL = MaterialPair(210e9, 0.3, 210e9, 0.3)
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)

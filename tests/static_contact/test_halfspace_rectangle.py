@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import dblquad
 
 from hbm.errors import InputError
-from static_contact import rectangle_bem
-from static_contact.ellipse import ellipse_stiffness
-from static_contact.moduli import MaterialPair
-from static_contact.rectangle import TABLE, rectangle_compliance, rectangle_stiffness, table_nodes
+from static_contact.stiffness import rectangle_bem
+from static_contact.stiffness.ellipse import ellipse_stiffness
+from static_contact.stiffness.moduli import MaterialPair
+from static_contact.stiffness.rectangle import TABLE, rectangle_compliance, rectangle_stiffness, table_nodes
 
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
 FRESH = ((1.27, 0.17), (6.1, 0.42), (49.0, 0.3), (830.0, 0.23), (4900.0, 0.48))    # length/width, nu: no table nodes

@@ -6,14 +6,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from static_contact.approach import approach, secant
-from static_contact.ellipse import ellipse_integrals, ellipse_stiffness
-from static_contact.halfspace import ContactSide, half_width, nodal_stiffness
-from static_contact.moduli import MaterialPair
-from static_contact.partial_slip import slip_displacement, stick_load
-from static_contact.plane import plane_stiffness
-from static_contact.punch import hertz_half_width, hertz_peak_pressure, punch_half_width, punch_peak, punch_pressure
-from static_contact.rectangle import rectangle_stiffness, slender_strip_stiffness, uniform_line_stiffness
+from static_contact.stiffness.approach import approach, secant
+from static_contact.stiffness.ellipse import ellipse_integrals, ellipse_stiffness
+from static_contact.stiffness.halfspace import ContactSide, half_width, nodal_stiffness
+from static_contact.stiffness.moduli import MaterialPair
+from static_contact.stiffness.partial_slip import slip_displacement, stick_load
+from static_contact.stiffness.plane import plane_stiffness
+from static_contact.stiffness.punch import (
+    hertz_half_width,
+    hertz_peak_pressure,
+    punch_half_width,
+    punch_peak,
+    punch_pressure,
+)
+from static_contact.stiffness.rectangle import rectangle_stiffness, slender_strip_stiffness, uniform_line_stiffness
 
 CASES = {case["id"]: case for case in json.loads(
     (Path(__file__).parents[1] / "reference" / "stiffness" / "cases.json").read_text())["cases"]}

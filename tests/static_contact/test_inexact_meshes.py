@@ -111,7 +111,7 @@ def test_the_full_model_takes_up_the_same(error, shift):
     """Newton on the unreduced equations accepts what the condensed route accepts and reports the same; forces to a
     multiple of error/size, as the two spread what is held over other nodes."""
     pytest.importorskip("petsc4py")
-    from static_contact.newton import full_preload
+    from static_contact.full.newton import full_preload
 
     model, pairs, load = pin(error, shift)
     bodies, _ = parts(error)

@@ -17,14 +17,14 @@ from hbm.contact import ContactTable  # noqa: E402
 from hbm.errors import InputError  # noqa: E402
 from hbm.model import ReducedModel  # noqa: E402
 from static_contact.complementarity import NotHeld  # noqa: E402
-from static_contact.newton import full_preload  # noqa: E402
+from static_contact.full.newton import full_preload  # noqa: E402
+from static_contact.full.ranks import own_rows, shared_bodies  # noqa: E402
 from static_contact.preload import StaticContact  # noqa: E402
-from static_contact.shares import own_rows, shared_bodies  # noqa: E402
 from tests.static_contact.corner import SHARES, corner, pulls, random_pairs  # noqa: E402
 from tests.static_contact.full_route import crown, parts, solve, stuck_hz, with_hard_pairs  # noqa: E402
 from tests.static_contact.full_route import rig as rig_parts  # noqa: E402
 from tipdamp import bodies, stiffness  # noqa: E402
-from tipdamp.study import load_study  # noqa: E402
+from tipdamp.study.study import load_study  # noqa: E402
 
 
 @pytest.fixture(scope="module")

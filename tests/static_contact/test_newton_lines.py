@@ -9,7 +9,7 @@ pytest.importorskip("petsc4py")
 
 from hbm.errors import InputError  # noqa: E402
 from modal.body import Body  # noqa: E402
-from static_contact.newton import full_preload  # noqa: E402
+from static_contact.full.newton import full_preload  # noqa: E402
 from static_contact.pairing import join  # noqa: E402
 from static_contact.preload import StaticContact  # noqa: E402
 from tests.static_contact.test_free_motions import TURNS, S, damper_on_two_lines  # noqa: E402

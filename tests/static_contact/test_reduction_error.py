@@ -10,7 +10,7 @@ from hbm.errors import InputError
 from modal.body import Body
 from modal.craig_bampton import assemble, craig_bampton
 from modal.truncation import join
-from static_contact.full import full_stuck_hz
+from static_contact.full.stuck_modes import full_stuck_hz
 from static_contact.reduction_error import enough_modes, own_error, stuck_error_bound
 
 BELOW_HZ = 1500.0

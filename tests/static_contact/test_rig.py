@@ -6,10 +6,10 @@ import pytest
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.carry import carry_scaled
 from static_contact.detachment import StuckAssembly, detach_until, keep_ends
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
+from static_contact.redistribution import carry_scaled
 from static_contact.reduction_error import stuck_error_bound
 
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # Fc / (2 sin 45): frictionless balance between faces at 45 degrees
@@ -142,9 +142,9 @@ def test_modes_by_frequency_and_by_error(rig, tmp_path):
     """The study may say how many modes, how high, or how good."""
     from modal.truncation import Truncation
     from tipdamp.bodies import CHECK_BELOW_HZ
-    from tipdamp.stages import run_stage
+    from tipdamp.stages.run import run_stage
     from tipdamp.store import Store
-    from tipdamp.study import load_study
+    from tipdamp.study.study import load_study
 
     text = (rig / "rig.toml").read_text().replace("modes = 30", "error = 1e-4").replace(
         "modes = 10", "modes_below_hz = 60e3")

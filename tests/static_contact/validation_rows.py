@@ -6,9 +6,9 @@ tests/benchmarks and is read from its results, with the day and the versions of 
 
 import numpy as np
 
-from static_contact import rectangle_bem
-from static_contact.moduli import MaterialPair, Stiffness
-from static_contact.rectangle import rectangle_compliance
+from static_contact.stiffness import rectangle_bem
+from static_contact.stiffness.moduli import MaterialPair, Stiffness
+from static_contact.stiffness.rectangle import rectangle_compliance
 from tests.benchmarks.record import recorded
 from tests.static_contact.beams import reference_beam
 from tests.static_contact.test_halfspace_punch import FLATS, punch_limits, slope_and_stiffness

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hbm.contact import ContactTable
-from tipdamp.stages import STAGES, results_folder, run_stage
-from tipdamp.study import load_study
+from tipdamp.stages.run import STAGES, results_folder, run_stage
+from tipdamp.study.study import load_study
 
 pytest.importorskip("dolfinx")
 FOLDER = Path(__file__).parents[2] / "docs" / "studies" / "two_blade_rig"

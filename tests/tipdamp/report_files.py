@@ -11,7 +11,7 @@ from hbm.contact import ContactTable
 from hbm.response import ForcedResponse
 from tipdamp.report import page
 from tipdamp.store import Store
-from tipdamp.study import load_study
+from tipdamp.study.study import load_study
 
 STUDY = """
 title = {title}

@@ -113,7 +113,7 @@ def test_a06_inside_out_cells_are_turned_around(tmp_path, end):
     assert any(f"1 hexahedron cells were numbered inside out (negative volume) and turned around: elements "
                f"{number}" in w
                for w in found.warnings)
-    from modal.cells import smallest_jacobians
+    from modal.elements.cells import smallest_jacobians
 
     assert smallest_jacobians("hexahedron", found.position, found.cells["hexahedron"])[:, 0].min() > 0
 
@@ -125,7 +125,7 @@ def test_a06_all_types_are_turned_around(tmp_path, kind):
     mirrored = replace(mesh, position=mesh.position * [1, 1, -1])
     found = read_mesh(write(tmp_path, ".inp", mirrored))
     assert any(f"{len(mesh.cells[kind])} {kind} cells were numbered inside out" in w for w in found.warnings)
-    from modal.isoparametric import stiffness_and_mass
+    from modal.elements.isoparametric import stiffness_and_mass
 
     M = stiffness_and_mass(found.position, kind, found.cells[kind], 1.0, 1.0, 1.0)[1]
     assert M.sum() / 3 == pytest.approx(0.1 * 0.02 * 0.01, rel=1e-9)

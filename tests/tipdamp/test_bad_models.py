@@ -7,8 +7,8 @@ import pytest
 from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
-from tipdamp.stages import results_folder, run_stage
-from tipdamp.study import load_study
+from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.study.study import load_study
 
 STUDY = """[model]
 matrices = "model.npz"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm import residual
+from hbm.balance import residual
 from hbm.model import ReducedModel
 from tests.hbm.test_bad_input import with_entry
 from tipdamp.cli import main

@@ -171,7 +171,7 @@ def test_a19_overlap_nearly_as_large_as_the_elements(tmp_path, capsys):
     assert "-0.004 m, 0.8 of the distance of neighbouring nodes; they count as touching (shifted" in found[0]
     change.append(("mu = 0.3", 'mu = 0.3\ndistance = "gap"'))
     from tipdamp.bodies import matched_pairs, read_meshes
-    from tipdamp.study import load_study
+    from tipdamp.study.study import load_study
 
     study = load_study(corner_study.write(tmp_path, damper_mesh=deep, change=change))
     pairs = matched_pairs(study, read_meshes(study))

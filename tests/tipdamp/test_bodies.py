@@ -16,7 +16,7 @@ from tipdamp.bodies import assemble_bodies, matched_pairs, read_meshes
 from tipdamp.cli import main
 from tipdamp.readers.dispatch import read_mesh
 from tipdamp.stiffness import side_materials, with_values
-from tipdamp.study import load_study
+from tipdamp.study.study import load_study
 
 TITANIUM = '[material.titanium]\ngroup = "blade two"\nE = 110e9\nnu = 0.31\ndensity = 4430\n[blades]'
 CUBE = corner_study.A**3

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
-from hbm.linear import linear_response
 from hbm.model import ReducedModel
 from hbm.response import ForcedResponse
 from tests.conftest import STUDY
 from tipdamp.cli import main
-from tipdamp.jobs import terms
-from tipdamp.stages import run_stage
-from tipdamp.study import load_study
+from tipdamp.stages import model_inputs as terms
+from tipdamp.stages.run import run_stage
+from tipdamp.study.study import load_study
 
 ROOT = Path(__file__).parents[2]
 
@@ -64,7 +64,7 @@ def test_nothing_is_computed_twice(copy, capsys):
 def test_a_change_runs_what_depends_on_it_and_nothing_else(copy):
     path = edit(copy, "stations = [5, 4]", "stations = [4, 4]")
     study = load_study(path)
-    from tipdamp.stages import results_folder
+    from tipdamp.stages.run import results_folder
     store = results_folder(study, None)
     assert run_stage("reduce", study, store, quiet=True) == "skipped"
     assert run_stage("preload", study, store, quiet=True) == "skipped"
@@ -181,8 +181,8 @@ def test_stuck_curve_by_a_second_route(rig_results, rig):
     model, table = ReducedModel.load(rig_results.path("model.npz")), ContactTable.load(rig_results.path("kept.csv"))
     from scipy.linalg import eigh
 
-    from static_contact.carry import with_springs
     from static_contact.detachment import stuck_rows
+    from static_contact.redistribution import with_springs
 
     model = with_springs(model, table, terms.declared_springs(study, table))
     rows = stuck_rows(model, table)

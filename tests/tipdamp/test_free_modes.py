@@ -7,7 +7,7 @@ from hbm.model import ReducedModel
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
 from tipdamp.free_modes import band, band_warnings, named_modes, tracking_warnings
-from tipdamp.study import load_study
+from tipdamp.study.study import load_study
 
 ONE, TWO = np.eye(2)
 

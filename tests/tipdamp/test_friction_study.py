@@ -9,8 +9,8 @@ from hbm.model import ReducedModel
 from hbm.response import ForcedResponse
 from tests.tipdamp import corner_study
 from tipdamp import friction
-from tipdamp.stages import results_folder, run_stage
-from tipdamp.study import load_study
+from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.study.study import load_study
 
 SLIPPING = 10 / np.sqrt(2) / 1.3        # N = Fc / (sqrt 2 (1 + mu)) on each side: the other one's friction helps
 LOADS = "[loads.heavy]\npull = 25\n[preload]\nfriction = true\n"

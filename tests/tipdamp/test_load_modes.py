@@ -6,12 +6,12 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from hbm.contact import relative_motion
-from static_contact.full import sparse_relative_motion
+from static_contact.full.stuck_modes import sparse_relative_motion
 from tests.tipdamp import corner_study
 from tipdamp import bodies
 from tipdamp.cli import main
-from tipdamp.stages import results_folder
-from tipdamp.study import load_study
+from tipdamp.stages.run import results_folder
+from tipdamp.study.study import load_study
 
 
 def springs(pairs):

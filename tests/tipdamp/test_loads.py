@@ -6,8 +6,8 @@ import pytest
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from tests.conftest import STUDY
-from tipdamp.stages import results_folder, run_stage
-from tipdamp.study import load_study
+from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.study.study import load_study
 
 CASES = """
 [rotation]

@@ -10,11 +10,11 @@ from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tipdamp import pair_checks
 from tipdamp.cli import main
-from tipdamp.inspection import describe_meshes
 from tipdamp.report import mesh_page
 from tipdamp.report.scene import Points
-from tipdamp.stages import results_folder
-from tipdamp.study import load_study
+from tipdamp.stages.inspection import describe_meshes
+from tipdamp.stages.run import results_folder
+from tipdamp.study.study import load_study
 
 HALF = 1 / np.sqrt(2)      # the pull along x + z on faces x and z
 

@@ -9,14 +9,14 @@ import pytest
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from modal.mesh import Mesh
-from static_contact.halfspace import ContactSide, nodal_stiffness
-from static_contact.moduli import MaterialPair
 from static_contact.pull import pull_forces
-from static_contact.rough import Roughness
+from static_contact.stiffness.halfspace import ContactSide, nodal_stiffness
+from static_contact.stiffness.moduli import MaterialPair
+from static_contact.stiffness.rough import Roughness
 from tests.conftest import STUDY
 from tipdamp import bodies, stiffness
 from tipdamp.cli import main
-from tipdamp.study import load_study
+from tipdamp.study.study import load_study
 
 from .test_cli import SAID_BY_THE_TABLE
 
@@ -161,7 +161,7 @@ def stiffness_of(rig_results, tmp_path, *changes):
      {"model": "rough_series", "roughness": Roughness(1e-6, 0.5)}),
 ])
 def test_stiffness_from_a_model_is_the_modules_own(rig_results, tmp_path, words, left, right, how):
-    """Every model, kind and factor of static_contact.halfspace can be asked for in a study, and says what it is."""
+    """Every model, kind and factor of the half-space stiffness can be asked for in a study, and says what it is."""
     pairs, facts = stiffness_of(rig_results, tmp_path, NO_LEFT, NO_RIGHT, ("mu = 0.6", f"mu = 0.6\n{words}"),
                                 (RADIUS[0], f"{RADIUS[1]}\n{left}"), ("width = 1.6e-3", f"width = 1.6e-3\n{right}"))
     steel = MaterialPair(*STEEL)
@@ -299,7 +299,7 @@ def test_unreadable_files_are_one_line(run, tmp_path, capsys, name, content):
 
 def test_an_interrupted_stage_is_run_again(run, tmp_path, monkeypatch):
     """Interrupted after it had written a file: the same command goes on."""
-    from tipdamp import stages
+    from tipdamp.stages import run as stages
 
     folder = run("tune")
     job = stages.STAGES["preload"].job

@@ -16,7 +16,8 @@ from hbm.model import ReducedModel
 from modal.craig_bampton import craig_bampton
 from modal.elasticity import Material, elastic_body
 from tests.modal.blocks import HEIGHT, LENGTH, WIDTH, block
-from tipdamp import pictures, surface
+from tipdamp import surface
+from tipdamp import visualization as pictures
 from tipdamp.pressure import patches
 from tipdamp.report import draw_scene, modes, scene, space_figures
 from tipdamp.report.scene import Points, Segments, Solid

@@ -9,8 +9,8 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
-from tipdamp.stages import results_folder, run_stage
-from tipdamp.study import load_study
+from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.study.study import load_study
 
 SPEED, ARM = 100.0, 0.105                                # rad/s, m: the cube's centre from the axis along x and along z
 EACH = 7850 * corner_study.A**3 * SPEED**2 * ARM         # N on each side

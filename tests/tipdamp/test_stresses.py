@@ -7,10 +7,10 @@ import scipy.sparse as sp
 from hbm.contact import ContactTable
 from modal.elasticity import Material, elastic_body
 from modal.stress import nodal_stress, von_mises
-from static_contact.full import sparse_relative_motion
+from static_contact.full.stuck_modes import sparse_relative_motion
 from tests.tipdamp import corner_study
-from tipdamp.stages import results_folder, run_stage
-from tipdamp.study import load_study
+from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)

@@ -6,7 +6,7 @@ import pytest
 
 from hbm.errors import InputError
 from tests.conftest import STUDY
-from tipdamp.study import load_study
+from tipdamp.study.study import load_study
 
 STUDIES = sorted((Path(__file__).parents[2] / "docs" / "studies" / "two_blade_rig").glob("*.toml"))
 
@@ -87,14 +87,14 @@ def test_missing_study_file(tmp_path):
 
 
 def test_the_documented_keys_are_the_programs_own():
-    from tipdamp.keys import reference
+    from tipdamp.study.keys import reference
 
     assert (Path(__file__).parents[2] / "docs" / "study_files.md").read_text() == reference()
 
 
 def test_b33_damping_ratios(tmp_path):
     """Below 0 and from 1 on: refused. From 0.2 on: run, with the warning that it may be in percent."""
-    from tipdamp.plausible import damping_warnings
+    from tipdamp.sanity_checks import damping_warnings
 
     for bad in ("-0.01", "1.0"):
         with pytest.raises(InputError, match=rf"\[respond\] damping_ratio = {bad}: must be at least 0"):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hbm.errors import InputError, shown
-from modal.cells import CELLS
+from modal.elements.cells import CELLS
 from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, decode, numbers, whole
 
 _HEX_FACES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]

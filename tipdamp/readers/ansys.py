@@ -8,7 +8,7 @@ import re
 import numpy as np
 
 from hbm.errors import InputError, shown
-from modal.cells import CELLS
+from modal.elements.cells import CELLS
 from modal.mesh_checks import some
 from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, decode
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hbm.errors import InputError, shown
-from modal.cells import CELLS
+from modal.elements.cells import CELLS
 from modal.mesh import Mesh
 from modal.mesh_checks import checked, some
 

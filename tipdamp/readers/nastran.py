@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from hbm.errors import InputError, shown
-from modal.cells import CELLS
+from modal.elements.cells import CELLS
 from tipdamp.readers.content import (
     FULL_INTEGRATION,
     HEX20_NASTRAN,

@@ -2,9 +2,9 @@
 
 import math
 
-from tipdamp.highlights import warnings
 from tipdamp.report.results import Results
 from tipdamp.report.text import names_of_pairs, number, sentence
+from tipdamp.stages.summaries import warnings
 
 REDUCTION = 1e-3          # largest error of a stuck frequency of the reduced model
 REFERENCE = 0.03          # deviation from a reference frequency that is worth a word

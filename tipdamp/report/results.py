@@ -8,7 +8,7 @@ from hbm.contact import ContactTable
 from hbm.model import ReducedModel
 from hbm.response import ForcedResponse
 from tipdamp import pair_checks, surface
-from tipdamp.pictures import Shapes
+from tipdamp.visualization import Shapes
 
 BEFORE = ("inspect", "reduce", "preload", "tune", "respond")
 
@@ -98,7 +98,7 @@ class Results:
 
 def load_results(study, store) -> Results:
     """All that is there and that the study still asks for."""
-    from tipdamp.stages import applies  # stages imports the report when it runs it
+    from tipdamp.stages.run import applies  # stages imports the report when it runs it
 
     found = {stage: store.read_json(f"{stage}.json") for stage in BEFORE
              if applies(stage, study) and store.path(f"{stage}.json").is_file()}

@@ -243,7 +243,7 @@ def bodies(results: Results) -> Table:
 
 
 def stages(results: Results) -> Table:
-    from tipdamp.stages import STAGES
+    from tipdamp.stages.run import STAGES
 
     rows = [(name, STAGES[name].text, f"{seconds:.1f}") for name, seconds in results.seconds.items()]
     total = sum(results.seconds.values())

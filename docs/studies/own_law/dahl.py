@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.sampled import SampledLaw
+from hbm.laws.sampled import SampledLaw
 
 
 @dataclass(frozen=True)

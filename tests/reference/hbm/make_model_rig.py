@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
+from hbm.balance.receptance import stuck_receptance
 from hbm.contact import ContactTable
 from hbm.laws import DryFriction2T
-from hbm.linear import stuck_receptance
 from hbm.model import ReducedModel
 from hbm.response import contact_problem
-from static_contact.carry import spring_rows, with_springs
-from tipdamp.jobs import terms
-from tipdamp.study import load_study
+from static_contact.redistribution import spring_rows, with_springs
+from tipdamp.stages import model_inputs as terms
+from tipdamp.study.study import load_study
 
 STUDY = Path(__file__).parents[3] / "docs" / "studies" / "two_blade_rig" / "asymmetric.toml"
 TARGET = Path(__file__).parent / "model_rig.npz"

@@ -1,0 +1,269 @@
+"""Linear side of the contact problem: modes of the stuck system and its receptance.
+
+The receptance is q = shapes diag(d(w)) shapes' f. With damping ratios of the modes, phi' K phi = k, phi' M phi = m,
+
+    d_r(w) = 1 / (k_r - m_r w^2 + 2 i zeta_r sqrt(k_r m_r) w),
+
+scaled to k_r = 1 so that massless dofs do no harm (to m_r = 1 where rigid motions are left free); with a general
+damping matrix d_r(w) = 1/(i w - s_r) over the poles of the state-space pencil, diagonalised once.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+
+from hbm.contact import relative_motion
+from hbm.errors import InputError
+from hbm.model import BUCKLED
+from hbm.validation import brief, check_forcing, check_outputs
+
+NOISE = 50.0     # times the rounding of the stiffness: what a motion that is held must store
+LOOSE = 1e-13    # share of the stiffness, for each dof, that a body held as a whole must store: reduction rounds too
+STATIC = 1e18    # pole of a motion without mass and damping, in units of the slowest frequency: it follows statically
+RIGID = 0.05     # of a motion: what is left of it beside a rigid one of its body
+
+
+@dataclass(frozen=True)
+class Receptance:
+    """q = shapes diag(d(w)) shapes.T f.
+
+    shapes : (r, m), real with damping ratios, complex with a general damping matrix
+    stiffness, mass, ratio : (m,) modal k_r and m_r, and damping ratios - or None
+    poles : (m,) 1/s - or None
+    """
+
+    shapes: np.ndarray
+    stiffness: np.ndarray | None = None
+    mass: np.ndarray | None = None
+    ratio: np.ndarray | None = None
+    poles: np.ndarray | None = None
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Natural frequencies in Hz, lowest first (with poles: |s|/2 pi of each)."""
+        if self.poles is not None:
+            return np.sort(np.abs(self.poles)) / (2 * np.pi)
+        with np.errstate(divide="ignore"):
+            return np.sort(np.sqrt(self.stiffness / self.mass)) / (2 * np.pi)
+
+    def factors(self, w: np.ndarray):
+        """d and dd/dw, each (m, n) complex, at the angular frequencies w (n,)."""
+        w = np.atleast_1d(np.asarray(w, dtype=float))
+        if self.poles is not None:
+            d = 1 / (1j * w - self.poles[:, None])
+            return d, -1j * d * d
+        a, b = self.mass[:, None], 2j * (self.ratio * np.sqrt(self.stiffness * self.mass))[:, None]
+        d = 1 / (self.stiffness[:, None] - a * w**2 + b * w)
+        return d, (2 * a * w - b) * d * d
+
+    def respond(self, rows: np.ndarray, force: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """(n, k) response of the rows (k, r) to a force (r,) at the angular frequencies w (n,)."""
+        return ((rows @ self.shapes) @ (self.factors(w)[0] * (self.shapes.T @ force)[:, None])).T
+
+
+def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
+    """Receptance of (K, M), in which every motion is held, with a damping matrix C or with damping ratios of its modes.
+
+    damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes above.
+    describe : function of a motion (r,) that names it, for the error about a motion that nothing holds.
+    Raises InputError when K leaves a motion free, or when no damping or both kinds are given.
+    """
+    r = K.shape[0]
+    if (C is None) == (damping_ratio is None):
+        both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
+        raise InputError(f"damping: {both} given, exactly one is needed")
+    given = None if C is not None else _ratios(damping_ratio, r)
+    _check_held(K, describe)
+    period2, shapes = la.eigh(M, K)
+    if period2[0] < -1e-10 * period2[-1]:
+        dof = np.abs(shapes[:, 0]).argmax() + 1
+        raise InputError(f"M is not positive: a motion mostly of dof {dof} has negative mass")
+    period2, shapes = np.maximum(period2[::-1], 0.0), shapes[:, ::-1]
+    if C is None:
+        return Receptance(shapes, np.ones(r), period2, given)
+    modal = shapes.T @ C @ shapes
+    ratio = 0.5 * np.diag(modal) / np.sqrt(np.maximum(period2, 1e-300))
+    off = modal - np.diag(np.diag(modal))
+    if np.abs(off).max() <= 1e-12 * np.abs(modal).max():
+        return Receptance(shapes, np.ones(r), period2, ratio)
+    return _pencil(shapes, period2, modal)
+
+
+def free_receptance(M, K, damping_ratio) -> Receptance:
+    """Receptance of (K, M) with damping ratios of its modes; rigid motions may be free, M must be regular."""
+    stiffness, shapes = la.eigh(K, M)
+    return Receptance(shapes, np.maximum(stiffness, 0.0), np.ones(len(K)), _ratios(damping_ratio, len(K)))
+
+
+def _ratios(damping_ratio, r):
+    try:
+        ratio = np.atleast_1d(np.asarray(damping_ratio, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError(f"damping_ratio = {brief(damping_ratio)}: must be a number or up to {r} numbers, each "
+                         "0 <= ratio < 1 (2 % is 0.02)") from None
+    if ratio.ndim != 1 or not 1 <= len(ratio) <= r or not np.isfinite(ratio).all() or (ratio < 0).any() \
+            or (ratio >= 1).any():
+        raise InputError(f"damping_ratio = {damping_ratio}: must be a number or up to {r} numbers, each 0 <= ratio < 1")
+    return np.r_[ratio, np.full(r - len(ratio), ratio[-1])]
+
+
+def _check_held(K, describe, when="even when every pair sticks",
+                remedy="keep more contact pairs or support the body"):
+    """InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole."""
+    scale = _units(K)
+    scaled = scale[:, None] * K * scale
+    values, vectors = la.eigh(scaled, subset_by_index=[0, 0])
+    softest = np.abs(vectors[:, 0])
+    noise = NOISE * np.finfo(float).eps * (softest @ np.abs(scaled) @ softest)
+    if values[0] >= max(noise, LOOSE * K.shape[0]):
+        return
+    motion = scale * vectors[:, 0]
+    named = describe(motion) if describe else None
+    if values[0] < -BUCKLED:
+        raise InputError(f"K is indefinite {when}: a motion has a negative stiffness, "
+                         f"{-values[0]:.1e} of its diagonal: {named or mostly(motion)}; a sign is wrong, or it buckles")
+    if values[0] <= noise or named is not None and named.rigid:
+        raise InputError(f"a motion is held by nothing {when}: {named or mostly(motion)}; {remedy}")
+
+
+def check_rest(K, static, describe):
+    """InputError where K leaves a motion free that no load presses on: of a model whose pairs are all open at rest.
+
+    static : (r,) N or None. Where it moves what is free, contact may come to hold that.
+    """
+    if static is not None and static.any():
+        scale = _units(K)
+        vectors = la.eigh(scale[:, None] * K * scale, subset_by_value=(-np.inf, LOOSE * len(K)))[1]
+        if np.linalg.norm(vectors.T @ (scale * static)) > 1e-9 * np.linalg.norm(scale * static):
+            return
+    _check_held(K, describe, "at rest, where every pair is open", "close pairs by a preload or by a static load "
+                "(origin = 'unloaded'), or support the body, however softly")
+
+
+def _units(K):
+    """(r,) unit of each dof, in which the diagonal of K is 1."""
+    return 1 / np.sqrt(np.maximum(np.abs(np.diag(K)), np.abs(K).max() * 1e-30 or 1.0))
+
+
+def _pencil(shapes, period2, C):
+    """Poles and shapes of s^2 diag(period2) + s C + I, scaled so that the receptance is sum z z'/(i w - s).
+
+    With the state (y, sqrt(period2) y') that is a standard eigenvalue problem for -1/s. Motions without mass have poles
+    of first order; those without damping either follow statically, and no others then act on them (C is not negative).
+    """
+    shapes, period2, C, still = _without_mass(shapes, period2, C)
+    m, heavy = len(period2), np.flatnonzero(period2)
+    coupling = np.zeros((m, len(heavy)))
+    coupling[heavy, np.arange(len(heavy))] = np.sqrt(period2[heavy])
+    inverse, Z = la.eig(np.block([[C, coupling], [-coupling.T, np.zeros((len(heavy),) * 2)]]), overwrite_a=True,
+                        check_finite=False)
+    y, v = Z[:m], Z[m:]
+    norm = np.einsum("ij,ij->j", y, C @ y + 2 * (coupling @ v))
+    poles, Z = -1 / inverse, y / np.sqrt(norm)
+    w = 1 / np.sqrt(period2.max())
+    system = np.diag(1 - period2 * w**2) + 1j * w * C
+    error = np.abs(system @ ((Z / (1j * w - poles)) @ Z.T) - np.eye(m)).max()
+    if not error < 1e-8:
+        raise InputError(f"the damping matrix has no full set of modes (defect {error:.1e}): "
+                         "change it a little, or give damping_ratio instead")
+    static = np.full(still.shape[1], -STATIC / np.sqrt(period2.max()))
+    return Receptance(np.hstack([shapes @ Z, still * np.sqrt(np.abs(static))]), poles=np.r_[poles, static])
+
+
+def _without_mass(shapes, period2, C):
+    """shapes, period2 (0 where there is no mass) and C of the motions with mass or damping; shapes of the others."""
+    light = period2 <= 1e-14 * period2.max()
+    if not light.any():
+        return shapes, period2, C, shapes[:, :0]
+    damping, turn = la.eigh(C[np.ix_(light, light)])
+    T = np.eye(len(period2))
+    T[np.ix_(light, light)] = turn
+    damped = np.ones(len(period2), dtype=bool)
+    damped[light] = damping > 1e-12 * np.abs(C).max()
+    shapes, C = shapes @ T, T.T @ C @ T
+    return shapes[:, damped], np.where(light, 0.0, period2)[damped], C[np.ix_(damped, damped)], shapes[:, ~damped]
+
+
+def assembled(model, pairs):
+    """K + B' diag(weight kt, weight kt, weight kn) B of a model whose pairs all stick; K where pairs is None."""
+    if pairs is None or not len(pairs):
+        return model.K
+    B = relative_motion(model, pairs)
+    k = (pairs.weight[:, None] * np.stack([pairs.kt, pairs.kt, pairs.kn], axis=1)).ravel()
+    return model.K + (B.T @ B.multiply(k[:, None])).toarray()
+
+
+def natural_frequencies(model, pairs=None) -> np.ndarray:
+    """(r,) Hz, undamped, lowest first, of the model whose pairs all stick, or without contact where pairs is None.
+
+    Between the two lie the resonances of a friction damper: a band is chosen by them. Rigid motions of a free damper
+    are about 0.
+    """
+    values = la.eigh(assembled(model, pairs), model.M, eigvals_only=True)
+    return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+
+
+def linear_response(model, pairs, forcing, frequencies, damping_ratio=None, outputs=None) -> np.ndarray:
+    """(n, m) complex harmonic 1 of the outputs when every pair sticks, or without damper where pairs is None.
+
+    forcing : (r,) real or complex, N, amplitude F of Re F exp(i w t); frequencies : (n,) Hz
+    damping_ratio : of the modes of this linear system; None takes the model's C
+    outputs : {name: (r,) row}
+    """
+    rows = check_outputs(outputs, model.size)[1]
+    forcing = check_forcing(forcing, model.size, 1)[1]
+    K = assembled(model, pairs)
+    if damping_ratio is not None:
+        receptance = free_receptance(model.M, K, damping_ratio)
+    else:
+        receptance = stuck_receptance(model.M, model.C, K, None, lambda v: describe_motion(model, v))
+    return receptance.respond(rows, forcing, 2 * np.pi * np.asarray(frequencies, dtype=float))
+
+
+@dataclass(frozen=True)
+class NamedMotion:
+    """A motion in words: the body that it belongs to, whether that moves as a whole, and whether it turns then."""
+
+    said: str
+    body: str
+    rigid: bool
+    turns: bool
+
+    def __str__(self) -> str:
+        return self.said
+
+
+def describe_motion(model, motion: np.ndarray) -> NamedMotion:
+    """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis, or deforms."""
+    share = {body: np.sum(motion[model.body == body] ** 2) for body in dict.fromkeys(model.body.tolist())}
+    body = max(share, key=share.get)
+    rows = np.flatnonzero((model.body == body) & model.moves & np.isfinite(model.position[:, 0]))
+    if len(rows) < 3:
+        return NamedMotion(f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False)
+    axis = np.array(["xyz".index(d) for d in model.direction[rows]])
+    arm = model.position[rows] - model.position[rows].mean(axis=0)
+    rigid = np.zeros((len(rows), 6))
+    rigid[np.arange(len(rows)), axis] = 1.0
+    for k in range(3):
+        rigid[:, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
+    size = np.linalg.norm(rigid, axis=0)
+    size[size == 0] = 1.0
+    part = np.linalg.lstsq(rigid / size, motion[rows], rcond=None)[0]
+    left = np.linalg.norm(motion[rows] - (rigid / size) @ part) / max(np.linalg.norm(motion[rows]), 1e-300)
+    slide, turn = np.linalg.norm(part[:3]), np.linalg.norm(part[3:])
+    turns = bool(turn > 0.3 * slide)              # rolling on an edge moves the centre too
+    vector = (part / size)[3:] if turns else part[:3]
+    vector = vector / (np.linalg.norm(vector) * np.sign(vector[np.abs(vector).argmax()]) or 1.0)
+    verb = "rotates about" if turns else "slides along"
+    words = ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in vector)
+    return NamedMotion(f"body '{body}' {verb} ({words})", body, bool(left < RIGID), turns)
+
+
+def mostly(motion) -> str:
+    """The name of a motion of which nothing but the numbers of its dofs is known."""
+    return f"mostly dof {np.abs(motion).argmax() + 1}"
+
+
+def _dof_name(model, i) -> str:
+    return f"dof {i + 1} (node {model.node[i]}, {model.direction[i]})"

@@ -1,0 +1,250 @@
+"""One point of a branch after the other: step and order by the error of the prediction, kinks, and why it ended."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hbm.continuation.corrector import Metric, correct, solve_at
+from hbm.continuation.predictor import forward, on_branch, predict, prediction_errors, tangent
+
+DRIFT = 20, 1e-6, 0.05      # points over which the parameter stands still, share of its length, and how far x goes
+PACE = 3e-3          # share of the way by which a branch must get on to be worth following
+ENDS = {             # why a branch ended, and what to do about it
+    "end": "reached the end of the band",
+    "left": "stopped at {at}: the branch turned back, left the band where it begins and did not come back; begin the "
+            "band further out, or run the other direction",
+    "closed": "stopped at {at}: the branch is closed, it came back to where it began; run the other direction, or "
+              "begin the band further out",
+    "unbounded": "stopped at {at}: the solution grows without bound; give the motion a stiffness that holds it, or "
+                 "more damping",
+    "points": "stopped at {at} after {n} points: the branch folds again and again; more damping, more or fewer "
+              "harmonics, or the other direction may help",
+    "drift": "stopped at {at}: a body walks away, no force brings it back on average; hold that motion by a stiffness",
+    "work": "stopped at {at} after {n} points: they cost more evaluations of the residual than allowed; try the other "
+            "direction, more or fewer harmonics, more damping or a lower level first, or allow more (`most_calls` of "
+            "the settings)",
+    "no point": "stopped at {at}: the corrector found no further point; try the other direction, more harmonics or a "
+                "lower level first",
+    "lost": "stopped at {at}: the branch was lost again and again; try the other direction, more harmonics or more "
+            "damping",
+    "last": "the last point, at {at}, did not converge; end the band a little earlier or later, or run the other "
+            "direction",
+    "no start": "no solution found at {at}, where the band begins; begin it further from the resonance, run the other "
+                "direction, or try more harmonics or more damping",
+    "static": "no force: the static state",
+}
+
+
+@dataclass
+class Branch:
+    """Points in order, why and where it ended, and whether it reached the end.
+
+    end : a key of ENDS, empty while the branch is followed; at : the parameter there
+    leaps : (from, to) parameters: a branch that folds without getting on was left there and a solution taken up here;
+        between them there are solutions found in small steps of the parameter, or none: then not far, or marked failed
+    outside : the parameter furthest out of the band where it begins that the branch went through, or None
+    count : points when it ended
+    """
+
+    points: list = field(default_factory=list)
+    end: str = ""
+    at: float = np.nan
+    complete: bool = False
+    calls: int = 0
+    leaps: list = field(default_factory=list)
+    outside: float | None = None
+    count: int = 0
+
+    @property
+    def ended(self) -> str:
+        """The sentence that says why it ended."""
+        return self.sentence(lambda parameter: f"{parameter:.6g}")
+
+    def sentence(self, named) -> str:
+        """The same with the parameter as `named(parameter)` writes it."""
+        return ENDS[self.end].format(at=named(self.at), n=self.count)
+
+    def finish(self, end, at):
+        self.end, self.at, self.complete, self.count = end, at, end == "end", len(self.points)
+
+
+class Walk:
+    """Where `follow` stands: the points since the last gap (`run`), the step, and how far the branch has got.
+
+    lost : no step from the last point is short enough; shortened : the step, since the last point
+    begin, way, sense : of the parameter; length : its unit of arc
+    """
+
+    def __init__(self, evaluate, start, end, weights, settings, restart):
+        self.evaluate, self.end, self.weights, self.settings, self.restart = evaluate, end, weights, settings, restart
+        self.branch = Branch([start], calls=start.iterations)
+        self.begin, self.sense = start.parameter, np.sign(end - start.parameter)
+        self.way = abs(end - start.parameter)
+        self.length = settings.parameter_share * self.way
+        self.largest = np.linalg.norm(weights * start.x)
+        self.stale, self.turns, self.gaps, self.attempts = 0, 0, 0, 0
+        self.begin_at(start)
+
+    def begin_at(self, point):
+        """Start anew, from a point that does not continue the points before."""
+        self.step, self.order, self.lost, self.shortened = self.settings.first_step, 1, False, False
+        self.furthest, self.stale, self.turns = point, 0, 0
+        tx, tp, sign = point.detail.direction(np.zeros(len(self.weights)), 1.0)
+        self.sign = self.sense * np.sign(sign)
+        self.run = [replace(point, tangent=(self.sense * tx, self.sense * tp))]
+
+    def resume(self, found):
+        """Go on from a solution found ahead."""
+        self.branch.points.append(found)
+        self.begin_at(found)
+        if self.ahead(found.parameter, self.end) >= 0:
+            self.branch.finish("end", self.end)
+
+    def ahead(self, parameter, of) -> float:
+        """How far a parameter lies ahead of another, in the direction of the band."""
+        return self.sense * (parameter - of)
+
+    def outside(self, parameter) -> float:
+        """How far a parameter lies out of the band where that begins; not positive inside."""
+        return self.ahead(self.begin, parameter)
+
+    def metric(self) -> Metric:
+        """Of the arc length at the last point."""
+        size = np.linalg.norm(self.weights * self.run[-1].x)
+        self.largest = max(self.largest, size)
+        return Metric(self.weights, max(size, 1e-3 * self.largest) or 1.0, self.length)
+
+    def next_point(self):
+        """The next point of the branch; None where the step was too long."""
+        last, metric = self.run[-1], self.metric()
+        x, p = predict(self.run, metric, self.step, self.order)
+        new = self._correct(x, p, *metric.border(x - last.x, p - last.parameter), metric)
+        if new.converged and on_branch(new, last, x, p, metric, self.step):
+            return new
+        if self.step < 2e-2:
+            turned = self._turn(new, last, x, p, metric)
+            if turned is not None:
+                self.run = [last]
+                return turned
+        self.lost = self.step <= self.settings.smallest_step
+        self.shortened = True
+        if not self.lost:
+            self.step, self.order = 0.4 * self.step, min(self.order, 1 if self.step < 1e-2 else 2)
+        return None
+
+    def _correct(self, x, p, row, corner, metric):
+        """The point of the branch on the plane through (x, p), with its tangent."""
+        new = correct(self.evaluate, x, p, row, corner, metric, self.settings, self.run[-1].x)
+        self.branch.calls += new.iterations
+        return replace(new, tangent=tangent(new.detail, row, corner, self.sign, metric) if new.converged else None)
+
+    def accept(self, new, on_point):
+        """Take a point into the branch; see whether that is the end, and choose the next step."""
+        if self.ahead(new.parameter, self.end) >= 0:
+            return self._finish(new, on_point)
+        before = self.run[-1]
+        self._append(new, on_point)
+        self._choose_step(new)
+        if self.outside(new.parameter) > 0:
+            self._note_outside(new)
+        elif self.outside(before.parameter) > 0 and self._closed(before, new):
+            self.branch.finish("closed", self.begin)
+        elif np.linalg.norm(new.x) > self._bound():
+            self.branch.finish("unbounded", new.parameter)
+        elif self._drifts():
+            self.branch.finish("drift", new.parameter)
+        elif len(self.branch.points) >= self.settings.most_points:
+            self.branch.finish("points", new.parameter)
+
+    def _drifts(self) -> bool:
+        """Whether the branch runs on at one value of the parameter: a motion grows that the equations do not hold."""
+        count, still, far = DRIFT
+        points = self.branch.points[-count:]
+        if len(points) < count or not all(p.converged for p in points):
+            return False
+        values = [p.parameter for p in points]
+        return (max(values) - min(values) < still * self.length
+                and self.metric().norm(points[-1].x - points[0].x, 0.0) > far)
+
+    def wanders(self) -> bool:
+        """Whether the branch folds on and on without getting further, and may still be left."""
+        patience = self.settings.patience
+        wanders = self.stale > patience and self.turns >= 6 or self.stale > 3 * patience
+        return wanders and self.attempts < self.settings.most_leaps
+
+    def _choose_step(self, new):
+        """Order and length of the next step: those whose prediction of `new` would have erred as aimed."""
+        most = self.settings.highest_order
+        errors = prediction_errors(self.run[-(most // 2 + 1):], new, self.metric())[:most]
+        self.run.append(new)
+        self._note_progress(new)
+        self.order = 1 + int(np.argmin(errors * 1.5 ** np.arange(len(errors))))
+        error = max(errors[self.order - 1], 1e-12)
+        growth = np.clip((self.settings.aim / error) ** (1 / (self.order + 1)), 0.5, 1.8)
+        if new.iterations > 4:
+            growth = min(growth, 0.6)
+        elif self.shortened:
+            growth = min(growth, 1.0)           # what stopped the longer step still lies ahead
+        self.shortened = False
+        self.step = min(self.step * growth, self.settings.largest_step)
+
+    def _note_progress(self, new):
+        before = self.run[-3:-1]
+        if len(before) == 2:
+            self.turns += (new.parameter - before[1].parameter) * (before[1].parameter - before[0].parameter) < 0
+        self.stale += 1
+        if self.ahead(new.parameter, self.furthest.parameter) > PACE * self.way:
+            self.furthest, self.stale, self.turns = new, 0, 0
+
+    def _note_outside(self, new):
+        out, known = self.outside(new.parameter), self.branch.outside
+        if known is None or out > self.outside(known):
+            self.branch.outside = new.parameter
+        if out > self.settings.outside * abs(self.begin):
+            self.branch.finish("left", self.begin)
+
+    def _closed(self, before, new) -> bool:
+        """Whether the branch comes in again where it began."""
+        start, border = self.branch.points[0], self.solve_between(before, new, self.begin)
+        return border.converged and self.metric().norm(border.x - start.x, 0.0) < 1e-6
+
+    def _append(self, new, on_point):
+        self.branch.points.append(new)
+        if on_point:
+            on_point(new, self.step)
+
+    def _bound(self):
+        return self.settings.runaway * max(np.linalg.norm(p.x) for p in self.branch.points[:2] if p.converged)
+
+    def _turn(self, new, last, x, p, metric):
+        """Past a kink: the tangent of the linearisation beyond it leads on. None where that does not help."""
+        row, corner = metric.border(x - last.x, p - last.parameter)
+        for e in self._beyond(new, last, x, p):
+            tx, tp = tangent(e, row, corner, self.sign, metric)
+            for reach in (self.step, 4 * self.step) if np.isfinite(tp) else ():
+                tried = self._correct(last.x + reach * tx, last.parameter + reach * tp, *metric.border(tx, tp), metric)
+                if not tried.converged:
+                    continue
+                gone = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
+                if 0.1 * reach < gone < 3 * reach and forward(tried, last, metric):
+                    return tried
+        return None
+
+    def _beyond(self, new, last, x, p):
+        """Linearisations that may lie beyond a kink: where the corrector was, and further on."""
+        yield new.detail
+        self.branch.calls += 1
+        yield self.evaluate(last.x + 4 * (x - last.x), last.parameter + 4 * (p - last.parameter))
+
+    def solve_between(self, a, b, parameter):
+        """The solution at a parameter between those of two points of the branch."""
+        share = (parameter - a.parameter) / (b.parameter - a.parameter)
+        new = solve_at(self.evaluate, a.x + share * (b.x - a.x), parameter, self.weights, self.settings)
+        self.branch.calls += new.iterations
+        return new
+
+    def _finish(self, beyond, on_point):
+        """The last point exactly at the end, between the last accepted one and the one beyond."""
+        new = self.solve_between(self.run[-1], beyond, self.end)
+        self._append(new, on_point)
+        self.branch.finish("end" if new.converged else "last", self.end)

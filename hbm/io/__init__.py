@@ -1,0 +1,1 @@
+"""Matrices from other programs, and for them."""

@@ -1,0 +1,272 @@
+"""Matrices from other codes: npz, npy, Matrix Market, MATLAB, Harwell-Boeing (Ansys HBMAT), Abaqus' matrix text.
+
+    model = ReducedModel.from_files(M="mass.mtx", K="stiffness.mtx", dofs="dofs.csv")
+
+The dof table is a CSV with a line per row of the matrices: body, node, direction (x, y, z, rotations rx, ry, rz, or
+mode) and, where known,
+x, y, z in m, a column `load NAME` in N for each load, a column `group NAME` (not empty on its nodes) for each group of
+nodes, as `matrices_out` writes them; or the .mapping file that Ansys writes beside its Harwell-Boeing matrices. Abaqus'
+text names node and dof of each entry itself. What `ReducedModel.save` or `matrices_out` wrote into an .npz or .mat
+holds the table already: with M and K from such a file, `dofs` may be left out.
+"""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import scipy.io
+import scipy.sparse as sp
+
+from hbm.errors import InputError, nearest
+from hbm.model import DIRECTIONS, ROTATIONS, ReducedModel
+
+FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
+ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z", "ROTX": "rx", "ROTY": "ry", "ROTZ": "rz"}
+TABLE = ("body", "node", "direction", "position")       # columns of a dof table inside a file
+ABAQUS_DOFS = dict(enumerate((*DIRECTIONS, *ROTATIONS), 1))
+
+
+def model_from_files(M, K, C=None, dofs=None, body="body", groups=None, loads=None) -> ReducedModel:
+    """ReducedModel from one file per matrix and a dof table; `body` names the body where the table does not.
+
+    groups, loads : as in ReducedModel, beside those of the dof table. Raises InputError where a file cannot be read or
+    they do not fit each other.
+    """
+    labels = None
+    matrices = {}
+    for name, path in (("M", M), ("K", K), ("C", C)):
+        if path is None:
+            matrices[name] = None
+            continue
+        matrices[name], found = read_matrix(path, name)
+        if found is not None and labels is not None and found != labels:
+            raise InputError(f"{path}: its nodes and dofs are not those of {M}")
+        labels = labels or found
+    saved = _saved_table(M)
+    table = saved if dofs is None else read_dofs(dofs, body)
+    if labels:
+        table = _table_of_labels(labels, body) if dofs is None else table
+        _check_labels(labels, table, dofs, M)
+    for name, given in (("groups", groups), ("loads", loads)):
+        table[name] = saved.get(name, {}) | table.get(name, {}) | (given or {})
+    return ReducedModel.from_matrices(matrices["M"], matrices["K"], matrices["C"], **({"body": body} | table),
+                                      provenance={"M": str(M), "K": str(K), "C": str(C)})
+
+
+def read_matrix(path, name="matrix"):
+    """(matrix, labels): labels are ((node, dof), ...) where the file names them, else None.
+
+    A file that holds one triangle only is taken as symmetric. `name` picks the variable of a file that holds several.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{name}: no such file: {path}")
+    kind = path.suffix.lower()
+    if kind not in FORMATS:
+        raise InputError(f"{name}: format of {path} is unknown; {nearest(kind, FORMATS)}")
+    labels = None
+    try:
+        if kind == ".npy":
+            matrix = np.load(path, allow_pickle=False)
+        elif kind == ".npz":
+            matrix = _npz(path, name)
+        elif kind == ".mat":
+            matrix = _matlab(path, name)
+        elif kind in (".hb", ".rb", ".matrix"):
+            matrix, labels = _ansys(path)
+        elif path.read_text(errors="replace")[:14].lower() == "%%matrixmarket":
+            matrix = scipy.io.mmread(path)
+        else:
+            matrix, labels = abaqus_text(path)
+    except InputError:
+        raise
+    except Exception as error:          # the readers of foreign formats raise what they like
+        raise InputError(f"{name}: {path} cannot be read as {kind}: {error}") from None
+    if np.ndim(matrix) != 2 or matrix.shape[0] != matrix.shape[1]:
+        raise InputError(f"{name}: {path} holds an array of shape {np.shape(matrix)}, must be a square matrix")
+    return _both_triangles(matrix), labels
+
+
+def read_dofs(path, body="body") -> dict:
+    """Columns body, node, direction, position and loads of a dof table, in the order of the matrices; and groups."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"dof table: no such file: {path}")
+    if path.suffix.lower() == ".mapping":
+        return _ansys_mapping(path, body)
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as f:
+            rows = [{k.strip(): (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(f)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: is not a CSV text in UTF-8 ({error}); save the dof table as 'CSV UTF-8'") from None
+    for column in ("node", "direction"):
+        if not rows or column not in rows[0]:
+            raise InputError(f"{path}: column '{column}' is missing; needed: node, direction; may be: body, x, y, z")
+    try:
+        position = [[float(row.get(k) or "nan") for k in DIRECTIONS] for row in rows]
+        node = [int(row["node"]) for row in rows]
+        loads = {name: [float(row[key] or 0) for row in rows] for name, key in _named(rows[0], "load ")}
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+    return dict(body=np.array([row.get("body") or body for row in rows]), node=node, position=position,
+                direction=[row["direction"].lower() for row in rows], loads=loads,
+                groups={name: list(dict.fromkeys(n for n, row in zip(node, rows, strict=True) if row[key]))
+                        for name, key in _named(rows[0], "group ")})
+
+
+def _named(row, prefix):
+    return [(key.removeprefix(prefix), key) for key in row if key.startswith(prefix)]
+
+
+def harwell_boeing(path) -> sp.csc_matrix:
+    """Assembled real Harwell-Boeing matrix, symmetric (RSA) or not (RUA); one triangle as it stands."""
+    lines = Path(path).read_text().splitlines()
+    counts = [int(lines[1][14 * k:14 * k + 14] or 0) for k in range(5)]
+    kind = lines[2][:3].upper()
+    if kind not in ("RSA", "RUA"):
+        raise InputError(f"{path}: Harwell-Boeing type {kind} is not supported, only RSA and RUA (real, assembled)")
+    rows, columns, entries = (int(lines[2][14 + 14 * k:28 + 14 * k]) for k in range(3))
+    formats = [lines[3][:16], lines[3][16:32], lines[3][32:52]]
+    at = 5 if counts[4] else 4
+    parts = []
+    for layout, count, number in zip(formats, counts[1:4], (columns + 1, entries, entries), strict=True):
+        width = int(re.search(r"[IDEFG](\d+)", layout.upper())[1])
+        text = [line[k:k + width] for line in lines[at:at + count] for k in range(0, len(line.rstrip()), width)]
+        parts.append([t for t in text if t.strip()][:number])
+        if len(parts[-1]) != number:
+            raise InputError(f"{path}: is cut off, {number} numbers expected where {len(parts[-1])} stand")
+        at += count
+    pointer, index = (np.array(p, dtype=np.int64) - 1 for p in parts[:2])
+    values = np.array([v.upper().replace("D", "E") for v in parts[2]], dtype=float)
+    return sp.csc_matrix((values, index, pointer), shape=(rows, columns))
+
+
+def abaqus_text(path):
+    """(matrix, labels) of Abaqus' matrix text: 'node, dof, node, dof, value' or 'row, column, value' lines."""
+    rows = []
+    for number, line in enumerate(Path(path).read_text().splitlines(), 1):
+        line = line.strip()
+        if not line or line.startswith("*"):
+            continue
+        fields = [f for f in re.split(r"[,\s]+", line) if f]
+        if len(fields) not in (3, 5) or (rows and len(fields) != len(rows[0])):
+            raise InputError(f"{path}, line {number}: 'node, dof, node, dof, value' or 'row, column, value' expected")
+        rows.append(fields)
+    if not rows:
+        raise InputError(f"{path}: holds no entries")
+    values = np.array([r[-1].upper().replace("D", "E") for r in rows], dtype=float)
+    if len(rows[0]) == 3:
+        ij = np.array([r[:2] for r in rows], dtype=np.int64) - 1
+        return sp.coo_matrix((values, ij.T), shape=(ij.max() + 1,) * 2).tocsr(), None
+    pairs = np.array([r[:4] for r in rows], dtype=np.int64)
+    labels = sorted({(int(a), int(b)) for a, b in np.vstack([pairs[:, :2], pairs[:, 2:]])})
+    place = {label: k for k, label in enumerate(labels)}
+    i = [place[tuple(p[:2])] for p in pairs.tolist()]
+    j = [place[tuple(p[2:])] for p in pairs.tolist()]
+    return sp.coo_matrix((values, (i, j)), shape=(len(labels),) * 2).tocsr(), tuple(labels)
+
+
+def _table_of_labels(labels, body):
+    wrong = [label for label in labels if label[1] not in ABAQUS_DOFS]
+    if wrong:
+        node, dof = wrong[0]
+        raise InputError(f"node {node}: dof {dof} is neither displacement (1, 2, 3) nor rotation (4, 5, 6): "
+                         "give a dof table (CSV) in which it is a row of direction 'mode'")
+    return dict(body=body, node=[n for n, _ in labels], direction=[ABAQUS_DOFS[d] for _, d in labels])
+
+
+def _check_labels(labels, table, dofs, M):
+    """The rows of Abaqus' text stand in the order of its node and dof numbers: a table must not say otherwise."""
+    rows = list(zip(table["node"], table["direction"], strict=True))
+    if len(rows) != len(labels):
+        raise InputError(f"{dofs}: has {len(rows)} rows, {M} names {len(labels)} dofs")
+    for i, ((node, dof), (listed, direction)) in enumerate(zip(labels, rows, strict=True)):
+        meant = ABAQUS_DOFS.get(dof, "mode")
+        if (node, direction) not in ((listed, meant), (listed, "mode" if dof > 3 else meant)):
+            raise InputError(f"{dofs}, row {i + 1}: is node {listed}, {direction}; {M} has node {node}, dof {dof} "
+                             "there: order the table by node and dof number, or leave it out")
+
+
+def _ansys_mapping(path, body):
+    found = [line.split() for line in Path(path).read_text(errors="replace").splitlines()]
+    found = [f for f in found if len(f) >= 3 and f[0].isdigit() and f[1].isdigit()]
+    for f in found:
+        if f[2].upper() not in ANSYS_DOFS:
+            raise InputError(f"{path}: equation {f[0]} is {f[2]} of node {f[1]}, must be {', '.join(ANSYS_DOFS)}: "
+                             "condense the others out, or give a dof table (CSV) in which they are rows of direction "
+                             "'mode'")
+    if not found:
+        raise InputError(f"{path}: holds no lines 'equation node UX'")
+    found.sort(key=lambda f: int(f[0]))
+    return dict(body=body, node=[int(f[1]) for f in found], direction=[ANSYS_DOFS[f[2].upper()] for f in found])
+
+
+def _ansys(path):
+    """(matrix, None) of Harwell-Boeing in the fixed columns of Ansys, or as loosely as scipy writes and reads it; under
+    the same ending also Abaqus' text, with its labels."""
+    text = path.read_text(errors="replace")
+    if re.search(r"^[ \t]*\d+[ \t]*,", text, re.MULTILINE):
+        return abaqus_text(path)
+    try:
+        return harwell_boeing(path), None
+    except (ValueError, IndexError, TypeError) as ours:
+        if isinstance(ours, InputError):
+            raise
+        try:
+            return scipy.io.hb_read(path), None
+        except Exception:           # it raises what it likes
+            raise ours from None
+
+
+def _saved_table(path) -> dict:
+    """Columns, groups and loads in an .npz of ReducedModel.save or in a .mat of `exports`; empty for other files."""
+    if Path(path).suffix.lower() == ".npz":
+        with np.load(path, allow_pickle=False) as z:
+            if not {"M", "K", "node", "direction"} <= set(z.files):
+                return {}
+        model = ReducedModel.load(path)
+        return {name: getattr(model, name) for name in (*TABLE, "groups", "loads")}
+    if Path(path).suffix.lower() != ".mat":
+        return {}
+    content = scipy.io.loadmat(path, chars_as_strings=True)
+    if not {*TABLE} <= set(content):
+        return {}
+    names = {key: [str(np.ravel(cell)[0]) for cell in np.ravel(content.get(key, []))]
+             for key in ("body", "direction", "group_names", "load_names")}
+    groups = [np.ravel(nodes) for nodes in np.ravel(content.get("group_nodes", []))]
+    return dict(body=names["body"], node=content["node"].ravel(), direction=names["direction"],
+                position=content["position"], groups=dict(zip(names["group_names"], groups, strict=True)),
+                loads=dict(zip(names["load_names"], content.get("loads", np.empty((0, 0))).T, strict=True)))
+
+
+def _npz(path, name):
+    with np.load(path, allow_pickle=False) as z:
+        if "format" in z.files:
+            return sp.load_npz(path)
+        return _pick(path, name, {k: z[k] for k in z.files})
+
+
+def _matlab(path, name):
+    content = scipy.io.loadmat(path)
+    return _pick(path, name, {k: v for k, v in content.items() if not k.startswith("__") and np.ndim(v) == 2})
+
+
+def _pick(path, name, found):
+    if name in found:
+        return found[name]
+    other = next((k for k in found if k in ("M", "K", "C")), None)
+    if name in ("M", "K", "C") and len(found) == 1 and other:
+        raise InputError(f"{name}: {path} holds '{other}', not '{name}'; have the files changed places?")
+    if len(found) == 1:
+        return next(iter(found.values()))
+    raise InputError(f"{path}: holds no '{name}'; {nearest(name, found)}")
+
+
+def _both_triangles(matrix):
+    """The symmetric matrix whose one triangle is given; others are returned as they are."""
+    matrix = sp.csr_matrix(matrix)
+    upper, lower = sp.triu(matrix, 1), sp.tril(matrix, -1)
+    if (upper.nnz == 0) != (lower.nnz == 0):
+        matrix = matrix + (upper + lower).T
+    return matrix.toarray()

@@ -1,0 +1,1 @@
+"""Coulomb friction coupled in the tangential plane."""

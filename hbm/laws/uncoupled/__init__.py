@@ -1,0 +1,1 @@
+"""Coulomb friction in each tangent on its own, with located events."""

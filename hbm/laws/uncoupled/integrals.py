@@ -1,0 +1,157 @@
+"""Harmonics of friction and contact forces from the pieces of the cycle, and their exact derivatives.
+
+What is computed is not the force but the *bracket* g = f - K_c u, the force less that of the stuck springs:
+g_t = -kt w with the slider at w, and g_n = N - (preload + kn u_n), zero while closed. Both are continuous in time and,
+piece by piece (see `transitions`), a constant or a combination of the harmonics of u. Pieces are integrated in closed
+form; since g is continuous, the moving instants contribute only through the rest position of the slider.
+Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
+"""
+
+import numpy as np
+from numba import njit
+
+from hbm.laws.uncoupled.events import BACKWARD, BEGIN, BY_N, BY_U, END, FORWARD, INSTANT, OPEN, PLACE, STICK, TWO_PI
+
+
+@njit(cache=True)
+def add_integrals(a, b, C, S):
+    """Add the integrals over [a, b] of cos(n tau) to C[n] and of sin(n tau) to S[n]."""
+    C[0] += b - a
+    ca1, sa1, cb1, sb1 = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
+    ca, sa, cb, sb = 1.0, 0.0, 1.0, 0.0
+    for n in range(1, len(C)):
+        ca, sa = ca * ca1 - sa * sa1, sa * ca1 + ca * sa1
+        cb, sb = cb * cb1 - sb * sb1, sb * cb1 + cb * sb1
+        C[n] += (sb - sa) / n
+        S[n] += (ca - cb) / n
+
+
+@njit(cache=True)
+def add_products(D, factor, C, S):
+    """D[j, m] += factor * c_j * integral of e_j e_m, where c_j projects on e_j (1/2pi, then 1/pi)."""
+    nh = D.shape[0]
+    for j in range(nh):
+        p = (j + 1) // 2
+        f = factor / (TWO_PI if j == 0 else np.pi)
+        sine_j = j > 0 and j % 2 == 0
+        for m in range(nh):
+            q = (m + 1) // 2
+            sine_m = m > 0 and m % 2 == 0
+            near, far = abs(p - q), p + q
+            if sine_j and sine_m:
+                value = 0.5 * (C[near] - C[far])
+            elif not sine_j and not sine_m:
+                value = 0.5 * (C[near] + C[far])
+            else:
+                s = q if sine_m else p          # order of the sine, c of the cosine
+                c = p if sine_m else q
+                value = -0.5 * (S[far] + (S[near] if s >= c else -S[near]))
+            D[j, m] += f * value
+
+
+@njit(cache=True)
+def add_constant(g, factor, C, S):
+    """g[j] += factor * c_j * integral of e_j."""
+    g[0] += factor * C[0] / TWO_PI
+    for j in range(1, len(g)):
+        k = (j + 1) // 2
+        g[j] += factor / np.pi * (C[k] if j % 2 else -S[k])
+
+
+@njit(cache=True)
+def add_ride(g, D, factor, A, u):
+    """D += factor A and g += factor A u: a force that follows u."""
+    for j in range(len(u)):
+        value = 0.0
+        for m in range(len(u)):
+            D[j, m] += factor * A[j, m]
+            value += A[j, m] * u[m]
+        g[j] += factor * value
+
+
+@njit(cache=True)
+def add_rest(Dt, Dn, gp, kt, kn, piece, C, S, has_normal):
+    """Derivative of a rest: the integral of e_j times that of the rest position."""
+    nh = Dt.shape[0]
+    projection = np.zeros(nh)
+    add_constant(projection, -kt, C, S)
+    k_max = (nh - 1) // 2
+    c1, s1 = np.cos(piece[INSTANT]), np.sin(piece[INSTANT])
+    ck, sk = 1.0, 0.0
+    for k in range(k_max + 1):
+        for m in range(max(2 * k - 1, 0), 2 * k + 1):
+            value = ck if m % 2 or m == 0 else -sk       # e_m at the instant
+            for j in range(nh):
+                Dt[j, m] += projection[j] * piece[BY_U] * value
+                if has_normal:
+                    Dn[j, m] += projection[j] * piece[BY_N] * kn * value
+        ck, sk = ck * c1 - sk * s1, sk * c1 + ck * s1
+    for j in range(nh):
+        gp[j] += projection[j] * piece[BY_N]
+
+
+@njit(cache=True)
+def tangent_bracket(g, Dt, Dn, gp, u, un, kt, kn, mu, p, pieces, count, has_normal):
+    """Harmonics of -kt w over the pieces, with derivatives by u, u_n and the preload; """
+    nh = len(g)
+    C, S = np.zeros((3, 2 * nh)), np.zeros((3, 2 * nh))
+    for q in range(count):
+        state = int(pieces[q, 0])
+        if state == STICK:
+            w = pieces[q, PLACE]
+            Cq, Sq = np.zeros(nh), np.zeros(nh)
+            add_integrals(pieces[q, BEGIN], pieces[q, END], Cq, Sq)
+            if w != 0:
+                add_constant(g, -kt * w, Cq, Sq)
+            if pieces[q, BY_U] != 0 or pieces[q, BY_N] != 0:
+                add_rest(Dt, Dn, gp, kt, kn, pieces[q], Cq, Sq, has_normal)
+        else:
+            add_integrals(pieces[q, BEGIN], pieces[q, END], C[state - 1], S[state - 1])
+    for state in (FORWARD, BACKWARD, OPEN):
+        Cs, Ss = C[state - 1], S[state - 1]
+        if Cs[0] == 0:
+            continue
+        A = np.zeros((nh, nh))
+        add_products(A, 1.0, Cs, Ss)
+        sign = 1.0 if state == FORWARD else (-1.0 if state == BACKWARD else 0.0)
+        add_ride(g, Dt, -kt, A, u)
+        if sign != 0:
+            add_constant(g, sign * mu * p, Cs, Ss)
+            add_constant(gp, sign * mu, Cs, Ss)
+            if has_normal:
+                add_ride(g, Dn, sign * mu * kn, A, un)
+
+
+@njit(cache=True)
+def normal_bracket(g, Dn, gp, un, kn, p, pieces, count):
+    """Harmonics of N - (preload + kn u_n), which is zero while closed."""
+    nh = len(g)
+    C, S, A = np.zeros(2 * nh), np.zeros(2 * nh), np.zeros((nh, nh))
+    for q in range(count):
+        add_integrals(pieces[q, BEGIN], pieces[q, END], C, S)
+    add_products(A, -1.0, C, S)
+    add_ride(g, Dn, kn, A, un)
+    add_constant(g, -p, C, S)
+    add_constant(gp, -1.0, C, S)
+
+
+@njit(cache=True)
+def brackets(x, pieces, counts, place, tangents, has_normal, kt, kn, mu, preload, g, D, gp):
+    """Fill g and gp = dg/dpreload (P, nd, nh), and the derivatives D (a, nd, nh, nd, nh) of the pairs that have any.
+
+    x (P, nd, nh) are the harmonics of the relative motion, pieces and counts those of `transitions`, and place (P,) the
+    place of each pair in D, or -1.
+    """
+    P, nd, nh = x.shape
+    last = nd - 1                # the normal, where there is one
+    nothing, zero = np.zeros((nd, nh, nd, nh)), np.zeros(nh)
+    D[:], g[:], gp[:] = 0.0, 0.0, 0.0
+    for p in range(P):
+        Dp = D[place[p]] if place[p] >= 0 else nothing
+        un = x[p, last] if has_normal else zero
+        if has_normal and counts[p, tangents]:
+            normal_bracket(g[p, last], Dp[last, :, last, :], gp[p, last], un, kn[p], preload[p], pieces[p, tangents],
+                           counts[p, tangents])
+        for d in range(tangents):
+            tangent_bracket(g[p, d], Dp[d, :, d, :], Dp[d, :, last, :], gp[p, d], x[p, d], un, kt[p], kn[p], mu[p],
+                            preload[p], pieces[p, d], counts[p, d], has_normal)

@@ -1,0 +1,1 @@
+"""Time integration of the same contact problems, and steady states by shooting."""

@@ -1,0 +1,73 @@
+"""Linear side of the time integration: poles of the stuck system, those far above the vibration without mass.
+
+    y' = s y - b' g(t),     u(t) = stuck(t) + Re(A y) - S g
+
+with the poles s of the stuck system, the response `stuck` of the stuck system to the outer forces, known in closed
+form, and the flexibility S of the poles that follow statically. Contact nodes with little mass chatter on re-contact:
+their modes lie far above the vibration, and without mass they follow the contact as springs do.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hbm.balance.receptance import Receptance
+from hbm.errors import InputError
+
+HELD = 0.02           # share of the contact stiffness that the other springs must add to, in the massless modes
+
+
+@dataclass(frozen=True)
+class Poles:
+    """q = Re(out y) + static flexibility times f, y' = s y + into' f.
+
+    s : (n,) complex, one of each conjugate pair; out, into : (r, n) complex
+    static : (r, 2, k) columns a, b of the flexibility sum Re(a b') of the modes without mass
+    """
+
+    s: np.ndarray
+    out: np.ndarray
+    into: np.ndarray
+    static: np.ndarray
+
+    def flexibility(self, B) -> np.ndarray:
+        """(nc, nc) m/N of the modes without mass at the rows of B."""
+        return np.ascontiguousarray(((B @ self.static[:, 0]) @ (B @ self.static[:, 1]).T).real)
+
+
+def poles(receptance: Receptance, fastest: float = np.inf) -> Poles:
+    """First-order form of a receptance; modes above `fastest` (rad/s) and those without mass follow statically."""
+    if receptance.poles is not None:
+        s, A = receptance.poles, receptance.shapes
+        kept = s.imag >= 0
+        s, out, into = s[kept], A[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept], A[:, kept]
+    else:
+        w = np.sqrt(receptance.stiffness / np.maximum(receptance.mass, 1e-28 * receptance.mass.max()))
+        damped = w * np.sqrt(1 - receptance.ratio**2)
+        s = -receptance.ratio * w + 1j * damped
+        into = receptance.shapes.astype(complex)
+        out = into * (w**2 / (1j * damped * receptance.stiffness))
+    slow = (np.abs(s) <= fastest) & (np.abs(s) < 1e10 * np.abs(s).min())
+    fast = ~slow
+    return Poles(s[slow], out[:, slow], into[:, slow], np.stack([-out[:, fast] / s[fast], into[:, fast]], axis=1))
+
+
+def split(receptance: Receptance, B, stiffness, limit: float) -> Poles:
+    """Poles, those above `limit` (rad/s) without mass as far as springs other than the contacts' (nc,) hold them.
+
+    A light body that hangs on contact springs alone would leave them: its modes keep their mass.
+    """
+    if not limit > 0:
+        raise InputError(f"massless_above = {limit:g} rad/s: must be positive")
+    fastest = np.abs(poles(receptance).s).max(initial=0.0)
+    while limit < fastest:
+        found = poles(receptance, limit)
+        if _held(found.flexibility(B), stiffness):
+            return found
+        limit *= 1.5
+    return poles(receptance)
+
+
+def _held(S, stiffness):
+    k = np.sqrt(stiffness)
+    return np.linalg.eigvalsh(np.eye(len(k)) - 0.5 * (S + S.T) * np.outer(k, k))[0] > HELD

@@ -1,0 +1,148 @@
+"""What comes through the door of the forced response, checked before anything heavy starts."""
+
+from dataclasses import fields
+from numbers import Integral, Real
+
+import numpy as np
+
+from hbm.errors import InputError, shown
+
+MOST_HARMONICS = 200
+MOST_SAMPLES = 2**16
+MAY_BE_ZERO = ("outside", "most_leaps", "most_gaps")      # of the settings
+
+
+def check_harmonics(H):
+    if isinstance(H, bool) or not isinstance(H, int | np.integer) or not 0 <= H <= MOST_HARMONICS:
+        raise InputError(f"harmonics = {H!r}: must be a whole number between 0 and {MOST_HARMONICS}")
+    return int(H)
+
+
+def check_band(band):
+    try:
+        first, last = (float(b) for b in band)
+    except (TypeError, ValueError):
+        raise InputError(f"band = {band!r}: must be two frequencies in Hz, (from, to)") from None
+    if not (np.isfinite(first) and np.isfinite(last) and first > 0 and last > 0) or first == last:
+        raise InputError(f"band = ({first:g}, {last:g}) Hz: both must be positive, and different")
+    return first, last
+
+
+def check_samples(samples, H):
+    """None stays None: the law's own number."""
+    least = max(8, 4 * H)
+    whole = isinstance(samples, int | np.integer) and not isinstance(samples, bool)
+    if samples is not None and not (whole and least <= samples <= MOST_SAMPLES):
+        raise InputError(f"samples = {samples!r}: must be a whole number, at least {least} for harmonics = {H}, and at "
+                         f"most {MOST_SAMPLES}")
+    return samples
+
+
+def check_at(at):
+    """(k,) Hz."""
+    try:
+        values = np.atleast_1d(np.asarray(at, dtype=float)).ravel()
+    except (TypeError, ValueError):
+        raise InputError(f"at = {at!r}: must be frequencies in Hz") from None
+    if not (np.isfinite(values).all() and (values > 0).all()):
+        raise InputError(f"at = {at!r}: frequencies in Hz must be finite and positive")
+    return values
+
+
+def check_forcing(forcing, r, H):
+    """{harmonic: (r,) force} from one force, or from one for each harmonic."""
+    forces = forcing if isinstance(forcing, dict) else {1: forcing}
+    checked = {}
+    for k, F in forces.items():
+        F = numbers(f"forcing of harmonic {k!r}", F, f"must be {r} numbers in N, real or complex", complex)
+        if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 0 < k:
+            raise InputError(f"forcing of harmonic {k!r}: harmonics count from 1; constant loads go into `static`")
+        if k > H:
+            raise InputError(f"forcing of harmonic {k}: harmonics = {H} keeps orders 0..{H} only")
+        if F.shape != (r,) or not np.isfinite(F).all():
+            raise InputError(f"forcing of harmonic {k}: must be finite with shape ({r},), got shape {F.shape}")
+        checked[int(k)] = F
+    return checked
+
+
+def check_outputs(outputs, r):
+    """Names and rows (m, r) of {name: row}."""
+    if not isinstance(outputs, dict):
+        raise InputError(f"outputs = {brief(outputs)}: must be a dict {{name: row of length {r}}}")
+    if not outputs:
+        raise InputError("outputs: at least one {name: row} is needed")
+    rows = []
+    for name, row in outputs.items():
+        row = numbers(f"output '{shown(name)}'", row, f"must be a row of {r} real numbers", float)
+        row = row.ravel() if row.size == r else row
+        if row.shape != (r,) or not np.isfinite(row).all():
+            raise InputError(f"output '{name}': must be a finite row of length {r}, got shape {row.shape}")
+        rows.append(row)
+    return list(outputs), np.array(rows)
+
+
+def check_law(law):
+    """A contact law: an object that knows its components, its stuck stiffness and its forces."""
+    from hbm.laws import LAWS
+    if callable(law) and not hasattr(law, "stuck_stiffness") or isinstance(law, type):
+        raise InputError(f"law = {law.__name__}: is what makes a law; call it: {law.__name__}()")
+    if not all(hasattr(law, name) for name in ("name", "components", "tangents", "has_normal", "stuck_stiffness")):
+        raise InputError(f"law = {brief(law)}: must be a contact law, for example {', '.join(f'{n}()' for n in LAWS)} "
+                         "or IsotropicFriction(), or your own (hbm.laws.sampled.SampledLaw)")
+    return law
+
+
+def check_shapes(law, pairs):
+    """InputError where stiffness, state or force of a law have another shape than they must."""
+    P, nd = len(pairs), len(law.components)
+    found = [("stuck_stiffness", law.stuck_stiffness(pairs), (P, nd), "(P, components)")]
+    if hasattr(law, "advance"):
+        u = np.zeros((P, nd))
+        state = law.begin(u, np.zeros((P, max(law.tangents, 1)))[:, :law.tangents], True, pairs)
+        found.append(("begin", state, (P, law.states), "(P, states)"))
+        if np.shape(state) == (P, law.states):
+            force, new = law.advance(u, state, pairs)
+            found += [("force of advance", force, (P, nd), "(P, components)"),
+                      ("state of advance", new, (P, law.states), "(P, states)")]
+    for what, value, shape, meaning in found:
+        if np.shape(value) != shape:
+            raise InputError(f"law {law.name}: {what} has the shape {np.shape(value)}, must be {meaning} = {shape}")
+
+
+def check_kind(name, value, kind, made_by):
+    """InputError where an argument is not of the class that it must be."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name} = {brief(value)}: must be a {kind.__name__}, made by {made_by}")
+    return value
+
+
+def check_settings(settings, progress):
+    """The numbers of the continuation, by default its own; InputError too where progress cannot be called."""
+    from hbm.continuation.corrector import DEFAULT, Settings
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress = {brief(progress)}: must be a function (value, step, calls), or None")
+    settings = DEFAULT if settings is None else settings
+    check_kind("settings", settings, Settings, "replace(hbm.continuation.follow.DEFAULT, most_calls=500)")
+    for one in fields(Settings):
+        value, whole = getattr(settings, one.name), isinstance(one.default, int)
+        least = 0 if one.name in MAY_BE_ZERO else 1 if whole else np.finfo(float).tiny
+        if isinstance(value, bool) or not isinstance(value, Integral if whole else Real) or not least <= value < np.inf:
+            raise InputError(f"settings: {one.name} = {brief(value)}: must be a {'whole ' if whole else ''}number, "
+                             + (f"{least} or more" if whole or not least else "above 0"))
+    return settings
+
+
+def brief(value) -> str:
+    """What came, in one short line."""
+    return shown(" ".join(repr(value).split()))
+
+
+def numbers(name, value, allowed, kind=float) -> np.ndarray:
+    """The value as an array of real (float) or complex numbers; InputError where it is none."""
+    try:
+        array = np.asarray(value.toarray() if hasattr(value, "toarray") else value)
+        if array.dtype.kind not in "iufc" or kind is float and np.iscomplexobj(array) and array.imag.any():
+            raise TypeError
+    except (TypeError, ValueError):
+        raise InputError(f"{name} = {brief(value)}: {allowed}") from None
+    return array.real.astype(float) if kind is float else array

@@ -1,0 +1,81 @@
+"""K, M and K_g of a block of isoparametric cells, in numpy: any type of `cells.py`, for those dolfinx cannot take."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from modal.elements.cells import tables
+
+_CHUNK = 2000  # cells at a time
+
+
+def stiffness_and_mass(position, kind: str, cells, lame: float, shear: float, density: float):
+    """K (N/m) and consistent M (kg) over all dofs of the mesh (3 i + k for node i), CSR, isotropic linear elasticity.
+
+    position (n, 3) m; cells (c, k) indices into it; lame and shear are Lame's moduli in Pa, density in kg/m3.
+        K_ai,bj = integral of lame dN_a/dx_i dN_b/dx_j + shear (dN_a/dx_j dN_b/dx_i + delta_ij grad N_a . grad N_b)
+    """
+    n = len(position)
+    indptr, indices, slot = _pattern(cells, n)
+    K = np.zeros((9, len(indices)))
+    M = np.zeros(len(indices))
+    for first in range(0, len(cells), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        k, m = _cell_matrices(position[cells[part]], kind, lame, shear, density)
+        place = slot[part].ravel()
+        low, high = place.min(), place.max() + 1
+        M[low:high] += np.bincount(place - low, m.ravel(), high - low)
+        for ij in range(9):
+            K[ij, low:high] += np.bincount(place - low, k[:, :, :, ij].ravel(), high - low)
+    blocks = np.ascontiguousarray(K.T).reshape(-1, 3, 3)
+    K = sp.bsr_matrix((blocks, indices, indptr), shape=(3 * n, 3 * n)).tocsr()
+    M = sp.bsr_matrix((M[:, None, None] * np.eye(3), indices, indptr), shape=(3 * n, 3 * n)).tocsr()
+    M.eliminate_zeros()
+    return ((K + K.T) / 2).tocsr(), ((M + M.T) / 2).tocsr()
+
+
+def stress_stiffness(position, kind: str, cells, lame: float, shear: float, displacement):
+    """K_g (N/m) over all dofs of the mesh, CSR: integral of grad N_a . stress grad N_b, the same in each direction,
+    with the linear stress of a displacement (n, 3) m."""
+    n = len(position)
+    indptr, indices, slot = _pattern(cells, n)
+    G = np.zeros(len(indices))
+    for first in range(0, len(cells), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        gradient, volume = _gradients(position[cells[part]], kind)
+        slope = gradient @ displacement[cells[part]][:, None]                # (c, q, 3, 3) du_j/dx_i
+        strain = (slope + slope.swapaxes(2, 3)) / 2
+        stress = 2 * shear * strain + lame * np.trace(strain, axis1=2, axis2=3)[..., None, None] * np.eye(3)
+        cell = np.einsum("cqia,cq,cqij,cqjb->cab", gradient, volume, stress, gradient, optimize=True)
+        G += np.bincount(slot[part].ravel(), cell.ravel(), len(G))
+    K = sp.bsr_matrix((G[:, None, None] * np.eye(3), indices, indptr), shape=(3 * n, 3 * n)).tocsr()
+    K.eliminate_zeros()
+    return ((K + K.T) / 2).tocsr()
+
+
+def _pattern(cells, n):
+    """Row pointer and columns of the node-to-node pattern, and the slot of each cell's (a, b) in it, (c, k, k)."""
+    c, k = cells.shape
+    key = (cells[:, :, None].astype(np.int64) * n + cells[:, None, :]).ravel()
+    pairs, slot = np.unique(key, return_inverse=True)
+    indptr = np.searchsorted(pairs, np.arange(n + 1, dtype=np.int64) * n)
+    return indptr, pairs % n, slot.reshape(c, k, k)
+
+
+def _cell_matrices(corner, kind, lame, shear, density):
+    """(c, k, k, 9) stiffness by node pair and directions (3 i + j), (c, k, k) mass."""
+    c, k = corner.shape[:2]
+    gradient, volume = _gradients(corner, kind)
+    g = gradient.transpose(0, 1, 3, 2).reshape(c, -1, 3 * k)
+    G = ((g * volume[:, :, None]).transpose(0, 2, 1) @ g).reshape(c, k, 3, k, 3).transpose(0, 1, 3, 2, 4)
+    stiffness = lame * G + shear * G.swapaxes(3, 4)
+    stiffness += shear * np.einsum("cabii->cab", G)[..., None, None] * np.eye(3)
+    N = tables(kind)[0]
+    mass = density * ((N.T * volume[:, None, :]) @ N)
+    return stiffness.reshape(c, k, k, 9), mass
+
+
+def _gradients(corner, kind):
+    """Gradients of the shape functions (c, q, 3, n) and volumes (c, q) at the integration points of each cell."""
+    _, dN, weight = tables(kind)
+    J = np.einsum("qin,cnj->cqij", dN, corner, optimize=True)
+    return np.linalg.solve(J, np.broadcast_to(dN, (len(corner), *dN.shape))), np.linalg.det(J) * weight

@@ -1,0 +1,84 @@
+"""Is a stiffness positive? On its diagonal, with the masters held, and condensed on them: together that is all."""
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+from scipy.sparse.linalg import ArpackError, eigsh
+
+from hbm.errors import InputError
+from modal.eigen import Factor, SingularStiffness
+from modal.matrix_checks import dof_name
+from modal.solvers.inertia import modes_below
+
+NEGATIVE = 1e-9     # of the stiffness of a dof held alone: above it a negative stiffness is no rounding
+_COUNTED = 5000     # dofs up to which negative modes are counted at once: it takes less than 0.1 s
+
+
+def negative_stiffness(body, what: str) -> InputError:
+    """The error that says what meets negative stiffness, and that it is the speed where the body turns."""
+    speed = body.provenance.get("speed")
+    cause = (f"unstable at this speed ({speed}): spin softening and compression exceed the elastic stiffness" if speed
+             else "K is indefinite")
+    return InputError(f"body '{body.name}': negative stiffness, {what}; {cause}")
+
+
+def check_stiffness_diagonal(body):
+    """Every dof meets a stiffness when all others are held."""
+    diagonal = body.K.diagonal()
+    if (diagonal < 0).any():
+        raise negative_stiffness(body, f"K is {diagonal.min():.3g} on its diagonal at "
+                                       f"{dof_name(body, int(diagonal.argmin()))}")
+    if (diagonal == 0).any():
+        i = int((diagonal == 0).argmax())
+        empty = not abs(body.K[i]).sum()
+        raise InputError(f"body '{body.name}': K has {'a row of zeros' if empty else 'a zero on its diagonal'} at "
+                         f"{dof_name(body, i)}: nothing holds it ({int((diagonal == 0).sum())} such dofs)")
+
+
+def check_condensed(body, boundary, S):
+    """The stiffness S (b, b) condensed on the dofs `boundary` has no motion with negative stiffness, to rounding, which
+    goes with the diagonal of K: where the other masters are an axis of a free body, S itself is zero to rounding.
+    With a definite stiffness of the other dofs that makes the whole of K semidefinite."""
+    own = body.K.diagonal()[boundary]
+    scaled = S / np.sqrt(np.outer(own, own))
+    i = int(scaled.diagonal().argmin())
+    if scaled[i, i] < -NEGATIVE:
+        raise negative_stiffness(body, f"{S[i, i]:.3g} N/m at {dof_name(body, boundary[i])} with the other masters "
+                                       "held")
+    try:
+        sl.cholesky(scaled + NEGATIVE * np.eye(len(S)), check_finite=False)
+    except np.linalg.LinAlgError:
+        lam, shape = sl.eigh(scaled, subset_by_index=(0, 0))
+        raise negative_stiffness(body, f"{lam[0]:.1e} of the stiffness of single dofs, in a motion mostly of "
+                                       f"{dof_name(body, boundary[int(np.abs(shape).argmax())])}") from None
+
+
+def definite_factor(body, interior, K_II, M_II):
+    """Factor of the stiffness with the masters held.
+
+    A large matrix has one only where it is positive definite, but of one with little fill CHOLMOD keeps LDL', as
+    SuperLU does of all: negative modes of small ones are counted here, those of others when the modes are.
+    """
+    try:
+        factor = Factor(K_II)
+    except SingularStiffness as error:
+        factor, reason = None, error
+    negative = modes_below(K_II, M_II, 0.0) if factor is None or len(body.dof_node) < _COUNTED else 0
+    if negative:
+        raise negative_stiffness(body, f"{negative} motion{'s' * (negative > 1)} with the masters held meet it"
+                                       + _mostly(body, interior, K_II))
+    if factor is None:
+        raise reason
+    return factor
+
+
+def _mostly(body, dofs, K):
+    """', mostly of dof ...': where the motion with the most negative stiffness is largest; empty if it is not found."""
+    if K.shape[0] < 2:
+        return ""
+    root = sp.diags(1 / np.sqrt(K.diagonal()))
+    try:
+        shape = eigsh(root @ K @ root, k=1, which="SA", v0=np.ones(K.shape[0]))[1]
+    except ArpackError:
+        return ""
+    return f", the worst mostly of {dof_name(body, dofs[int(np.abs(shape).argmax())])}"

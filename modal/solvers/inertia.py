@@ -1,0 +1,90 @@
+"""How many modes lie below a frequency, counted by the signs of a factorisation: no mode can hide from it.
+
+K - omega^2 M = L D L' has as many negative pivots as (K, M) has eigenvalues below omega^2 [Sylvester's law of inertia;
+Parlett, The Symmetric Eigenvalue Problem, sec. 3.3]. MUMPS pivots in blocks of one and two; SuperLU, where PETSc is
+missing, stays on the diagonal, which the residual of a solve must bear out.
+"""
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+
+from modal.solvers import petsc
+
+_DENSE = 300
+_BACKWARD_ERROR = 1e-10  # |A x - b| / (|A| |x| + |b|), infinity norms: the pivots belong to a matrix as near as that
+
+
+def modes_below(K: sp.csr_matrix, M: sp.csr_matrix, omega: float) -> int:
+    """Number of modes of (K, M) with a frequency below omega, rad/s. K may be singular.
+
+    A shift that hits a mode is raised by 1e-7 of itself. Raises RuntimeError when no trustworthy factor is found.
+    """
+    if not K.shape[0]:
+        return 0
+    for attempt in range(5):
+        shifted = (K - (omega * (1 + attempt * 1e-7)) ** 2 * M).tocsr()
+        count = _negative_pivots(shifted)
+        if count is not None:
+            return count
+    raise RuntimeError(f"the modes below {omega / (2 * np.pi):g} Hz could not be counted: "
+                       "no factorisation of K - omega^2 M solves its own equations")
+
+
+def _negative_pivots(A):
+    """Number of negative eigenvalues of A, or None where its factor cannot be trusted."""
+    if A.shape[0] <= _DENSE:
+        value = sl.eigvalsh(A.toarray())
+        return None if np.abs(value).min() < 1e-15 * np.abs(value).max() else int((value < 0).sum())
+    PETSc = petsc.start()
+    b = np.random.default_rng(1).standard_normal(A.shape[0])
+    count, x = _mumps(PETSc, A, b) if PETSc else _superlu(A, b)
+    if count is None or not np.isfinite(x).all():
+        return None
+    norm = abs(A).sum(axis=1).max()
+    error = np.abs(A @ x - b).max() / (norm * np.abs(x).max() + np.abs(b).max())
+    return count if error < _BACKWARD_ERROR else None
+
+
+def _mumps(PETSc, A, b):
+    matrix = petsc.matrix(PETSc, A)
+    matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    ksp = PETSc.KSP().create(PETSc.COMM_SELF)
+    ksp.setOptionsPrefix("tipdamp_inertia_")
+    # 24: zero pivots are told, without which there is no inertia; 7: PORD, the best ordering of Debian's MUMPS;
+    # 14: room for delayed pivots, in percent
+    for control, value in ((24, 1), (7, 4), (14, 50)):
+        PETSc.Options()[f"tipdamp_inertia_mat_mumps_icntl_{control}"] = value
+    ksp.setOperators(matrix)
+    ksp.setType("preonly")
+    pc = ksp.getPC()
+    pc.setType("cholesky")
+    pc.setFactorSolverType("mumps")
+    ksp.setFromOptions()
+    factor = None
+    try:
+        pc.setUp()
+        factor = pc.getFactorMatrix()
+        negative, zero, _ = factor.getInertia()
+        right = PETSc.Vec().createWithArray(b, comm=PETSc.COMM_SELF)
+        out = right.duplicate()
+        pc.apply(right, out)
+        return (None if zero else int(negative)), out.getArray().copy()
+    except PETSc.Error:
+        return None, None
+    finally:  # all by hand: what Python drops stays in memory, the factor with it
+        for one in (factor, pc, ksp, matrix):
+            if one is not None:
+                one.destroy()
+
+
+def _superlu(A, b):
+    from scipy.sparse.linalg import splu
+
+    try:
+        factor = splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:
+        return None, None
+    if not np.array_equal(factor.perm_r, factor.perm_c):
+        return None, None
+    return int((factor.U.diagonal() < 0).sum()), factor.solve(b)

@@ -1,0 +1,1 @@
+"""The assembled, unreduced bodies: the second route to preload and stuck modes."""

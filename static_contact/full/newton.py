@@ -1,0 +1,212 @@
+"""The preload by the other route: Newton on the unreduced finite-element equations, with PETSc, alone or under mpirun.
+
+    K q + B_n' N = f,    N = max(0, kn (B_n q - g0));    hard pairs (kn = inf):  N = max(0, k (p + B_n q - g0)) = k p
+
+Nothing is condensed: the dofs of all bodies are the unknowns, shared out over the ranks, and with them p of the hard
+pairs. Their second line is the augmented Lagrangian of the unilateral condition: its solution does not depend on
+k > 0, and Newton's matrix stays symmetric, though indefinite. Where SNES ends without an answer, because a set of
+closed pairs on its way holds nothing or the sets cycle, pivoting and the proximal point method of `complementarity.py`
+go on with the same matrices. Every rank needs only its own rows of K (`shares.py`);
+factors and vectors are distributed (CHOLMOD alone; MUMPS under MPI and for hard pairs).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from modal.body import Body
+from modal.solvers import petsc
+from static_contact.full.closed_sets import FullSets
+from static_contact.full.ranks import own_rows
+from static_contact.full.stuck_modes import sparse_relative_motion
+from static_contact.rigid_motions import moving, unfaced, unstressed
+
+_RESIDUAL = 1e-10      # of the load
+_ITERATIONS = 60
+_HELD = 1e-8           # of the load's reach: what is held along free motions above it is reported
+
+
+@dataclass(frozen=True)
+class FullPreload:
+    """pairs - with the preload, the same on every rank (hard pairs: the contact force, 0 = open); force : (P,) N
+    iterations - Newton steps, or matrices factored where these did not end; residual - of the equations, of |f|
+    held : {name: N or N m} - of loads and contact forces along motions that no contact resists, as inexact
+    coordinates leave them; as `preload.Preload.held`."""
+
+    pairs: ContactTable
+    force: np.ndarray
+    iterations: int
+    residual: float
+    held: dict
+
+
+def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPreload:
+    """Signed preload of every pair under nodal forces {body: (d,) N}; to be called on all ranks.
+
+    bodies - whole, or with the rows of this rank only (`shares.shared_bodies`). Raises InputError when forces do more
+    than 1e-3 of what the load could along a motion that no contact resists, NotHeld (an InputError) when the load lifts
+    the damper off, and RuntimeError when the residual stays above 1e-8 of the load. Without load, contact forces (of
+    overlaps that no motion of the damper takes back) are what both are measured against.
+    """
+    PETSc = petsc.start()
+    if PETSc is None:
+        raise InputError("the full Newton route needs petsc4py")
+    f = np.concatenate([loads.get(b.name, np.zeros(b.dofs)) for b in bodies])
+    B = sparse_relative_motion(bodies, pairs, len(f))[2::3].tocsr()
+    hard = np.flatnonzero(np.isinf(pairs.kn) & pairs.carrying)
+    size = len(f) + len(hard)
+    low, high = own_rows(PETSc.COMM_WORLD, size)
+    K = sp.block_diag([*(b.K for b in bodies), sp.csr_matrix((len(hard), len(hard)))], format="csr")[low:high]
+    diagonal = _whole_diagonal(PETSc.COMM_WORLD, K, low)[:len(f)]
+    k = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
+    k[hard] = (B.power(2) @ diagonal)[hard]               # the bodies' own stiffness, for the scale alone
+    C = sp.hstack([B, sp.csr_matrix((np.ones(len(hard)), (hard, range(len(hard)))), (len(pairs), len(hard)))]).tocsr()
+    may_close = pairs.carrying & (k > 0)
+    rigid = sl.block_diag(*(b.rigid_motions() if b.free else np.zeros((b.dofs, 0)) for b in bodies))
+    if not f.any():
+        q = unstressed(rigid @ moving(rigid), B[may_close], pairs.gap[may_close])
+        if q is not None:
+            return _result(pairs, k * (B @ q - pairs.gap), np.zeros(len(pairs)), 0, 0.0, {})
+    motions = unfaced(rigid, moving(rigid), B[may_close], np.repeat([b.name for b in bodies], [b.dofs for b in bodies]))
+    work = motions.shape.T @ f
+    motions.refuse(work, f)
+    added = np.concatenate([_pins(motions, diagonal), -k[hard]])
+    K = (K + sp.diags(added, format="csr")[low:high]).tocsr()
+    applied = np.concatenate([f - motions.taken_up(work), np.zeros(len(hard))])
+    u, iterations, residual = _solved(_Newton(PETSc, (low, high), K, C, k, pairs.gap, applied,
+                                              definite=not len(hard)), B, may_close)
+    signed = k * (u - pairs.gap)
+    force = np.maximum(signed, 0.0)
+    held = motions.shape.T @ (f - B.T @ force)
+    scale = f if f.any() else abs(B).T @ force
+    motions.refuse(held, scale)
+    return _result(pairs, signed, force, iterations, residual, motions.held(held, scale, _HELD))
+
+
+def _result(pairs, signed, force, iterations, residual, held):
+    return FullPreload(pairs.replace(preload=np.where(np.isinf(pairs.kn), force, signed)), force, iterations, residual,
+                       held)
+
+
+def _solved(system, B, carrying):
+    """Motion of the pairs, Newton steps or matrices factored, residual; the system is destroyed."""
+    u, iterations, residual = system.solve()
+    if not residual <= 1e-8:
+        pivoting = FullSets(system, B, carrying)
+        u, residual = pivoting.solve()
+        iterations += pivoting.factored
+    system.destroy()
+    if not residual <= 1e-8:
+        raise RuntimeError(f"Newton on the full model ended at a residual of {residual:.1e} of the load")
+    return u, iterations, residual
+
+
+def _whole_diagonal(comm, rows, low):
+    """(n,) diagonal of a matrix of which each rank has the rows from `low`, on every rank."""
+    own = np.zeros(rows.shape[1])
+    own[low:low + rows.shape[0]] = rows.diagonal(low)
+    return comm.tompi4py().allreduce(own)
+
+
+def _pins(motions, diagonal):
+    """(d,) springs to ground that hold each free motion at one dof: what normals tilted by inexact coordinates do along
+    it is all that they carry."""
+    pins, shape = np.zeros(len(diagonal)), motions.shape
+    if shape.shape[1]:
+        pivots = sl.qr(shape.T, mode="r", pivoting=True)[1][:shape.shape[1]]
+        pins[pivots] = diagonal[pivots]
+    return pins
+
+
+class _Newton:
+    """K x + C' max(0, k (C x - g)) = f with the rows low..high on this rank; the motions C x of the pairs on all."""
+
+    def __init__(self, PETSc, own, K, C, k, gap, f, *, definite):
+        self.PETSc, self.comm = PETSc, PETSc.COMM_WORLD
+        self.K, self.C, self.k, self.gap, self.definite = K, C, k, gap, definite
+        own = slice(*own)
+        self.x = PETSc.Vec().createMPI((own.stop - own.start, len(f)), comm=self.comm)
+        self.f = f[own]
+        overlap = k * np.maximum(-gap, 0.0)
+        self.load = np.linalg.norm(f) if f.any() else np.linalg.norm(abs(C).T @ overlap)
+        self.C_own = C[:, own].tocsr()
+        self.base, self.tangent = self._matrix(K), self._matrix(self._rows(0.5))      # a half: no entry cancels
+
+    def _matrix(self, rows):
+        own, size = rows.shape
+        rows.sort_indices()
+        index = self.PETSc.IntType
+        A = self.PETSc.Mat().createAIJ(((own, size), (own, size)), comm=self.comm, csr=(
+            rows.indptr.astype(index), rows.indices.astype(index), rows.data))
+        A.setOption(self.PETSc.Mat.Option.SYMMETRIC, True)
+        if self.definite:
+            A.setOption(self.PETSc.Mat.Option.SPD, True)
+        return A
+
+    def _rows(self, closed):
+        """This rank's rows of K + C' k C with the pairs' `closed`, 0 or 1."""
+        return (self.K + self.C_own.T @ sp.diags(closed * self.k) @ self.C).tocsr()
+
+    def direct(self, ksp):
+        """The linear solver: one factorisation each."""
+        ksp.setType("preonly")
+        ksp.getPC().setType("cholesky")
+        ksp.getPC().setFactorSolverType("cholmod" if self.comm.size == 1 and self.definite else "mumps")
+        return ksp
+
+    def motion(self, x):
+        """C x of all pairs, on every rank."""
+        return self.comm.tompi4py().allreduce(self.C_own @ x.getArray(readonly=True))
+
+    def residual(self, _, x, F):
+        self.base.mult(x, F)
+        force = np.maximum(self.k * (self.motion(x) - self.gap), 0.0)
+        F.getArray()[:] += self.C_own.T @ force - self.f
+
+    def jacobian(self, _, x, J, __):
+        self.set_closed(J, self.motion(x) > self.gap)
+
+    def set_closed(self, J, closed, more=None):
+        """New values in the old pattern: what is open, or cancels, stays there as zero. more - rows to be added."""
+        rows = self._rows(closed) if more is None else (self._rows(closed) + more).tocsr()
+        rows.sort_indices()
+        index = self.PETSc.IntType
+        J.zeroEntries()
+        J.setValuesCSR(rows.indptr.astype(index), rows.indices.astype(index), rows.data)
+        J.assemble()
+
+    def solve(self):
+        """Motion of the pairs (P,), Newton steps, residual; from the state with every pair closed."""
+        snes = self.PETSc.SNES().create(self.comm)
+        snes.setOptionsPrefix("tipdamp_full_")
+        F = self.x.duplicate()
+        snes.setFunction(self.residual, F)
+        snes.setJacobian(self.jacobian, self.tangent)
+        snes.setType("newtonls")
+        self.PETSc.Options()["tipdamp_full_snes_linesearch_type"] = "basic"
+        snes.setFromOptions()
+        snes.setTolerances(rtol=0.0, atol=_RESIDUAL * self.load, stol=0.0, max_it=_ITERATIONS)
+        ksp = self.direct(snes.getKSP())
+        start = F.duplicate()
+        start.getArray()[:] = self.f + self.C_own.T @ (self.k * self.gap)
+        self.set_closed(self.tangent, np.ones(len(self.k)))
+        ksp.setOperators(self.tangent)
+        ksp.solve(start, self.x)
+        try:
+            snes.solve(None, self.x)
+            self.residual(None, self.x, F)
+            left = F.norm() / self.load
+        except self.PETSc.Error:         # no factor: the pairs that are closed hold nothing
+            left = np.inf
+        out = self.motion(self.x), snes.getIterationNumber(), left
+        for one in (snes, F, start):     # on all ranks alike: the collector is not
+            one.destroy()
+        return out
+
+    def destroy(self):
+        for one in (self.x, self.base, self.tangent):
+            one.destroy()

@@ -1,0 +1,93 @@
+"""Bodies of which each rank of an mpirun holds its own rows only, so that memory falls as ranks are added.
+
+A rank assembles the cells that touch its nodes: their rows of K and M are then complete. Meshes, dof tables and vectors
+are whole on every rank; they are small beside the matrices.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from modal.body import Body
+from modal.elasticity import Material, blocks
+from modal.elements.isoparametric import stiffness_and_mass
+from modal.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Part:
+    """What `elastic_body` takes: a mesh, its material and support."""
+
+    mesh: Mesh
+    material: Material
+    name: str
+    clamp: tuple = ()
+    free: bool = False
+    other_materials: dict = field(default_factory=dict)
+
+    @property
+    def held(self) -> np.ndarray:
+        """(n,) bool - clamped nodes."""
+        held = np.zeros(len(self.mesh.node), dtype=bool)
+        for group in self.clamp:
+            held[self.mesh.index(self.mesh.group(group))] = True
+        return held
+
+
+def own_rows(comm, size: int) -> tuple[int, int]:
+    """First and last row, exclusive, of this rank: PETSc's own layout of `size` rows, the first ranks one more."""
+    each, more = divmod(size, comm.size)
+    low = comm.rank * each + min(comm.rank, more)
+    return low, low + each + (comm.rank < more)
+
+
+def shared_bodies(parts: list[Part], comm, extra: int = 0) -> list[Body]:
+    """The bodies with the rows of this rank; the others are empty. comm : of PETSc or mpi4py
+
+    extra : unknowns behind the dofs of the bodies (hard pairs), which shift the layout.
+    """
+    dofs = [3 * int((~part.held).sum()) for part in parts]
+    low, high = own_rows(comm, sum(dofs) + extra)
+    first = np.cumsum([0, *dofs])
+    return [_rows(part, max(low - a, 0), max(min(high - a, n), 0)) for part, a, n in zip(parts, first, dofs,
+                                                                                         strict=False)]
+
+
+def _rows(part, low, high):
+    """The body with its rows low..high."""
+    mesh, count = part.mesh, len(part.mesh.node)
+    keep = np.flatnonzero(np.repeat(~part.held, 3))
+    mine = np.zeros(count, dtype=bool)
+    mine[keep[low:high] // 3] = True
+    body = Body(name=part.name, node=mesh.node, position=mesh.position, dof_node=keep // 3, dof_direction=keep % 3,
+                K=sp.csr_matrix((len(keep),) * 2), M=sp.csr_matrix((len(keep),) * 2), groups=dict(mesh.groups),
+                free=part.free, provenance={"mesh": mesh.source})
+    if not mine.any():
+        return body
+    touching = {kind: mine[cells].any(axis=1) for kind, cells in mesh.cells.items()}
+    used = np.unique(np.concatenate([mesh.cells[kind][t].ravel() for kind, t in touching.items()]))
+    local = {kind: t for kind, t in touching.items() if t.any()}
+    piece = replace(mesh, node=mesh.node[used], position=mesh.position[used], groups={},
+                    cells={kind: np.searchsorted(used, mesh.cells[kind][t]) for kind, t in local.items()},
+                    number={kind: mesh.number[kind][t] for kind, t in local.items() if kind in mesh.number})
+    K, M = _assembled(piece, part)
+    place = np.full(3 * count, -1)
+    place[keep] = np.arange(len(keep))
+    place = place[(3 * used[:, None] + np.arange(3)).ravel()]          # of the piece's dofs in the body
+    return replace(body, K=_spread(K, place, low, high, len(keep)), M=_spread(M, place, low, high, len(keep)))
+
+
+def _assembled(piece, part):
+    """K and M of the piece by our own assembler: dolfinx hangs at exit where the ranks have not called it alike."""
+    found = [stiffness_and_mass(piece.position, kind, cells, of.lame, of.shear, of.density)
+             for kind, cells, of in blocks(piece, part.material, part.other_materials)]
+    return sum(K for K, _ in found), sum(M for _, M in found)
+
+
+def _spread(matrix, place, low, high, size):
+    """(size, size) with the rows low..high from the matrix of the piece; clamped dofs (place -1) drop out."""
+    entries = matrix.tocoo()
+    row, column = place[entries.row], place[entries.col]
+    good = (row >= low) & (row < high) & (column >= 0)
+    return sp.csr_matrix((entries.data[good], (row[good], column[good])), shape=(size, size))

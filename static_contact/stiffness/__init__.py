@@ -1,0 +1,1 @@
+"""Contact stiffness from half-space theory."""

@@ -1,0 +1,46 @@
+"""From incremental compliance to displacement: delta(P) = integral from 0 to P of C(p) dp.
+
+The incremental frictionless problem is a flat punch on the contact of the moment, so the tangent stiffness at load P
+is 1/C(P) and the secant stiffness P/delta(P). Source: Johnson, Contact Mechanics (1985), section 5.5; the identity
+d(delta)/dP = C(P) holds by construction.
+"""
+
+import numpy as np
+
+from static_contact.stiffness.moduli import require
+
+PANELS, POINTS = 50, 12
+_NODE, _WEIGHT = np.polynomial.legendre.leggauss(POINTS)
+
+
+def approach(compliance, load, start=0.0):
+    """Displacement (m), scalar or (...), between the loads `start` and `load`, both scalar.
+
+    `compliance(loads (n,)) -> (..., n)`, smooth above zero load. Loads in N and compliance in m/N, or N/m and m2/N
+    for a line. Exact to rounding: the panels halve towards zero load.
+    """
+    require("load", load, 0, unit="N or N/m")
+    require("start", start, 0, load)
+    loads, weights = graded_nodes(start, load)
+    return compliance(loads) @ weights
+
+
+def secant(compliance, load):
+    """Secant stiffness P / delta(P), N/m (N/m2 for a line); P > 0."""
+    require("load", load, 0, open_low=True, unit="N or N/m")
+    return load / approach(compliance, load)
+
+
+def graded_nodes(lower, upper):
+    """Gauss nodes and weights, each (..., PANELS * POINTS), on lower..upper (scalars or arrays, 0 <= lower <= upper).
+
+    The panels halve towards zero, so the nearest singularity stays two panel lengths away and 12 points are exact to
+    rounding; the last panel, 0..upper/2^49, counts for nothing. Panels below `lower` get weight zero.
+    """
+    lower, upper = np.broadcast_arrays(np.asarray(lower, float), np.asarray(upper, float))
+    edges = np.append(0.5 ** np.arange(PANELS), 0.0) * upper[..., None]
+    edges = np.maximum(edges, lower[..., None])
+    centre, half = 0.5 * (edges[..., :-1] + edges[..., 1:]), 0.5 * (edges[..., :-1] - edges[..., 1:])
+    nodes = centre[..., None] + half[..., None] * _NODE
+    weights = half[..., None] * _WEIGHT
+    return nodes.reshape(*upper.shape, -1), np.broadcast_to(weights, (*half.shape, POINTS)).reshape(*upper.shape, -1)

@@ -1,0 +1,102 @@
+"""What a study says, in the model's terms: pull, contact line, roll springs, force, outputs, damping."""
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError, nearest
+from hbm.model import ReducedModel
+from static_contact.detachment import conserve_total
+from static_contact.equilibrium import side_forces, side_normals
+from static_contact.preload import StaticContact
+from static_contact.redistribution import roll_springs
+from tipdamp import loads
+from tipdamp.bodies import BLADES, DAMPER
+
+
+def pull(study, model: ReducedModel) -> np.ndarray:
+    """(3,) N: Fc as a vector, or the resultant on the damper of the case that [preload] names."""
+    if study["preload"]["case"]:
+        return load_on_damper(model, loads.at_rest(study, model))
+    return study.driver["pull"] * np.array(study.driver["pull_direction"])
+
+
+def equilibrium(study, model: ReducedModel, pairs) -> dict:
+    return side_forces(side_normals(pairs), pull(study, model))
+
+
+def line_of(study, pairs: ContactTable) -> ContactTable:
+    """The line model: rows that the study does not keep get weight 0."""
+    edge = [name for name, side in study.sides.items() if side["rows"] == "edge"]
+    detached = np.isin(pairs.side, edge) & (pairs.row > 0)
+    line = pairs.replace(weight=np.where(detached, 0.0, pairs.weight))
+    return conserve_total(line, pairs) if conserves(study) else line
+
+
+def conserves(study) -> bool:
+    """Whether the pairs that stay take over the stiffness of their whole side."""
+    return study["tune"]["stiffness"] == "conserved"
+
+
+def declared_springs(study, pairs: ContactTable) -> list:
+    """Roll springs of the flat sides of which one row stands for several."""
+    springs = []
+    for name, side in study.sides.items():
+        mine = pairs.select(pairs.side == name)
+        one_row = len(np.unique(mine.row[mine.carrying])) == 1
+        if side["shape"] != "cylinder" and side["rows"] == "edge" and one_row and side["roll_stiffness"] != 0:
+            springs += roll_springs(pairs, name, side["width"], side["roll_stiffness"])
+    return springs
+
+
+def group(model: ReducedModel, study, name: str) -> np.ndarray:
+    """Nodes of a group of the blades that the study names."""
+    key = f"{BLADES}/{name}"
+    if key not in model.groups:
+        names = [k.split("/", 1)[1] for k in model.groups if k.startswith(f"{BLADES}/")]
+        raise InputError(f"{study.path}: the blades have no group '{name}'; {nearest(name, names)}")
+    return model.groups[key]
+
+
+def excitation(study, model: ReducedModel) -> np.ndarray:
+    """(r,) force of 1 N, shared equally by the nodes of the excitation group."""
+    nodes = group(model, study, study["respond"]["excitation"])
+    rows = [model.displacement_row(BLADES, n, study["respond"]["direction"]) for n in nodes]
+    return np.mean(rows, axis=0)
+
+
+def outputs(study, model: ReducedModel) -> dict:
+    """{"patch:node": (r,) row} displacement along the direction of the force."""
+    return {f"{patch}:{n}": model.displacement_row(BLADES, n, study["respond"]["direction"])
+            for patch in study["respond"]["patches"] for n in group(model, study, patch)}
+
+
+def ratio(values):
+    """One damping ratio for all modes, or one per mode."""
+    return values[0] if len(values) == 1 else np.array(values)
+
+
+def load_on_damper(model, load) -> np.ndarray:
+    """(3,) N: resultant on the damper."""
+    return np.array([load[(model.body == DAMPER) & (model.direction == d)].sum() for d in "xyz"])
+
+
+def balance_error(pairs: ContactTable, load: np.ndarray) -> float:
+    """|pull - sum N n| / |pull|."""
+    return float(np.linalg.norm(load - np.maximum(pairs.preload, 0) @ pairs.normal) / np.linalg.norm(load))
+
+
+def side_sums(pairs: ContactTable) -> dict:
+    """{side: N} of the closed pairs."""
+    return {s: float(np.maximum(pairs.preload, 0)[pairs.side == s].sum()) for s in pairs.sides}
+
+
+def static_contact(study, model, pairs: ContactTable) -> StaticContact:
+    """On the springs kn, or with hard contact where the study says so."""
+    hard = study["contact"]["normal"] == "hard"
+    return StaticContact(model, pairs.replace(kn=np.full(len(pairs), np.inf)) if hard else pairs)
+
+
+def preload_map(result, pairs: ContactTable) -> ContactTable:
+    """The table with its own springs again: hard pairs that are open stand open by -preload / kn as well."""
+    return pairs.replace(preload=np.where(result.force > 0, result.force, np.where(
+        np.isinf(result.pairs.kn), -pairs.kn * pairs.weight * result.opening, result.pairs.preload)))
