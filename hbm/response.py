@@ -12,7 +12,7 @@ from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.continuation import follow as continuation
 from hbm.continuation.budget import Spent, Work
 from hbm.errors import InputError, nearest
-from hbm.laws import PairSettings
+from hbm.laws import Contacts
 from hbm.model import ReducedModel
 from hbm.peaks import refine_largest
 from hbm.record import Parameter, contact_harmonics, record
@@ -101,7 +101,7 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
         raise InputError("no pair carries: every weight is 0; use linear_response for the model without damper")
     used = pairs.select(kept)
     preload = used.preload if origin == "preloaded" else -used.kn * used.weight * used.gap
-    settings = PairSettings(used.kn * used.weight, used.kt * used.weight, used.mu, preload)
+    settings = Contacts(used.kn * used.weight, used.kt * used.weight, used.mu, preload)
     if hasattr(law, "of_pairs"):
         law = law.of_pairs(kept)
     B = relative_motion(model, used)

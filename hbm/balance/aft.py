@@ -10,7 +10,7 @@ import numpy as np
 
 from hbm import fourier
 from hbm.errors import InputError
-from hbm.laws import PairSettings, compilation
+from hbm.laws import Contacts, compilation
 from hbm.laws.uncoupled import events as transitions
 from hbm.laws.uncoupled import integrals as located
 from hbm.validation import brief
@@ -75,7 +75,7 @@ def slider_start(start, P: int, tangents: int):
     return w, False
 
 
-def evaluate(law, pairs: PairSettings, x: np.ndarray, start, grid) -> Bracket:
+def evaluate(law, pairs: Contacts, x: np.ndarray, start, grid) -> Bracket:
     """Bracket of a law at the relative motion x (P, nd, nh); start from `slider_start`, grid from `sample_grid`."""
     P, nd, nh = x.shape
     tau, E, E_rate = grid

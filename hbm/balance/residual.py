@@ -18,7 +18,7 @@ from hbm.balance.memory import check_harmonics_fit
 from hbm.balance.newton import Linearisation, real_times
 from hbm.balance.receptance import Receptance, check_rest, stuck_receptance
 from hbm.errors import InputError
-from hbm.laws import CorridorLaw, PairSettings
+from hbm.laws import Contacts, CorridorLaw
 from hbm.model import check_damping, symmetric
 from hbm.validation import check_kind, check_law, check_samples, check_shapes, numbers
 
@@ -46,7 +46,7 @@ class ContactProblem:
     K: np.ndarray
     B: np.ndarray | sp.spmatrix
     law: CorridorLaw
-    pairs: PairSettings
+    pairs: Contacts
     static: np.ndarray | None = None
     preloaded: bool = True
     damping_ratio: float | np.ndarray | None = None
@@ -57,7 +57,7 @@ class ContactProblem:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, symmetric(name, getattr(self, name)))
         check_law(self.law)
-        check_kind("pairs", self.pairs, PairSettings, "PairSettings(kn, kt, mu, preload)")
+        check_kind("pairs", self.pairs, Contacts, "Contacts(kn, kt, mu, preload)")
         nd, r = len(self.law.components), self.K.shape[0]
         if any(matrix is not None and matrix.shape != (r, r) for matrix in (self.M, self.C)):
             shapes = ", ".join(f"{name} is {np.shape(getattr(self, name))}" for name in "MCK")

@@ -3,7 +3,7 @@
 from importlib import import_module
 
 _HOME = {
-    "PairSettings": "hbm.laws.base", "Tangents": "hbm.laws.base",
+    "Contacts": "hbm.laws.base", "Tangents": "hbm.laws.base",
     "CorridorLaw": "hbm.laws.uncoupled.law", "Jenkins1D": "hbm.laws.uncoupled.law",
     "DryFriction2T": "hbm.laws.uncoupled.law", "UnilateralSpring": "hbm.laws.uncoupled.law",
     "LAWS": "hbm.laws.uncoupled.law",

@@ -9,7 +9,7 @@ from hbm.validation import brief
 
 
 @dataclass(frozen=True)
-class PairSettings:
+class Contacts:
     """What the laws need of P pairs: kn, kt (N/m, weight included), mu (-), preload (N, negative = open). Each (P,)."""
 
     kn: np.ndarray

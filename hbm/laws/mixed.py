@@ -9,7 +9,7 @@ import numpy as np
 
 from hbm.balance import aft
 from hbm.errors import InputError
-from hbm.laws import PairSettings, Tangents
+from hbm.laws import Contacts, Tangents
 
 COMPONENTS = ("t1", "t2", "n")
 
@@ -41,14 +41,14 @@ class MixedLaw:
             raise InputError(f"of_pair has {len(self.of_pair)} entries, the contact table {len(kept)} pairs")
         return replace(self, of_pair=tuple(np.asarray(self.of_pair, dtype=int)[kept].tolist()))
 
-    def stuck_stiffness(self, pairs: PairSettings) -> np.ndarray:
+    def stuck_stiffness(self, pairs: Contacts) -> np.ndarray:
         """(P, 3) stuck stiffness of each component, N/m."""
         k = np.zeros((len(pairs), 3))
         for law, at, columns in self._parts(pairs):
             k[np.ix_(at, columns)] = law.stuck_stiffness(_some(pairs, at))
         return k
 
-    def harmonics(self, pairs: PairSettings, x, start, grid):
+    def harmonics(self, pairs: Contacts, x, start, grid):
         """g, D, moves, shares of all pairs: those of each law, in the places of its pairs and components."""
         P, nd, nh = x.shape
         g, D = np.zeros(x.shape), np.zeros((P, nd, nh, nd, nh))
@@ -114,7 +114,7 @@ class MixedLaw:
 
 
 def _some(pairs, at):
-    return PairSettings(pairs.kn[at], pairs.kt[at], pairs.mu[at], pairs.preload[at])
+    return Contacts(pairs.kn[at], pairs.kt[at], pairs.mu[at], pairs.preload[at])
 
 
 def _states(law) -> int:

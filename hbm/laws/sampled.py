@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit
 
 from hbm import fourier
-from hbm.laws import PairSettings, Tangents
+from hbm.laws import Contacts, Tangents
 
 STEP = 1e-30
 MOST_PERIODS = 30
@@ -50,7 +50,7 @@ class SampledLaw:
     corridor: bool = False
     kernel: ClassVar = None          # what numba has to compile, to be announced
 
-    def stuck_stiffness(self, pairs: PairSettings) -> np.ndarray:
+    def stuck_stiffness(self, pairs: Contacts) -> np.ndarray:
         """(P, nd) constant stiffness that is taken over by the linear system."""
         return np.zeros((len(pairs), len(self.components)))
 
@@ -75,7 +75,7 @@ class SampledLaw:
         t = Tangents(by_force[:, :, :nd], by_force[:, :, nd:], by_state[:, :, :nd], by_state[:, :, nd:])
         return force[:P].real, new[:P].real, t
 
-    def harmonics(self, pairs: PairSettings, x, start, grid):
+    def harmonics(self, pairs: Contacts, x, start, grid):
         """g, D, moves, shares (as in `aft.Bracket`, for all pairs) at the relative motion x (P, nd, nh)."""
         return march(self, pairs, x, start, grid)
 

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from hbm.balance.residual import ContactProblem
-from hbm.laws import DryFriction2T, Jenkins1D, PairSettings
+from hbm.laws import Contacts, DryFriction2T, Jenkins1D
 from tests.hbm.cases import REFERENCE
 
 E, RHO, LENGTH, FIRST, PUSHED = 2.1e11, 7850.0, 0.10, 0.03, 0.05
@@ -102,7 +102,7 @@ def plane(n, preload=None):
     x, (kept, contact, pushed) = mesh(n), master_nodes(n)
     K, C, M = reduced(*bending(x, SOFT), 2 * (np.searchsorted(x, kept) - 1))
     rows = np.eye(len(K))
-    pairs = PairSettings(np.zeros(n), np.full(n, KT / n), np.full(n, MU), preloads(n) if preload is None else preload)
+    pairs = Contacts(np.zeros(n), np.full(n, KT / n), np.full(n, MU), preloads(n) if preload is None else preload)
     return ContactProblem(M, C, K, rows[contact], Jenkins1D(), pairs), rows[pushed], {"tip": rows[contact[-1]]}
 
 
@@ -116,7 +116,7 @@ def space(n, preload=None):
     rows = np.eye(len(K))
     frame = np.load(REFERENCE / "model_C8.npz")["R"].T            # rows t1, t2, n in x, y, z
     B = np.einsum("ij,pjr->pir", frame, rows[:3 * len(kept)].reshape(len(kept), 3, -1)[contact]).reshape(3 * n, -1)
-    pairs = PairSettings(np.full(n, KN / n), np.full(n, KT / n), np.full(n, MU),
+    pairs = Contacts(np.full(n, KN / n), np.full(n, KT / n), np.full(n, MU),
                          preloads(n) if preload is None else preload)
     force = 0.6 * rows[3 * pushed + 1] + 0.8 * rows[3 * pushed + 2]
     return ContactProblem(M, C, K, B, DryFriction2T(), pairs), force, {"tip": rows[3 * contact[-1] + 2]}

@@ -11,7 +11,7 @@ from hbm import fourier
 from hbm.balance.receptance import describe_motion
 from hbm.balance.residual import ContactProblem, HarmonicBalance
 from hbm.continuation import follow as continuation
-from hbm.laws import DryFriction2T, Jenkins1D, PairSettings, UnilateralSpring
+from hbm.laws import Contacts, DryFriction2T, Jenkins1D, UnilateralSpring
 from hbm.solutions import first_point
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "hbm"
@@ -23,7 +23,7 @@ def load(case):
 
 def jenkins(p):
     """(problem, force) of the A files: one dof with a Jenkins element."""
-    pairs = PairSettings([0.0], [p["kt"]], [1.0], [p["slip_limit_muN"]])
+    pairs = Contacts([0.0], [p["kt"]], [1.0], [p["slip_limit_muN"]])
     one = np.ones((1, 1))
     return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, Jenkins1D(), pairs), np.array([p["F"]])
 
@@ -45,7 +45,7 @@ def den_hartog(known, H):
 
 def unilateral(p):
     """(problem, force) of the C files: one dof on a preloaded or gapped unilateral spring."""
-    pairs = PairSettings([p["kn"]], [0.0], [0.0], [p["N0"]])
+    pairs = Contacts([p["kn"]], [0.0], [0.0], [p["N0"]])
     one = np.ones((1, 1))
     return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, UnilateralSpring(), pairs), np.array([p["F"]])
 
@@ -55,7 +55,7 @@ def coupled(p):
     M, C, K = (np.array(p[k]) for k in "MCK")
     contacts = p["contacts"]
     B = np.vstack([np.vstack([c["bt"], np.zeros(len(M)), c["bn"]]) for c in contacts])
-    pairs = PairSettings(*[[c[k] for c in contacts] for k in ("kn", "kt", "mu", "N0")])
+    pairs = Contacts(*[[c[k] for c in contacts] for k in ("kn", "kt", "mu", "N0")])
     return ContactProblem(M, C, K, B, DryFriction2T(), pairs), np.array(p["f_cos"]) - 1j * np.array(p["f_sin"])
 
 
@@ -64,7 +64,7 @@ def beam(case):
     d = np.load(REFERENCE / f"model_{case}.npz")
     n = np.ones(len(d["N0"]))
     law = Jenkins1D() if case == "B8" else DryFriction2T()
-    pairs = PairSettings(0 * n if case == "B8" else d["kn"] * n, d["kt"] * n, d["mu"] * n, d["N0"])
+    pairs = Contacts(0 * n if case == "B8" else d["kn"] * n, d["kt"] * n, d["mu"] * n, d["N0"])
     return ContactProblem(d["M"], d["C"], d["K"], d["Q"], law, pairs), d["fdir"], {"tip": d["out"]}
 
 
@@ -76,7 +76,7 @@ def rig(roll=True):
     roll : whether the flat resists to roll.
     """
     d = np.load(REFERENCE / "model_rig.npz")
-    pairs = PairSettings(d["kn"], d["kt"], d["mu"], d["preload"])
+    pairs = Contacts(d["kn"], d["kt"], d["mu"], d["preload"])
     B, law = d["shapes"], DryFriction2T()
     K = np.eye(B.shape[1]) - (B.T * law.stuck_stiffness(pairs).ravel()) @ B
     if not roll:

@@ -58,7 +58,7 @@ def random_case(law, P=30, H=5, seed=0):
     rng = np.random.default_rng(seed)
     decay = (1 + np.r_[0, np.repeat(np.arange(1, H + 1), 2)]) ** 2
     x = rng.normal(size=(P, len(law.components), 2 * H + 1)) / decay
-    pairs = laws.PairSettings(kn=rng.uniform(0.5, 2, P), kt=rng.uniform(0.5, 2, P), mu=rng.uniform(0.1, 0.8, P),
+    pairs = laws.Contacts(kn=rng.uniform(0.5, 2, P), kt=rng.uniform(0.5, 2, P), mu=rng.uniform(0.1, 0.8, P),
                               preload=rng.uniform(-0.3, 1, P))
     return x, pairs, rng
 

@@ -8,7 +8,7 @@ chatters on re-contact.
 import numpy as np
 
 from hbm.balance.residual import ContactProblem
-from hbm.laws import PairSettings
+from hbm.laws import Contacts
 
 STIFFER = 3.0
 
@@ -29,6 +29,6 @@ def with_node(problem: ContactProblem, mass: float) -> ContactProblem:
     nodes[moving, r + np.arange(m)] = 1.0
     in_series = STIFFER / (STIFFER - 1)
     p = problem.pairs
-    pairs = PairSettings(in_series * p.kn, in_series * p.kt, p.mu, p.preload)
+    pairs = Contacts(in_series * p.kn, in_series * p.kt, p.mu, p.preload)
     static = None if problem.static is None else np.r_[problem.static, np.zeros(m)]
     return ContactProblem(M, C, K, nodes, problem.law, pairs, static, problem.preloaded)

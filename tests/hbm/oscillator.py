@@ -3,7 +3,7 @@
 import numpy as np
 
 from hbm.balance.residual import ContactProblem
-from hbm.laws import DryFriction2T, PairSettings
+from hbm.laws import Contacts, DryFriction2T
 
 FORCE = np.array([0, -20.0, 5.0, 0, 0, 0]) * -1j      # times sin(w t) = Re(-i exp(i w t))
 Y2 = {"y2": np.eye(6)[3]}
@@ -23,5 +23,5 @@ def oscillator(mu=0.5, kn=3e5, kt=3e5):
         B[np.ix_(rows, [4, 5])] = frame
         B[np.ix_(rows, blade)] = -np.array(frame)
     two = np.ones(2)
-    pairs = PairSettings(kn * two, kt * two, mu * two, 0 * two)
+    pairs = Contacts(kn * two, kt * two, mu * two, 0 * two)
     return ContactProblem(M, C, K, B, DryFriction2T(), pairs, static=np.eye(6)[5] * 120.0, preloaded=False)

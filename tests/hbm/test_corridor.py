@@ -30,7 +30,7 @@ def test_derivative_by_the_preload(law, start):
 
 
 def test_stuck_is_a_spring():
-    pairs = laws.PairSettings([2.0], [3.0], [0.5], [10.0])
+    pairs = laws.Contacts([2.0], [3.0], [0.5], [10.0])
     f, slider, _ = laws.DryFriction2T().step(np.array([[0.1, -0.2, 0.3]]), np.zeros((1, 2)), pairs)
     assert np.allclose(f, [[0.3, -0.6, 10.6]]) and (slider == 0).all()
     x = np.zeros((1, 3, 3))
@@ -43,7 +43,7 @@ def test_stuck_is_a_spring():
 def test_energy_of_a_jenkins_cycle_in_closed_form():
     """4 L (X - L/kt) per cycle, the area of the parallelogram."""
     kt, L, X = 2.0, 0.3, 1.0
-    pairs = laws.PairSettings([0.0], [kt], [1.0], [L])
+    pairs = laws.Contacts([0.0], [kt], [1.0], [L])
     x = np.zeros((1, 1, 3))
     x[0, 0, 1] = X
     g = fourier.to_complex(bracket(laws.Jenkins1D(), pairs, x).g)[0, 0, 1]
@@ -62,7 +62,7 @@ def test_turned_tangents_give_turned_forces():
 
 def test_excursions_inside_one_sample_are_found():
     """Open for 2 % of the cycle, between two of eight samples."""
-    law, pairs = laws.UnilateralSpring(), laws.PairSettings([1.0], [0.0], [0.0], [1.0])
+    law, pairs = laws.UnilateralSpring(), laws.Contacts([1.0], [0.0], [0.0], [1.0])
     x = np.zeros((1, 1, 3))
     turn = 2 * np.pi * 4.5 / 8
     amplitude = 1 / np.cos(np.pi * 0.02)
@@ -73,7 +73,7 @@ def test_excursions_inside_one_sample_are_found():
 @pytest.mark.parametrize("shift", [0.1, 0.2, 0.3])
 def test_a_slip_that_pauses_inside_one_sample_is_found(shift):
     """The rate of u falls below zero between two samples: the slider stops and starts again there."""
-    law, pairs = laws.Jenkins1D(), laws.PairSettings([0.0], [1.0], [1.0], [0.3])
+    law, pairs = laws.Jenkins1D(), laws.Contacts([0.0], [1.0], [1.0], [0.3])
     x = fourier.to_real(np.array([[[0, np.exp(1j * shift), 0, 1.02 / 3 * np.exp(3j * shift)]]]))
     coarse, fine = (bracket(law, pairs, x, samples=n).g for n in (16, 4096))
     assert np.abs(coarse - fine).max() < 1e-14
@@ -84,7 +84,7 @@ def test_no_transition_hangs_on_the_samples():
     rng = np.random.default_rng(0)
     P, H = 4000, 3
     x = rng.normal(size=(P, 3, 2 * H + 1)) / np.r_[1, np.repeat(np.arange(1, H + 1), 2)]
-    pairs = laws.PairSettings(np.ones(P), np.ones(P), rng.uniform(0.1, 1, P), rng.uniform(0, 1, P))
+    pairs = laws.Contacts(np.ones(P), np.ones(P), rng.uniform(0.1, 1, P), rng.uniform(0, 1, P))
     coarse, fine = (bracket(laws.DryFriction2T(), pairs, x, samples=n).g for n in (64, 1024))
     assert np.abs(coarse - fine).max() < 1e-13
 
@@ -93,7 +93,7 @@ def test_no_transition_hangs_on_the_samples():
 def test_negative_settings_are_refused(column):
     values = dict(kn=[1.0], kt=[1.0], mu=[0.5], preload=[1.0]) | {column: [-1.0]}
     with pytest.raises(InputError, match=column):
-        laws.PairSettings(**values)
+        laws.Contacts(**values)
 
 
 def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog):

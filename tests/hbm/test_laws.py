@@ -139,7 +139,7 @@ def test_friction_never_gives_energy(case, start):
 def test_no_pairs_and_no_normal_load(case):
     law = case.law
     x, pairs, _ = random_case(law)
-    none = laws.PairSettings(*np.zeros((4, 0)))
+    none = laws.Contacts(*np.zeros((4, 0)))
     b = bracket(law, none, x[:0])
     assert b.g.shape == x[:0].shape and not len(b.pair) and b.shares.shape == (0, 3)
     if case.normal == "variable":

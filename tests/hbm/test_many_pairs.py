@@ -13,7 +13,7 @@ import pytest
 from hbm.balance.residual import ContactProblem
 from hbm.continuation.budget import TICK, Spent, Work
 from hbm.continuation.follow import DEFAULT
-from hbm.laws import DryFriction2T, PairSettings
+from hbm.laws import Contacts, DryFriction2T
 from hbm.response import follow_band
 from hbm.time.comparison import _left
 
@@ -42,7 +42,7 @@ def curve_of_bar(level, half=False, skew=0.0, **more):
             K[dof[0], dof[0]] += 2 * CHAIN[name]
         B[dof - 1, dof] = 1.0
         B[dof - 1, 0] = -shape[name]
-    pairs = PairSettings(np.full(n, 3e4), np.full(n, 2e4), np.full(n, 0.4), 1 + 0.3 * x**2 + skew * x)
+    pairs = Contacts(np.full(n, 3e4), np.full(n, 2e4), np.full(n, 0.4), 1 + 0.3 * x**2 + skew * x)
     problem, tip = ContactProblem(M, None, K, B, law, pairs, damping_ratio=0.01), np.eye(1 + 3 * n)[0]
     return follow_band(problem, share * level * tip, BAND, harmonics=3, outputs={"tip": tip}, **more)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hbm.balance.residual import ContactProblem
-from hbm.laws import PairSettings, sampled
+from hbm.laws import Contacts, sampled
 from hbm.laws.coupled.law import IsotropicFriction
 from hbm.time import shooting
 from hbm.time.exact import March
@@ -41,7 +41,7 @@ class OwnSlider(sampled.SampledLaw):
 
 def duffing(omega, H=25):
     p = load("I1")["parameters"]
-    pairs = PairSettings([p["k3"]], [0.0], [0.0], [0.0])
+    pairs = Contacts([p["k3"]], [0.0], [0.0], [0.0])
     problem = ContactProblem(p["m"] * ONE, p["c"] * ONE, p["k"] * ONE, ONE, sampled.CubicSpring(), pairs)
     return solve(problem, np.array([p["F"]]), omega, H)
 
@@ -76,7 +76,7 @@ def test_coupled_friction_under_a_rotating_force():
     """The exact radius at 1.1 rad/s, to second order in the steps."""
     row = next(r for r in load("E1")["rotating_force_oscillator"] if r["Omega"] == 1.1)
     B = np.vstack([np.eye(2), np.zeros((1, 2))])
-    pairs = PairSettings([0.0], [row["kt"]], [1.0], [row["L"]])
+    pairs = Contacts([0.0], [row["kt"]], [1.0], [row["L"]])
     problem = ContactProblem(*[row[k] * np.eye(2) for k in "mck"], B, IsotropicFriction(), pairs)
     X = -1j * row["R_exact"][0] * np.array([1, -1j])
     guess = np.zeros((3, 3))

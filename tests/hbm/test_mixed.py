@@ -25,7 +25,7 @@ def test_all_laws_in_one_model_are_each_law_alone():
     for i, case in enumerate(LAWS):
         at = np.arange(i, 24, len(LAWS))
         columns = ["t1 t2 n".split().index(c) for c in case.law.components]
-        own = laws.PairSettings(*(getattr(pairs, name)[at] for name in ("kn", "kt", "mu", "preload")))
+        own = laws.Contacts(*(getattr(pairs, name)[at] for name in ("kn", "kt", "mu", "preload")))
         alone = bracket(case.law, own, x[np.ix_(at, columns)])
         assert np.array_equal(b.g[np.ix_(at, columns)], alone.g) and np.array_equal(b.shares[at], alone.shares)
         assert np.array_equal(k[np.ix_(at, columns)], case.law.stuck_stiffness(own))

@@ -18,7 +18,7 @@ LAW = isotropic.IsotropicFriction()
 
 def prescribed(X, Y, kt, L, n, H=3, law=LAW):
     """Complex harmonics of T1, T2 under u = (Re X e^, Re Y e^) with constant limit L."""
-    pairs = laws.PairSettings([0.0], [kt], [1.0], [L])
+    pairs = laws.Contacts([0.0], [kt], [1.0], [L])
     x = np.zeros((1, 3, 2 * H + 1))
     x[0, 0, 1:3], x[0, 1, 1:3] = [X.real, X.imag], [Y.real, Y.imag]
     b = aft.evaluate(law, pairs, x, aft.slider_start("zero_slider", 1, 2), aft.sample_grid(H, n))
@@ -59,7 +59,7 @@ def rotating(row, samples=256):
     """Radius of the orbit of the oscillator under a force that rotates in the plane, nearest the first exact one."""
     one = np.eye(2)
     B = np.vstack([one, np.zeros((1, 2))])
-    pairs = laws.PairSettings([0.0], [row["kt"]], [1.0], [row["L"]])
+    pairs = laws.Contacts([0.0], [row["kt"]], [1.0], [row["L"]])
     problem = ContactProblem(row["m"] * one, row["c"] * one, row["k"] * one, B, LAW, pairs)
     X = -1j * row["R_exact"][0] * np.array([1, -1j])
     guess = np.zeros((3, 3))
@@ -80,7 +80,7 @@ def random_case(P=30, H=2):
     rng = np.random.default_rng(0)
     decay = (1 + np.r_[0, np.repeat(np.arange(1, H + 1), 2)]) ** 2
     x = rng.normal(size=(P, 3, 2 * H + 1)) / decay
-    pairs = laws.PairSettings(*rng.uniform(0.5, 2, (2, P)), rng.uniform(0.1, 0.8, P), rng.uniform(-0.3, 1, P))
+    pairs = laws.Contacts(*rng.uniform(0.5, 2, (2, P)), rng.uniform(0.1, 0.8, P), rng.uniform(-0.3, 1, P))
     return x, pairs, rng
 
 
@@ -123,7 +123,7 @@ def test_duffing_against_its_branches():
     p = I1["parameters"]
     one = np.ones((1, 1))
     problem = ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, sampled.CubicSpring(),
-                             laws.PairSettings([p["k3"]], [0.0], [0.0], [0.0]))
+                             laws.Contacts([p["k3"]], [0.0], [0.0], [0.0]))
     curve = follow_band(problem, np.array([p["F"]]), np.array([0.5, 2.0]) / (2 * np.pi), harmonics=7,
                         outputs={"x": [1.0]}, settings=Settings(largest_step=0.02))
     assert curve.complete

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.laws.base import PairSettings, Tangents
+from hbm.laws.base import Contacts, Tangents
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,12 @@ class CorridorLaw:
     has_normal: bool
     corridor: bool = True
 
-    def stuck_stiffness(self, pairs: PairSettings) -> np.ndarray:
+    def stuck_stiffness(self, pairs: Contacts) -> np.ndarray:
         """(P, nd) stiffness K_c of each component while the pair sticks, N/m."""
         columns = [pairs.kt] * self.tangents + [pairs.kn] * self.has_normal
         return np.stack(columns, axis=1)
 
-    def step(self, u, slider, pairs: PairSettings):
+    def step(self, u, slider, pairs: Contacts):
         """Force (P, nd) at the relative motion u (P, nd), slider (P, nt) after the step, and the tangents."""
         P, nd, nt = len(pairs), len(self.components), self.tangents
         N, closed = pairs.preload.copy(), pairs.preload > 0
