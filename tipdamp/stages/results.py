@@ -1,0 +1,346 @@
+"""What each stage found, as frozen records; each is stored as the JSON file of its stage, tables and curves beside it.
+
+Units stand in the names (_N, _m, _hz, _N_per_m); names without one are in SI. A number that is not finite is None.
+"""
+
+from typing import Annotated, ClassVar, Generic, Self, TypeVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+
+from hbm.errors import InputError
+from tipdamp.store import Store, plain
+
+T = TypeVar("T")
+Number = Annotated[float | None, BeforeValidator(plain)]
+Numbers = Annotated[tuple[float | None, ...], BeforeValidator(plain)]
+Texts = tuple[str, ...]
+
+
+class Record(BaseModel):
+    """Frozen, read by attribute; a name that it does not have is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", from_attributes=True)
+
+
+class Result(Record):
+    """The record of a stage: `file` in the results folder."""
+
+    file: ClassVar[str]
+    warnings: Texts = ()
+
+    def save(self, store: Store) -> None:
+        """Write the JSON file of the stage."""
+        store.write_json(self.file, self.model_dump())
+
+    @classmethod
+    def load(cls, store: Store) -> Self:
+        """Read the JSON file of the stage; InputError where it is absent or damaged."""
+        try:
+            return cls.model_validate(store.read_json(cls.file))
+        except ValidationError as error:
+            first = error.errors()[0]
+            place, stage = ".".join(map(str, first["loc"])), cls.file.removesuffix(".json")
+            raise InputError(f"{store.path(cls.file)} is damaged at '{place}' ({first['msg']}); run the stage again: "
+                             f"tipdamp {stage} --force") from None
+
+
+# ---- inspect ---------------------------------------------------------------------------------------------------
+
+class InspectedBody(Record):
+    """A body as read. Given matrices have `dofs` alone; mass (x, y, z) and rigid modes are known once the body is
+    assembled. first_hz - bounds of the first natural frequency of a solid of this size (blades)."""
+
+    dofs: int | None = None
+    file: str | None = None
+    format: str | None = None
+    nodes: int | None = None
+    cells: dict[str, int] = {}
+    free_dofs: int | None = None
+    moving_mass_kg: Numbers | None = None
+    box_m: Annotated[tuple[Numbers, ...], BeforeValidator(plain)] = ()
+    rigid_modes: int | None = None
+    groups: dict[str, int] = {}
+    groups_are: dict[str, str] = {}
+    cell_groups: dict[str, int] = {}
+    not_read: Texts = ()
+    first_hz: tuple[float, float] | None = None
+
+
+class SideCheck(Record):
+    """Geometry of the pairs of one side; length_m, across_m - extent along t1 and t2; force_per_pull - N on the side
+    for 1 N of pull without friction, None with the reason in `trouble`."""
+
+    pairs: int
+    stations: int
+    rows: int
+    length_m: float
+    across_m: float
+    mean_normal: Numbers
+    normals_within_deg: float
+    off_surface_deg: Number
+    apart_along_n_m: Numbers
+    apart_across_m: float
+    force_per_pull: Number
+    trouble: str | None
+
+
+class InspectResult(Result):
+    """inspect.json. pairs {side: number}; side_moduli {side: E, nu of the blade, E, nu of the damper}."""
+
+    file: ClassVar[str] = "inspect.json"
+    bodies: dict[str, InspectedBody]
+    pairs: dict[str, int] = {}
+    side_moduli: dict[str, tuple[float, float, float, float]] = {}
+    pair_checks: dict[str, SideCheck] = {}
+    pictures: Texts = ()
+
+
+# ---- reduce ----------------------------------------------------------------------------------------------------
+
+class Reduction(Record):
+    """Size of the reduction; modes {body: fixed-interface modes}, load_modes {body: static shapes of loads}."""
+
+    dofs: int
+    masters: int
+    modes: dict[str, int]
+    load_modes: dict[str, int] = {}
+
+
+class FreeResponse(Record):
+    """Linear response without damper: largest amplitude over each patch per newton, m_per_N {patch: values at hz}."""
+
+    hz: Numbers
+    m_per_N: dict[str, Numbers]
+
+
+class ReduceResult(Result):
+    """reduce.json. rows {side: rows of the patch}; side_materials {side: E, nu, E, nu} where a model needs them;
+    free_hz {'out_of_phase', 'in_phase'}, empty where no mode is of both blades."""
+
+    file: ClassVar[str] = "reduce.json"
+    reduction: Reduction
+    rows: dict[str, int]
+    highest_fixed_interface_hz: dict[str, float] = {}
+    side_materials: dict[str, tuple[float, float, float, float]] = {}
+    pull_positions_m: Numbers = ()
+    free_hz: dict[str, float] = {}
+    free_modes_hz: Numbers
+    free_response: FreeResponse | None = None
+    pictures: Texts = ()
+
+
+# ---- preload ---------------------------------------------------------------------------------------------------
+
+class SideForces(Record):
+    """Preload of one side: sum over its closed pairs, range, number of open pairs, and the sum that equilibrium asks
+    for; balance_error - unbalanced part of the load on the damper."""
+
+    sum_N: float
+    min_N: float
+    max_N: float
+    detached: int
+    equilibrium_N: float
+    balance_error: Number
+
+
+class SideStiffness(Record):
+    """Nodal stiffness of one side and what it was made from; None where it does not apply."""
+
+    model: str
+    kn_N_per_m: float
+    kt_N_per_m: float
+    kt_along_N_per_m: float
+    kt_across_N_per_m: float
+    nodes: int
+    load_N: float
+    length_m: float
+    kind: str | None
+    half_width_m: float | None
+    depth_m: tuple[float, float] | None
+    h_rms_m: float | None
+    gamma: float | None
+    scale: float
+    shares: str
+    E_star_Pa: float | None
+
+
+class FrictionFacts(Record):
+    """State with friction at the end of the history; without_friction_N {side: N} of the frictionless equilibrium."""
+
+    slipping_pairs: int
+    closed_pairs: int
+    largest_T_N: float
+    residual: float
+    without_friction_N: dict[str, float] = {}
+
+
+class FreeMotion(Record):
+    """Rigid motion of the damper that no contact resists, and the load along it."""
+
+    name: str
+    unit: str
+    load: float
+
+
+class SideLoad(Record):
+    """Contact forces of one side in a load case."""
+
+    sum_N: float
+    max_N: float
+    detached: int
+
+
+class LoadCasePreload(Record):
+    """Preload of a further load case; reactions {motion: N, rolls N m} taken up in the reference state."""
+
+    file: str
+    sides: dict[str, SideLoad]
+    residual: float
+    balance_error: Number
+    reactions: dict[str, float] = {}
+
+
+class PreloadResult(Result):
+    """preload.json. kn_kt_N_per_m {side: mean kn, mean kt}; stiffness {side: ...}, empty with a table of one's own;
+    friction - None without; reactions {motion: amount} of the constraints that stand in for missing contact."""
+
+    file: ClassVar[str] = "preload.json"
+    sides: dict[str, SideForces]
+    residual: float
+    iterations: int
+    method: str
+    kn_kt_N_per_m: dict[str, tuple[float, float]]
+    stiffness: dict[str, SideStiffness] = {}
+    friction: FrictionFacts | None = None
+    free_motions: tuple[FreeMotion, ...] = ()
+    reactions: dict[str, float] = {}
+    cases: dict[str, LoadCasePreload] = {}
+
+
+# ---- tune ------------------------------------------------------------------------------------------------------
+
+class OfSets(Record, Generic[T]):
+    """A value for each set of stuck pairs: the whole patch, the whole line, the kept stations."""
+
+    full_area: T
+    full_line: T
+    tuned: T
+
+
+class Stations(Record):
+    """Stations kept at each end; front counts those with the smaller coordinate."""
+
+    front: int
+    back: int
+
+
+class TuneStep(Stations):
+    """One set of stations that was tried; mac - energy-weighted MAC of the tracked mode with the free one."""
+
+    hz: float
+    mac: float
+
+
+class FullModelCheck(Record):
+    """Stuck frequencies of the reduced and of the full model; error_bound - relative, from the reduction alone."""
+
+    reduced_hz: Numbers
+    full_hz: Numbers
+    largest_error: float
+    error_bound: Numbers = ()
+
+
+class Redistribution(Record):
+    """How the preload came onto the kept stations. Scaled: factor of each side and the moment left about the axis;
+    solved again: constraint reactions and residual, with friction its figures."""
+
+    scale: dict[str, float] = {}
+    moment_Nm: float | None = None
+    reactions: dict[str, float] = {}
+    residual: float | None = None
+    friction: FrictionFacts | None = None
+
+
+class KeptCase(Record):
+    """Contact forces of a load case on the kept pairs, or why there is no equilibrium (`refused`)."""
+
+    sides: dict[str, SideLoad] = {}
+    reactions: dict[str, float] = {}
+    residual: float | None = None
+    refused: str | None = None
+
+
+class TuneResult(Result):
+    """tune.json. full_model_check {set: ...}, empty where matrices were given; target_hz - None for given stations."""
+
+    file: ClassVar[str] = "tune.json"
+    target_hz: float | None
+    tuned_pairs: Stations
+    history: tuple[TuneStep, ...]
+    stuck_hz: OfSets[float]
+    mac: OfSets[float]
+    stuck_modes_hz: OfSets[Numbers]
+    full_model_check: dict[str, FullModelCheck] = {}
+    preload_kept: dict[str, SideForces]
+    redistribution: Redistribution
+    roll_stiffness_Nm_per_rad: float
+    cases: dict[str, KeptCase] = {}
+
+
+# ---- respond ---------------------------------------------------------------------------------------------------
+
+class Peak(Record):
+    """Largest peak over the nodes of a patch, half of peak-to-peak along the force; min_peak_m - of its smallest
+    node."""
+
+    peak_hz: Number
+    peak_m: Number
+    min_peak_m: Number
+
+
+class BackCurve(Peak):
+    """The same curve followed from the other end of the band."""
+
+    complete: bool
+    ended: str
+    failed_points: int
+    seconds: float
+
+
+class CurveResult(Peak):
+    """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names`;
+    back - None where the band was followed one way."""
+
+    file: str
+    Fe_N: float
+    H: int
+    patches: dict[str, Peak]
+    points: int
+    failed_points: int
+    slipping_pairs: Texts
+    seconds: float
+    residual_calls: int
+    complete: bool
+    ended: str
+    origin: str
+    start: str
+    peak_inside_band: bool
+    back: BackCurve | None = None
+
+
+class LawResult(Record):
+    """Contact law of the response with its own parameters in SI units."""
+
+    name: str
+    parameters: dict[str, float] = {}
+
+
+class RespondResult(Result):
+    """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest difference from the
+    linear stuck response over its peak} of the curves on which no pair slips."""
+
+    file: ClassVar[str] = "respond.json"
+    responses: tuple[CurveResult, ...]
+    law: LawResult
+    zeta: Numbers
+    stuck_difference: dict[str, float] = {}
