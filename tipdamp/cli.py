@@ -6,19 +6,17 @@
 
 import argparse
 import logging
-import os
 import sys
-import tempfile
 import time
-from pathlib import Path
 
 import tipdamp
 from hbm.errors import InputError, shown
+from tipdamp.kernel_cache import choose_kernel_cache
 
 
 def main(argv=None) -> int:
     """Run the command line; returns the exit code."""
-    _kernel_cache()
+    choose_kernel_cache()
     parser = _parser()
     if not (sys.argv[1:] if argv is None else argv):
         parser.print_help()
@@ -43,16 +41,6 @@ def main(argv=None) -> int:
     except KeyboardInterrupt:
         print("tipdamp: interrupted; finished stages are kept, run the same command to go on", file=sys.stderr)
         return 130
-
-
-def _kernel_cache():
-    """Compiled kernels are kept beside the program; where that folder is read-only, in the user's cache or in /tmp."""
-    beside = Path(tipdamp.__file__).parents[1] / "hbm"
-    if "NUMBA_CACHE_DIR" in os.environ or os.access(beside, os.W_OK):
-        return
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    place = home if os.access(home if home.is_dir() else home.parent, os.W_OK) else Path(tempfile.gettempdir())
-    os.environ["NUMBA_CACHE_DIR"] = str(place / f"tipdamp-{os.getuid()}")
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -99,6 +87,8 @@ def _export(arguments) -> int:
     store = results_folder(study, arguments.out)
     if not store.path("model.npz").is_file():
         raise InputError(f"{arguments.study}: nothing to export yet; run: tipdamp reduce {arguments.study}")
+    for planted in store.path("export").glob("*"):
+        store.path(f"export/{planted.name}")  # a link that leads out would be written through
     for path in write_model(ReducedModel.load(store.path("model.npz")), store.path("export"), arguments.format):
         print(path)
     return 0

@@ -2,24 +2,34 @@
 
 import hashlib
 import json
+import logging
 import os
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError
+from hbm.errors import InputError, shown
 
 
 @dataclass(frozen=True)
 class Store:
-    """A folder of plain files, with a small record `.stages/<stage>.json` for each stage that has finished."""
+    """A folder of plain files, with a small record `.stages/<stage>.json` for each stage that has finished.
+
+    The folder may come from somebody else: nothing outside it is read, written or removed.
+    """
 
     folder: Path
 
     def path(self, name: str) -> Path:
-        return self.folder / name
+        """The file of that name; InputError where the name, or a symbolic link, leads out of the folder."""
+        path = self.folder / name
+        named_outside = Path(name).is_absolute() or ".." in Path(name).parts
+        if named_outside or not path.resolve().is_relative_to(self.folder.resolve()):
+            raise InputError(f"results folder {self.folder}: '{shown(name)}' leads out of it")
+        return path
 
     @contextmanager
     def writing(self, name: str):
@@ -27,6 +37,7 @@ class Store:
         final = self.path(name)
         final.parent.mkdir(parents=True, exist_ok=True)
         temporary = final.with_name(f".tmp-{os.getpid()}-{final.name}")
+        temporary.unlink(missing_ok=True)  # a link planted under this name would be followed
         try:
             yield temporary
             if temporary.is_file():
@@ -41,14 +52,28 @@ class Store:
     def read_json(self, name: str) -> dict:
         if not self.path(name).is_file():
             raise InputError(f"{self.path(name)} is not there yet")
-        return json.loads(self.path(name).read_text(encoding="utf-8"))
+        try:
+            return json.loads(self.path(name).read_bytes())
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{self.path(name)} is damaged: {error}; write it anew with --force") from None
 
     def record(self, stage: str) -> dict | None:
-        """What the stage left when it last finished: {key, outputs, seconds}; None when it has not."""
+        """What the stage left when it last finished: {key, outputs, seconds}.
+
+        None when it has not, or when the record is damaged or names files outside the folder; the user is told.
+        """
         path = self.path(f".stages/{stage}.json")
+        if not path.is_file():
+            return None
         try:
-            return json.loads(path.read_text(encoding="utf-8"))
-        except (FileNotFoundError, json.JSONDecodeError):
+            record = json.loads(path.read_bytes())
+            if record["check"] != _check(record) or not isinstance(record["outputs"], dict):
+                raise InputError("its contents do not belong together")
+            for name in record["outputs"]:
+                self.path(name).is_file()
+            return record
+        except (ValueError, TypeError, LookupError, RuntimeError, OSError) as error:
+            _tell_damaged(path, shown(error, 100))
             return None
 
     def is_current(self, stage: str, key: str) -> bool:
@@ -80,12 +105,28 @@ class Store:
             raise
         aside.unlink(missing_ok=True)
 
-    def finish(self, stage: str, key: str, outputs, seconds: float, before=()) -> None:
-        """Record the stage; files of its last run (`before`) that it did not write again are removed."""
-        for stale in set(before) - set(outputs):
-            self.path(stale).unlink(missing_ok=True)
+    def finish(self, stage: str, key: str, outputs, seconds: float, before: dict | None = None) -> None:
+        """Record the stage; files of its last run that it did not write again are removed.
+
+        before - {file: fingerprint} of the last run; a file that has changed since is not the program's, and stays
+        """
+        for stale, mark in (before or {}).items():
+            if stale not in outputs and self.path(stale).is_file() and fingerprint(self.path(stale)) == mark:
+                self.path(stale).unlink()
         marks = {o: fingerprint(self.path(o)) for o in outputs}
-        self.write_json(f".stages/{stage}.json", {"key": key, "outputs": marks, "seconds": round(seconds, 3)})
+        record = {"key": key, "outputs": marks, "seconds": round(seconds, 3)}
+        self.write_json(f".stages/{stage}.json", {**record, "check": _check(record)})
+
+
+def _check(record: dict) -> str:
+    """Fingerprint of a record of a stage, by which damage to it is noticed."""
+    return fingerprint(record["key"], record["outputs"], float(record["seconds"]))
+
+
+@cache
+def _tell_damaged(path: Path, reason: str) -> None:
+    """Once a process, however often the record is asked for."""
+    logging.getLogger("tipdamp").warning("%s is damaged (%s); the stage counts as not run", path, reason)
 
 
 def fingerprint(*parts) -> str:
