@@ -18,8 +18,8 @@ from pathlib import Path
 OURS = ("hbm", "meshes", "modal", "static_contact", "tipdamp")
 DEBIAN = "/usr/lib/python3/dist-packages"
 # In this order: what each job needs first, and h5py after dolfinx, the order in which a foreign HDF5 aborts.
-MODULES = ("numpy", "scipy", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "h5py",
-           "plotly", "matplotlib")
+STUDY = ("pydantic", "rich", "filelock", "jinja2", "plotly", "matplotlib")  # the extra `study`
+MODULES = ("numpy", "scipy", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "h5py", *STUDY)
 AFRESH = "rm -rf .venv && ./dev setup"
 FROM_MATRICES = "statics, tuning and forced responses from matrices ([model]); not meshes"
 OWN_CELLS = "meshes too, more slowly: tipdamp assembles all cells by itself; and everything from matrices"
@@ -28,6 +28,7 @@ NO_SHARED_MODES = "everything but modes of the full model that several processes
 NO_RIG = "everything but making the meshes of the two-blade rig; .msh files are read without it"
 NO_PAGE = "everything up to the forced responses; not the report, nor the page of inspect"
 NO_REPORT = "everything up to the forced responses; not the report"
+NO_STUDY = "hbm, modal and static_contact from Python; not the stages of a study"
 
 
 @dataclass(frozen=True)
@@ -77,8 +78,9 @@ def checks(facts: Facts | None = None) -> list[Check]:
           for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh")),
         _scalar(facts),
         _h5py(facts),
-        *(_optional(facts, name, _pip(f"install {name}"), works)
-          for name, works in (("plotly", NO_PAGE), ("matplotlib", NO_REPORT))),
+        *(_optional(facts, name, _pip(f"install {name}"),
+                    {"jinja2": NO_PAGE, "plotly": NO_PAGE, "matplotlib": NO_REPORT}.get(name, NO_STUDY))
+          for name in STUDY),
         *(_own_package(facts, name) for name in OURS),
     ]
     if age.status == "ok":

@@ -107,7 +107,7 @@ def _matplotlib():
         from matplotlib.figure import Figure as Base
     except ModuleNotFoundError:
         raise InputError("the report needs matplotlib, which is not installed; get the extra 'report': "
-                         "pip install -e '.[report]'") from None
+                         "pip install -e '.[study]'") from None
     return FigureCanvasAgg, Base, rc_context
 
 

@@ -116,7 +116,7 @@ def library():
         import plotly.subplots
     except ModuleNotFoundError:
         raise InputError("the report needs plotly, which is not installed; get the extra 'report': "
-                         "pip install -e '.[report]'") from None
+                         "pip install -e '.[study]'") from None
     return plotly
 
 

@@ -1,0 +1,58 @@
+"""What users import has a docstring and type hints; mypy (./dev lint) then holds the bodies to the hints."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.xfail(strict=False, reason="hints and docstrings are being completed")
+ROOT = Path(__file__).parents[1]
+PUBLIC = (
+    "hbm/contact.py", "hbm/errors.py", "hbm/model.py", "hbm/peaks.py", "hbm/response.py", "hbm/result.py",
+    "hbm/solutions.py", "hbm/testing.py", "hbm/io/*.py", "hbm/laws/base.py",
+    "modal/body.py", "modal/craig_bampton.py", "modal/damping.py", "modal/eigen.py", "modal/elasticity.py",
+    "modal/loads.py", "modal/mesh.py", "modal/stress.py", "modal/truncation.py",
+    "static_contact/complementarity.py", "static_contact/detachment.py", "static_contact/equilibrium.py",
+    "static_contact/friction.py", "static_contact/pairing.py", "static_contact/preload.py", "static_contact/pull.py",
+    "static_contact/redistribution.py", "static_contact/rigid_motions.py",
+    "tipdamp/cli.py", "tipdamp/doctor.py", "tipdamp/store.py", "tipdamp/readers/*.py", "tipdamp/stages/run.py",
+    "tipdamp/study/*.py",
+)
+FILES = sorted(path for pattern in PUBLIC for path in ROOT.glob(pattern))
+
+
+def public(tree):
+    """Functions and classes of a module, and methods of its classes, that start without underscore."""
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            yield node
+            if isinstance(node, ast.ClassDef):
+                yield from public(node)
+
+
+def without_hints(function):
+    a = function.args
+    given = [*a.posonlyargs, *a.args, *a.kwonlyargs, *filter(None, (a.vararg, a.kwarg))]
+    missing = [x.arg for x in given if x.annotation is None and x.arg not in ("self", "cls")]
+    return missing + ["return"] * (function.returns is None)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_public_functions_have_hints(path):
+    functions = [n for n in public(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(n, ast.FunctionDef)]
+    assert {f.name: without_hints(f) for f in functions if without_hints(f)} == {}
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_public_names_have_docstrings(path):
+    names = public(ast.parse(path.read_text(encoding="utf-8")))
+    assert [n.name for n in names if ast.get_docstring(n) is None] == []
+
+
+def test_the_list_names_files_that_exist():
+    assert [pattern for pattern in PUBLIC if not list(ROOT.glob(pattern))] == []
+
+
+@pytest.mark.parametrize("package", ["hbm", "modal", "static_contact", "tipdamp"])
+def test_packages_ship_their_types(package):
+    assert (ROOT / package / "py.typed").is_file()
