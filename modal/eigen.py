@@ -1,8 +1,8 @@
 """One factorisation of a stiffness matrix, for many right-hand sides and for the lowest modes, none of them missed.
 
-CHOLMOD through PETSc and Krylov-Schur through SLEPc, which reuses the same factor; SuperLU and block Lanczos where they
-are missing. The modes are counted by a second factorisation at a shift just above the highest of them (inertia.py):
-Krylov-Schur can miss one of several equal modes, and what it missed is asked for by block Lanczos (lanczos.py).
+Krylov-Schur through SLEPc reuses the factor; ARPACK where SLEPc is missing. A Krylov method can miss one of several
+equal modes: the modes are counted by a second factorisation at a shift just above the highest of them (inertia.py), and
+what is missing is asked for again with the known modes held out.
 """
 
 from dataclasses import dataclass
@@ -10,21 +10,31 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
+from scipy.sparse.linalg import ArpackError
 
 from hbm.errors import InputError
-from modal.solvers import petsc, slepc
+from modal.solvers import arpack, slepc
+from modal.solvers.cholesky import Cholmod, SingularStiffness, sparse_factor
 from modal.solvers.inertia import modes_below
-from modal.solvers.lanczos import block_lanczos
 
-RESIDUAL_LIMIT = 1e-8
-_COLUMNS = 64
-_DENSE = 400  # up to this size all modes come from LAPACK
-_PROBES = 4
-_BEYOND = 2  # modes beyond those asked for, to see the gap above them
+__all__ = ["EigenSettings", "Factor", "Modes", "SingularStiffness"]
 
 
-class SingularStiffness(RuntimeError):
-    """A linear solve did not satisfy its own equations: the stiffness matrix leaves a motion free."""
+@dataclass(frozen=True)
+class EigenSettings:
+    """Tolerances of the linear solves and of the modes."""
+
+    solve_residual: float = 1e-8    # of a load: a solve that leaves more has met a singular matrix
+    mode_residual: float = 1e-6     # of the stiffness force of a mode, omega^2 is good to its square
+    columns: int = 64               # right-hand sides solved at once, which bounds the memory
+    probes: int = 4                 # random mixtures of columns in place of all residuals
+    dense: int = 400                # up to this size LAPACK computes all modes
+    degenerate: int = 10_000        # up to this size LAPACK helps where few distinct modes leave ARPACK no subspace
+    beyond: int = 2                 # modes beyond those asked for, to see the gap above them
+    recounts: int = 8               # shifts tried where a mode lies on one to rounding
+
+
+SETTINGS = EigenSettings()
 
 
 @dataclass(frozen=True)
@@ -39,21 +49,20 @@ class Modes:
 class Factor:
     """Cholesky factor of a symmetric positive definite sparse matrix K (d, d)."""
 
-    def __init__(self, K: sp.csr_matrix):
-        self.K = sp.csr_matrix(K)
-        PETSc = petsc.start()
+    def __init__(self, K: sp.csr_matrix, settings: EigenSettings = SETTINGS):
+        self.K, self.settings = sp.csr_matrix(K), settings
         # all nodes may be masters: a matrix of no rows has nothing to factorise
-        self._solver = None if not self.K.shape[0] else _Cholmod(PETSc, self.K) if PETSc else _Superlu(self.K)
+        self._solver = sparse_factor(self.K) if self.K.shape[0] else None
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """K^-1 right for (d,) or (d, m). Raises SingularStiffness when a residual exceeds 1e-8 of its column."""
         right = np.asarray(right, dtype=float)
         if self._solver is None:
             return right
-        columns = right[:, None] if right.ndim == 1 else right
+        columns, width = right[:, None] if right.ndim == 1 else right, self.settings.columns
         x = np.empty(columns.shape, order="F")
-        for first in range(0, columns.shape[1], _COLUMNS):
-            part = slice(first, first + _COLUMNS)
+        for first in range(0, columns.shape[1], width):
+            part = slice(first, first + width)
             x[:, part] = self._solver.solve(columns[:, part])
             self._check(columns[:, part], x[:, part])
         return x[:, 0] if right.ndim == 1 else x
@@ -66,14 +75,14 @@ class Factor:
         1/100 of the limit, each column is looked at by itself.
         """
         size = np.linalg.norm(right, axis=0)
-        scale = 1 / np.where(size > 0, size, 1.0)
-        if x.shape[1] > 2 * _PROBES:
-            mix = scale[:, None] * np.random.default_rng(0).standard_normal((x.shape[1], _PROBES))
-            if np.linalg.norm(self.K @ (x @ mix) - right @ mix, axis=0).max() <= RESIDUAL_LIMIT / 100:
+        scale, allowed = 1 / np.where(size > 0, size, 1.0), self.settings.solve_residual
+        if x.shape[1] > 2 * self.settings.probes:
+            mix = scale[:, None] * np.random.default_rng(0).standard_normal((x.shape[1], self.settings.probes))
+            if np.linalg.norm(self.K @ (x @ mix) - right @ mix, axis=0).max() <= allowed / 100:
                 return
         worst = np.max(np.linalg.norm(self.K @ x - right, axis=0) * scale, initial=0.0)
-        if not worst <= RESIDUAL_LIMIT:
-            raise SingularStiffness(f"the residual of a linear solve is {worst:.1e} of its load (allowed 1e-8): "
+        if not worst <= allowed:
+            raise SingularStiffness(f"the residual of a linear solve is {worst:.1e} of its load (allowed {allowed:g}): "
                                     "the stiffness matrix leaves a motion free or is badly scaled")
 
     def lowest_modes(self, M: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -90,7 +99,7 @@ class Factor:
         modes = self.modes(M, below_hz=hz)
         return modes.omega, modes.phi
 
-    def modes(self, M: sp.csr_matrix, count: int | None = None, below_hz: float | None = None) -> "Modes":
+    def modes(self, M: sp.csr_matrix, count: int | None = None, below_hz: float | None = None) -> Modes:
         """The `count` lowest modes, or all below a frequency, and the frequency up to which there are no others."""
         size = self.K.shape[0]
         top = None if below_hz is None else (2 * np.pi * below_hz) ** 2
@@ -99,20 +108,43 @@ class Factor:
             raise InputError(f"{count} modes asked for: must be between 0 and the {size} dofs")
         if not size:
             return Modes(np.empty(0), np.empty((0, 0)), np.inf)
-        if size <= _DENSE or count > size // 4:
+        if size <= self.settings.dense or count > size // 4:
             lam, phi = sl.eigh(self.K.toarray(), M.toarray())
             free = lam[count] if count < size else np.inf
             _refuse_negative(lam)
             return self._checked(M, lam[:count], phi[:, :count], free)
-        lam, low, phi = self._solver.lowest(M, max(int(count), 1))
         keep, free = max(int(count), 1), top
+        lam, phi = self._lowest(M, keep)
         if top is None:
-            free = _gap_above(lam, low, keep)
+            free = _gap_above(lam, keep)
             lam, phi, free = self._complete(M, lam[:keep], phi, free)
         else:
             lam, phi, _ = self._complete(M, lam[:count], phi[:, :count], free, count)
             count = int((lam < top).sum())
         return self._checked(M, lam[:count], phi[:, :count], lam[count] if len(lam) > count else free)
+
+    def _lowest(self, M, count):
+        """omega^2 of the `count` lowest modes and a few more, ascending, and the shapes (d, count): some copies of a
+        repeated mode may be missing."""
+        asked = count + self.settings.beyond
+        if isinstance(self._solver, Cholmod) and slepc.start():
+            lam, phi = slepc.lowest_with(self._solver, M, asked, count)
+        else:
+            try:
+                lam, phi = arpack.lowest(self._solver.solve, M, asked)
+            except ArpackError:
+                return self._by_lapack(M, asked)
+        # one step of inverse iteration on all shapes at once: where K is badly conditioned they are good to 1e-7 only
+        Y = self._solver.solve(M @ phi[:, :count])
+        best, turn = sl.eigh(Y.T @ (self.K @ Y), Y.T @ (M @ Y))
+        return np.concatenate([best, lam[count:]]), Y @ turn
+
+    def _by_lapack(self, M, count):
+        """The `count` lowest modes where they are so few distinct ones that a Krylov method has no subspace to find."""
+        if M.shape[0] > self.settings.degenerate:
+            raise RuntimeError(f"{count} modes asked for that are repeated so often that ARPACK does not find them, of "
+                               f"{M.shape[0]} dofs, too many for LAPACK")
+        return sl.eigh(self.K.toarray(), M.toarray(), subset_by_index=(0, count - 1))
 
     def _complete(self, M, lam, phi, shift, count=None):
         """All modes below the shift, as many as the inertia counts there, and the shift.
@@ -120,7 +152,7 @@ class Factor:
         Those that are missing are asked for with the known ones held out. Where a mode lies on the shift to rounding
         and the two disagree, the shift is raised.
         """
-        for attempt in range(8):
+        for attempt in range(self.settings.recounts):
             count = modes_below(self.K, M, np.sqrt(shift)) if count is None else count
             lam, phi = self._fill(M, lam, phi, shift, count)
             if int((lam < shift).sum()) == count:
@@ -132,8 +164,12 @@ class Factor:
 
     def _fill(self, M, lam, phi, shift, count):
         while (missing := count - int((lam < shift).sum())) > 0:
-            more, _, shapes = block_lanczos(self._solver.solve, M, missing, phi)
-            more = more[:missing]
+            if missing > M.shape[0] // 4:
+                return self._by_lapack(M, count)
+            try:
+                more, shapes = arpack.lowest(self._solver.solve, M, missing, phi)
+            except ArpackError:
+                return self._by_lapack(M, count)
             lam, phi = np.concatenate([lam, more]), np.hstack([phi, shapes])
             order = np.argsort(lam)
             lam, phi = lam[order], phi[:, order]
@@ -146,8 +182,9 @@ class Factor:
         phi = phi / np.sqrt(np.einsum("ij,ij->j", phi, M @ phi))
         force = self.K @ phi
         residual = np.linalg.norm(force - M @ phi * lam, axis=0) / np.linalg.norm(force, axis=0)
-        if residual.max(initial=0) > 1e-6:
-            raise RuntimeError(f"the residual of a mode is {residual.max():.1e} of its stiffness force, allowed 1e-6")
+        if residual.max(initial=0) > self.settings.mode_residual:
+            raise RuntimeError(f"the residual of a mode is {residual.max():.1e} of its stiffness force, allowed "
+                               f"{self.settings.mode_residual:g}")
         return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))
 
 
@@ -157,71 +194,9 @@ def _refuse_negative(lam):
         raise SingularStiffness(f"K is not positive definite: a mode has omega^2 = {lam.min():.3g} rad2/s2")
 
 
-def _gap_above(lam, low, count):
-    """omega^2 above the top mode asked for, in a gap (by ratio) between it and the estimates that follow.
-
-    High up in the first gap worth the name, else in the widest; an estimate may fall to `low`.
-    """
-    ratio = low[count:] / lam[count - 1:-1]
+def _gap_above(lam, count):
+    """omega^2 above the top mode asked for, in a gap (by ratio) between it and those that follow: high up in the first
+    gap worth the name, else in the widest."""
+    ratio = lam[count:] / lam[count - 1:-1]
     place = 0 if ratio[0] > 1.001 else int(ratio.argmax())
     return lam[count - 1 + place] * max(ratio[place] ** 0.9, 1 + 1e-6)
-
-
-class _Cholmod:
-    def __init__(self, PETSc, K):
-        self.PETSc, self.K = PETSc, K
-        self.A = petsc.matrix(PETSc, K)
-        self.A.setOption(PETSc.Mat.Option.SPD, True)
-        self.pc = PETSc.PC().create(PETSc.COMM_SELF)
-        self.pc.setOptionsPrefix("tipdamp_")
-        self.pc.setOperators(self.A)
-        self.pc.setType("cholesky")
-        self.pc.setFactorSolverType("cholmod")
-        try:
-            self.pc.setUp()
-        except PETSc.Error as error:
-            raise SingularStiffness(f"the Cholesky factorisation failed (PETSc error {error.ierr}): "
-                                    "the stiffness matrix is not positive definite") from None
-        self.factor = self.pc.getFactorMatrix()
-
-    def lowest(self, M, count):
-        """omega^2 of a few more modes than asked for, ascending; the same again, since they are converged (see
-        block_lanczos); and the shapes (d, count)."""
-        if slepc.start() is None:
-            return block_lanczos(self.solve, M, count)
-        B = petsc.matrix(self.PETSc, M)
-        lam, shapes = slepc.lowest(self.A, B, count + _BEYOND, factor=self.factor)
-        phi = np.column_stack([shape.getArray() for shape in shapes[:count]])
-        for made in (B, *shapes):  # by hand: what Python drops stays in memory
-            made.destroy()
-        # one step of inverse iteration on all shapes at once: where K is badly conditioned they are good to 1e-7 only
-        Y = self.solve(M @ phi)
-        best, turn = sl.eigh(Y.T @ (self.K @ Y), Y.T @ (M @ Y))
-        lam = np.concatenate([best, lam[count:]])
-        return lam, lam, Y @ turn
-
-    def solve(self, right):
-        dense = self.PETSc.Mat().createDense(right.shape, array=np.asfortranarray(right), comm=self.PETSc.COMM_SELF)
-        x = np.empty(right.shape, order="F")
-        out = self.PETSc.Mat().createDense(right.shape, array=x, comm=self.PETSc.COMM_SELF)
-        self.factor.matSolve(dense, out)
-        dense.destroy()
-        out.destroy()
-        return x
-
-
-class _Superlu:
-    def __init__(self, K):
-        from scipy.sparse.linalg import splu
-
-        try:
-            self.factor = splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-                               options={"SymmetricMode": True})
-        except RuntimeError as error:
-            raise SingularStiffness(f"the factorisation failed: {error}") from None
-
-    def lowest(self, M, count):
-        return block_lanczos(self.solve, M, count)
-
-    def solve(self, right):
-        return self.factor.solve(np.ascontiguousarray(right))

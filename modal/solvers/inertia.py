@@ -5,37 +5,51 @@ Parlett, The Symmetric Eigenvalue Problem, sec. 3.3]. MUMPS pivots in blocks of 
 missing, stays on the diagonal, which the residual of a solve must bear out.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
 from modal.solvers import petsc
 
-_DENSE = 300
-_BACKWARD_ERROR = 1e-10  # |A x - b| / (|A| |x| + |b|), infinity norms: the pivots belong to a matrix as near as that
+
+@dataclass(frozen=True)
+class InertiaSettings:
+    """Of a count of negative pivots."""
+
+    dense: int = 300                # up to this size LAPACK gives the signs
+    backward_error: float = 1e-10   # |A x - b| / (|A| |x| + |b|), infinity norms: the pivots are those of A to that
+    zero_pivot: float = 1e-15       # of the largest eigenvalue: a smaller one has no sign
+    raised_by: float = 1e-7         # of a frequency that hits a mode
+    attempts: int = 5
 
 
-def modes_below(K: sp.csr_matrix, M: sp.csr_matrix, omega: float) -> int:
+SETTINGS = InertiaSettings()
+
+
+def modes_below(K: sp.csr_matrix, M: sp.csr_matrix, omega: float, settings: InertiaSettings = SETTINGS) -> int:
     """Number of modes of (K, M) with a frequency below omega, rad/s. K may be singular.
 
-    A shift that hits a mode is raised by 1e-7 of itself. Raises RuntimeError when no trustworthy factor is found.
+    A frequency that hits a mode is raised by 1e-7 of itself. Raises RuntimeError when no trustworthy factor is found.
     """
     if not K.shape[0]:
         return 0
-    for attempt in range(5):
-        shifted = (K - (omega * (1 + attempt * 1e-7)) ** 2 * M).tocsr()
-        count = _negative_pivots(shifted)
+    for attempt in range(settings.attempts):
+        shifted = (K - (omega * (1 + attempt * settings.raised_by)) ** 2 * M).tocsr()
+        count = _negative_pivots(shifted, settings)
         if count is not None:
             return count
     raise RuntimeError(f"the modes below {omega / (2 * np.pi):g} Hz could not be counted: "
                        "no factorisation of K - omega^2 M solves its own equations")
 
 
-def _negative_pivots(A):
+def _negative_pivots(A, settings):
     """Number of negative eigenvalues of A, or None where its factor cannot be trusted."""
-    if A.shape[0] <= _DENSE:
+    if A.shape[0] <= settings.dense:
         value = sl.eigvalsh(A.toarray())
-        return None if np.abs(value).min() < 1e-15 * np.abs(value).max() else int((value < 0).sum())
+        unsigned = np.abs(value).min() < settings.zero_pivot * np.abs(value).max()
+        return None if unsigned else int((value < 0).sum())
     PETSc = petsc.start()
     b = np.random.default_rng(1).standard_normal(A.shape[0])
     count, x = _mumps(PETSc, A, b) if PETSc else _superlu(A, b)
@@ -43,37 +57,43 @@ def _negative_pivots(A):
         return None
     norm = abs(A).sum(axis=1).max()
     error = np.abs(A @ x - b).max() / (norm * np.abs(x).max() + np.abs(b).max())
-    return count if error < _BACKWARD_ERROR else None
+    return count if error < settings.backward_error else None
 
 
 def _mumps(PETSc, A, b):
     matrix = petsc.matrix(PETSc, A)
+    right = PETSc.Vec().createWithArray(b, comm=PETSc.COMM_SELF)
+    count, x = mumps_inertia(PETSc, matrix, right)
+    matrix.destroy()
+    return count, None if x is None else x.getArray().copy()
+
+
+def mumps_inertia(PETSc, matrix, right):
+    """Negative pivots of a symmetric PETSc matrix over its ranks, None where pivots vanish, and the solution for the
+    right-hand side by the same factor; (None, None) without a factor."""
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    ksp = PETSc.KSP().create(PETSc.COMM_SELF)
-    ksp.setOptionsPrefix("tipdamp_inertia_")
     # 24: zero pivots are told, without which there is no inertia; 7: PORD, the best ordering of Debian's MUMPS;
     # 14: room for delayed pivots, in percent
     for control, value in ((24, 1), (7, 4), (14, 50)):
         PETSc.Options()[f"tipdamp_inertia_mat_mumps_icntl_{control}"] = value
-    ksp.setOperators(matrix)
-    ksp.setType("preonly")
-    pc = ksp.getPC()
+    pc = PETSc.PC().create(matrix.comm)
+    pc.setOptionsPrefix("tipdamp_inertia_")
+    pc.setOperators(matrix)
     pc.setType("cholesky")
     pc.setFactorSolverType("mumps")
-    ksp.setFromOptions()
+    pc.setFromOptions()
     factor = None
     try:
         pc.setUp()
         factor = pc.getFactorMatrix()
         negative, zero, _ = factor.getInertia()
-        right = PETSc.Vec().createWithArray(b, comm=PETSc.COMM_SELF)
-        out = right.duplicate()
-        pc.apply(right, out)
-        return (None if zero else int(negative)), out.getArray().copy()
+        x = right.duplicate()
+        pc.apply(right, x)
+        return (None if zero else int(negative)), x
     except PETSc.Error:
         return None, None
     finally:  # all by hand: what Python drops stays in memory, the factor with it
-        for one in (factor, pc, ksp, matrix):
+        for one in (factor, pc):
             if one is not None:
                 one.destroy()
 

@@ -1,9 +1,24 @@
 """Lowest modes by SLEPc: Krylov-Schur on the inverse of K, on one process or on the ranks of an mpirun."""
 
-import numpy as np
+from dataclasses import dataclass
 
-TOLERANCE = 1e-8  # of the residual; omega^2 is good to its square
-_BASIS = 2  # vectors per mode: one restart, or none; with three a fifth slower, with five twice
+import numpy as np
+import scipy.sparse as sp
+
+from modal.solvers import petsc
+from modal.solvers.cholesky import Cholmod
+
+
+@dataclass(frozen=True)
+class SlepcSettings:
+    """Of Krylov-Schur."""
+
+    tolerance: float = 1e-8     # of the residual; omega^2 is good to its square
+    basis: int = 2              # vectors per mode: one restart, or none; with three a fifth slower, with five twice
+    restarts: int = 500
+
+
+SETTINGS = SlepcSettings()
 
 
 def start():
@@ -15,7 +30,17 @@ def start():
     return SLEPc
 
 
-def lowest(A, B, count: int, *, factor=None):
+def lowest_with(factor: Cholmod, M: sp.csr_matrix, asked: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """omega^2 (asked,) or more of the lowest modes, ascending, and the shapes (d, count), on the factor of K."""
+    B = petsc.matrix(factor.PETSc, M)
+    lam, shapes = lowest(factor.A, B, asked, factor=factor.factor)
+    phi = np.column_stack([shape.getArray() for shape in shapes[:count]])
+    for made in (B, *shapes):  # by hand: what Python drops stays in memory
+        made.destroy()
+    return lam, phi
+
+
+def lowest(A, B, count: int, *, factor=None, settings: SlepcSettings = SETTINGS) -> tuple[np.ndarray, list]:
     """omega^2 (m,) ascending and shapes, m PETSc vectors, of the lowest modes of A x = omega^2 B x: m >= count.
 
     A, B : PETSc matrices, A positive definite; factor : that of A where there is one, which is used and left as it is,
@@ -27,8 +52,8 @@ def lowest(A, B, count: int, *, factor=None):
     eps.setOperators(A, B)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
     eps.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
-    eps.setDimensions(count, min(max(_BASIS * count, count + 15), A.size[0]))
-    eps.setTolerances(TOLERANCE, 500)
+    eps.setDimensions(count, min(max(settings.basis * count, count + 15), A.size[0]))
+    eps.setTolerances(settings.tolerance, settings.restarts)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
     eps.setTarget(0.0)
     eps.setPurify(factor is None)  # a back-solve a mode; `Factor` does better with all modes at once
