@@ -16,7 +16,7 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.complementarity import Normal, NotHeld, closed_pairs
-from static_contact.full.refinement import Apart, refined
+from static_contact.refinement import Apart, refined
 from static_contact.rigid_motions import (
     FACING,
     FREE_STIFFNESS,

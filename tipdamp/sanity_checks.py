@@ -86,8 +86,8 @@ def _frequency(study, inspected):
 
 def _stiffness(study, inspected):
     """Given kn beyond what two smooth half-spaces of the side's size and materials have: real contacts are softer."""
-    from static_contact.stiffness.halfspace import ContactSide, side_stiffness
-    from static_contact.stiffness.moduli import MaterialPair
+    from static_contact.stiffness.contact_side import ContactSide, side_stiffness
+    from static_contact.stiffness.elastic_constants import MaterialPair
 
     for name, moduli in inspected.get("side_moduli", {}).items():
         side, facts = study.sides[name], inspected["pair_checks"][name]

@@ -6,7 +6,7 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 
 BLADES, DAMPER = "blades", "damper"
-MODELS = {"halfspace": "halfspace_3d"}      # names in a study file that are others than those of `halfspace.MODELS`
+MODELS = {"halfspace": "halfspace_3d"}      # names in a study file that differ from those of `nodal_stiffness.MODELS`
 
 
 def is_given(side: dict) -> bool:
@@ -37,9 +37,10 @@ def side_stiffness(study, pairs: ContactTable, materials: dict, pull=None) -> di
     materials {side: [E, nu, E, nu]} of the two bodies, as `side_materials` finds them; only theory needs them.
     """
     from static_contact.equilibrium import side_forces, side_normals
-    from static_contact.stiffness.halfspace import ContactSide, given_stiffness, nodal_stiffness
-    from static_contact.stiffness.moduli import MaterialPair
-    from static_contact.stiffness.rough import Roughness
+    from static_contact.stiffness.contact_side import ContactSide
+    from static_contact.stiffness.elastic_constants import MaterialPair
+    from static_contact.stiffness.nodal_stiffness import StiffnessModel, given_stiffness, nodal_stiffness
+    from static_contact.stiffness.rough_surfaces import Roughness
 
     contact, damper, found = study["contact"], study.driver, {}
     if contact["pairs"]:
@@ -55,16 +56,16 @@ def side_stiffness(study, pairs: ContactTable, materials: dict, pull=None) -> di
         one = ContactSide(side["shape"], length, MaterialPair(*materials[name]),
                           radius=None if side["shape"] == "flat" else side["radius"],
                           width=None if side["shape"] == "cylinder" else side["width"])
-        found[name] = nodal_stiffness(
-            one, forces[name], count, model=MODELS.get(contact["stiffness"], contact["stiffness"]),
-            kind=contact["kind"], depth=side["depth"] or None, scale=contact["scale"],
-            roughness=Roughness(side["h_rms"], side["gamma"]) if contact["stiffness"] == "rough_series" else None)
+        found[name] = nodal_stiffness(one, forces[name], count, StiffnessModel(
+            MODELS.get(contact["stiffness"], contact["stiffness"]), contact["kind"], side["depth"] or None,
+            Roughness(side["h_rms"], side["gamma"]) if contact["stiffness"] == "rough_series" else None,
+            contact["scale"]))
     return found
 
 
 def node_stiffness(study, pairs: ContactTable, sides: dict) -> tuple[np.ndarray, np.ndarray]:
     """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by tributary area."""
-    from static_contact.stiffness.nodal import nodal_values, tributary_shares
+    from static_contact.stiffness.nodal_weights import nodal_values, tributary_weights
 
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
     for name, one in sides.items():
@@ -73,11 +74,11 @@ def node_stiffness(study, pairs: ContactTable, sides: dict) -> tuple[np.ndarray,
         if study["contact"]["shares"] == "tributary" and one.model != "given":
             across = pairs.frame[mine][:, 1].mean(axis=0)
             try:
-                shares = tributary_shares(pairs.position[mine] @ np.array(study.driver["axis"]),
-                                          pairs.position[mine] @ across)
+                weights = tributary_weights(pairs.position[mine] @ np.array(study.driver["axis"]),
+                                            pairs.position[mine] @ across)
             except InputError as error:
                 raise InputError(f"{study.path}: [contact.{name}], shares = 'tributary': {error}") from None
-            kn[mine], kt[mine] = (nodal_values(one.n_nodes * k, shares) for k in (one.kn, one.kt))
+            kn[mine], kt[mine] = (nodal_values(one.n_nodes * k, weights) for k in (one.kn, one.kt))
     return kn, kt
 
 

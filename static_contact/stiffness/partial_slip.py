@@ -14,14 +14,18 @@ W is 4 Q delta_t(Q) - 8 integral of delta_t dQ, integrated by parts so that smal
 Loads in N and C in m/N, or per unit length N/m and m2/N. `compliance(loads (n,)) -> (n,)`.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.optimize import toms748
 
-from static_contact.stiffness.approach import approach, graded_nodes
-from static_contact.stiffness.moduli import require
+from static_contact.stiffness.elastic_constants import require
+from static_contact.stiffness.load_displacement import approach, graded_nodes
+
+Loop = tuple[np.ndarray, np.ndarray]
 
 
-def stick_load(load, mu, tangential):
+def stick_load(load: float, mu: float, tangential: float) -> float:
     """Reduced load P - Q/mu whose contact is the region that sticks; 0 at gross slip, 0 <= Q <= mu P."""
     require("load", load, 0, open_low=True, unit="N or N/m")
     require("mu", mu, 0, open_low=True)
@@ -29,12 +33,12 @@ def stick_load(load, mu, tangential):
     return max(load - tangential / mu, 0.0)
 
 
-def slip_displacement(compliance, load, mu, tangential):
+def slip_displacement(compliance: Callable, load: float, mu: float, tangential: float) -> float:
     """Tangential displacement delta_t (m) under Q = `tangential`, loaded from zero."""
     return mu * approach(compliance, load, start=stick_load(load, mu, tangential))
 
 
-def slip_force(compliance, load, mu, displacement):
+def slip_force(compliance: Callable, load: float, mu: float, displacement: float) -> float:
     """Tangential force Q (N or N/m) that belongs to delta_t = `displacement` (m >= 0), loaded from zero: the inverse of
     `slip_displacement` below gross slip, mu P above."""
     require("displacement", displacement, 0, unit="m")
@@ -46,7 +50,7 @@ def slip_force(compliance, load, mu, displacement):
                    xtol=1e-17 * mu * load, rtol=1e-15)
 
 
-def masing_loop(compliance, load, mu, amplitude, points=64):
+def masing_loop(compliance: Callable, load: float, mu: float, amplitude: float, points: int = 64) -> Loop:
     """Steady hysteresis loop at force amplitude Q0: arrays Q and delta_t (2 points,), up from -Q0 and down again."""
     up = -amplitude * np.cos(np.pi * np.arange(points) / (points - 1))
     largest = slip_displacement(compliance, load, mu, amplitude)
@@ -55,14 +59,14 @@ def masing_loop(compliance, load, mu, amplitude, points=64):
     return np.concatenate([up, -up]), np.concatenate([rising, -rising])
 
 
-def loop_energy(compliance, load, mu, amplitude):
+def loop_energy(compliance: Callable, load: float, mu: float, amplitude: float) -> float:
     """Energy lost per full cycle at force amplitude Q0, J (J/m for a line)."""
     low = stick_load(load, mu, amplitude)
     loads, weights = graded_nodes(low, load)
     return float(8 * mu**2 * np.sum(weights * (0.5 * (low + load) - loads) * compliance(loads)))
 
 
-def displacement_loop(compliance, load, mu, amplitude, points=64):
+def displacement_loop(compliance: Callable, load: float, mu: float, amplitude: float, points: int = 64) -> Loop:
     """Steady hysteresis loop at displacement amplitude delta_0 (m): arrays delta and Q (2 points,), up from -delta_0
     and down again; beyond gross slip the force stays at mu P."""
     up = -amplitude * np.cos(np.pi * np.arange(points) / (points - 1))
@@ -71,7 +75,7 @@ def displacement_loop(compliance, load, mu, amplitude, points=64):
     return np.concatenate([up, -up]), np.concatenate([rising, -rising])
 
 
-def displacement_loop_energy(compliance, load, mu, amplitude):
+def displacement_loop_energy(compliance: Callable, load: float, mu: float, amplitude: float) -> float:
     """Energy lost per full cycle at displacement amplitude delta_0 (m), J (J/m for a line)."""
     force = slip_force(compliance, load, mu, amplitude)
     beyond = amplitude - slip_displacement(compliance, load, mu, force)

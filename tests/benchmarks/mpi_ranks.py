@@ -18,7 +18,7 @@ from meshes.two_blade_rig import main as make_meshes
 from tests.benchmarks.record import one_thread, record
 from tests.conftest import STUDY
 
-ROUTE = Path(__file__).parents[1] / "static_contact" / "full_route.py"
+ROUTE = Path(__file__).parents[1] / "static_contact" / "full" / "on_ranks.py"
 RANKS = (1, 2, 4)
 
 

@@ -11,9 +11,9 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.friction import FrictionalContact
-from static_contact.full.refinement import refined
 from static_contact.pairing import join
 from static_contact.preload import StaticContact
+from static_contact.refinement import refined
 from static_contact.rigid_motions import floating, rigid_motions
 from tests.static_contact.beams import beam, supports
 

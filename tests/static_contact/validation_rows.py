@@ -6,14 +6,14 @@ tests/benchmarks and is read from its results, with the day and the versions of 
 
 import numpy as np
 
-from static_contact.stiffness import rectangle_bem
-from static_contact.stiffness.moduli import MaterialPair, Stiffness
-from static_contact.stiffness.rectangle import rectangle_compliance
+from static_contact.stiffness import rectangular_punch_bem
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
+from static_contact.stiffness.rectangular_punch import rectangle_compliance
 from tests.benchmarks.record import recorded
 from tests.static_contact.beams import reference_beam
-from tests.static_contact.test_halfspace_punch import FLATS, punch_limits, slope_and_stiffness
-from tests.static_contact.test_halfspace_rectangle import FRESH
-from tests.static_contact.test_halfspace_reference import CASES, ROUTES
+from tests.static_contact.stiffness.test_rectangular_punch import FRESH
+from tests.static_contact.stiffness.test_reference import CASES, ROUTES
+from tests.static_contact.stiffness.test_rounded_punch import FLATS, punch_limits, slope_and_stiffness
 from tests.validation import Section, relative
 
 
@@ -53,7 +53,7 @@ def law_rows():
             yield (f"flat half width {b:g} m, {component}: dP/d(delta), N/m per m", "", slope, stiffness,
                    relative(slope, stiffness), "slope of the approach")
     for aspect, nu in ((1.0, 0.3), *FRESH, (5000.0, 0.3)):
-        fresh = rectangle_bem.compliance(aspect, nu, meshes=(8, 12, 16, 24))[0]
+        fresh = rectangular_punch_bem.compliance(aspect, nu, meshes=(8, 12, 16, 24))[0]
         table = rectangle_compliance(aspect, nu)
         for name, ours, told in zip(("normal and along", "across"), table, fresh, strict=True):
             yield (f"rectangle {aspect:g} : 1, nu {nu:g}, {name}", "", ours, told, relative(ours, told),

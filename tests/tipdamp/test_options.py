@@ -10,9 +10,10 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from modal.mesh import Mesh
 from static_contact.pull import pull_forces
-from static_contact.stiffness.halfspace import ContactSide, nodal_stiffness
-from static_contact.stiffness.moduli import MaterialPair
-from static_contact.stiffness.rough import Roughness
+from static_contact.stiffness.contact_side import ContactSide
+from static_contact.stiffness.elastic_constants import MaterialPair
+from static_contact.stiffness.nodal_stiffness import StiffnessModel, nodal_stiffness
+from static_contact.stiffness.rough_surfaces import Roughness
 from tests.conftest import STUDY
 from tipdamp import bodies, stiffness
 from tipdamp.cli import main
@@ -156,9 +157,9 @@ def stiffness_of(rig_results, tmp_path, *changes):
     ('stiffness = "halfspace"', "", "", {}),
     ('stiffness = "halfspace"\nkind = "secant"\nscale = 0.1', "", "", {"kind": "secant", "scale": 0.1}),
     ('stiffness = "plane_depth"', "depth = [5e-3, 1e-3]", "depth = [5e-3, 1e-3]",
-     {"model": "plane_depth", "depth": (5e-3, 1e-3)}),
+     {"name": "plane_depth", "depth": (5e-3, 1e-3)}),
     ('stiffness = "rough_series"', "h_rms = 1e-6\ngamma = 0.5", "h_rms = 1e-6\ngamma = 0.5",
-     {"model": "rough_series", "roughness": Roughness(1e-6, 0.5)}),
+     {"name": "rough_series", "roughness": Roughness(1e-6, 0.5)}),
 ])
 def test_stiffness_from_a_model_is_the_modules_own(rig_results, tmp_path, words, left, right, how):
     """Every model, kind and factor of the half-space stiffness can be asked for in a study, and says what it is."""
@@ -167,7 +168,7 @@ def test_stiffness_from_a_model_is_the_modules_own(rig_results, tmp_path, words,
     steel = MaterialPair(*STEEL)
     for name, side, nodes in (("left", ContactSide("cylinder", 0.07, steel, radius=2e-3), 31),
                               ("right", ContactSide("flat", 0.07, steel, width=1.6e-3), 62)):
-        own, made = nodal_stiffness(side, EACH_SIDE, nodes, **how), facts[name]
+        own, made = nodal_stiffness(side, EACH_SIDE, nodes, StiffnessModel(**how)), facts[name]
         assert pairs.kn[pairs.side == name] == pytest.approx(np.full(nodes, own.kn), rel=1e-6)
         assert pairs.kt[pairs.side == name] == pytest.approx(np.full(nodes, own.kt), rel=1e-6)
         assert (made["model"], made["kind"], made["scale"], made["nodes"]) == (own.model, own.kind, own.scale, nodes)
@@ -191,7 +192,8 @@ def test_given_values_win_over_the_model(rig_results, tmp_path):
     left = pairs.side == "left"
     assert (pairs.kn[left] == 3.32e6).all() and (pairs.kt[left] == 3.02e6).all()
     assert facts["left"]["model"] == "given" and facts["left"]["half_width_m"] is None
-    own = nodal_stiffness(ContactSide("flat", 0.07, MaterialPair(*STEEL), width=1.6e-3), EACH_SIDE, 62, scale=0.5)
+    own = nodal_stiffness(ContactSide("flat", 0.07, MaterialPair(*STEEL), width=1.6e-3), EACH_SIDE, 62,
+                          StiffnessModel(scale=0.5))
     assert pairs.kn[~left] == pytest.approx(np.full(62, own.kn), rel=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""Rigid rectangular punch L x w on a pair of half-spaces: stiffness from the table of rectangle_bem.py.
+"""Rigid rectangular punch L x w on a pair of half-spaces: stiffness from the table of rectangular_punch_bem.py.
 
 Kn = E* L / c(0), Kt = 2 L / (c(nu) (1/G1 + 1/G2)), with c the dimensionless compliance along or across, a function
 of length/width and nu. Between the table's Chebyshev nodes c is the polynomial through them, in log(length/width)
@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from static_contact.stiffness.moduli import MaterialPair, Stiffness, require
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
 
-TABLE = Path(__file__).with_name("rectangle_table.csv")
+TABLE = Path(__file__).with_name("rectangular_punch_table.csv")
 LONGEST = 1e8  # length / width at the end of the table
 ASPECT_NODES, NU_NODES = 33, 6
 
@@ -36,7 +36,7 @@ def rectangle_stiffness(pair: MaterialPair, length, width) -> Stiffness:
     return Stiffness(*(k[()] for k in (pair.E_star * longer / normal, shear / along, shear / across)))
 
 
-def rectangle_compliance(aspect, nu):
+def rectangle_compliance(aspect, nu) -> tuple[np.ndarray, np.ndarray]:
     """Dimensionless compliance (along the longer side, along the shorter side), aspect >= 1, 0 <= nu <= 0.5."""
     require("aspect", aspect, 1)
     require("nu", nu, 0, 0.5)
@@ -51,17 +51,17 @@ def rectangle_compliance(aspect, nu):
     return tuple(values)
 
 
-def slender_strip_stiffness(pair: MaterialPair, length, half_width):
+def slender_strip_stiffness(pair: MaterialPair, length, half_width) -> np.ndarray:
     """Normal stiffness (N/m) of a rigid strip, first order in 1/log: pi E* L / (2 (ln(4 L/a) - 1)). For comparison."""
     return np.pi * pair.E_star * length / (2 * (np.log(4 * length / half_width) - 1))
 
 
-def uniform_line_stiffness(pair: MaterialPair, length, half_width):
+def uniform_line_stiffness(pair: MaterialPair, length, half_width) -> np.ndarray:
     """Load over displacement at mid-length (N/m) of a uniform line load: pi E* L / (2 ln(2 L/a)). For comparison."""
     return np.pi * pair.E_star * length / (2 * np.log(2 * length / half_width))
 
 
-def table_nodes():
+def table_nodes() -> tuple[np.ndarray, np.ndarray]:
     """Chebyshev nodes (ends included) in log(aspect) over 1..LONGEST and in nu over 0..0.5: the rows of the table."""
     aspect = np.exp(0.5 * np.log(LONGEST) * (1 - np.cos(np.pi * np.arange(ASPECT_NODES) / (ASPECT_NODES - 1))))
     nu = 0.25 * (1 - np.cos(np.pi * np.arange(NU_NODES) / (NU_NODES - 1)))

@@ -9,28 +9,18 @@ contact m, E* combined modulus Pa; s = sqrt(a^2 - b^2).
 
 The pressure is the sum of the flat-punch pressures dP / (pi sqrt(a'^2 - x^2)) of the growing contact: positive terms
 only, so that both limits stay exact. Closed form of the same: Ciavarella, Hills & Monno, Proc IMechE C 212 (1998) 319.
-Hertz: Johnson, Contact Mechanics (1985), section 4.2.
 """
 
 import numpy as np
 from scipy.optimize import brentq
 
 from hbm.errors import InputError
-from static_contact.stiffness.approach import graded_nodes
-from static_contact.stiffness.moduli import require
+from static_contact.stiffness.elastic_constants import require
+from static_contact.stiffness.hertz import hertz_half_width
+from static_contact.stiffness.load_displacement import graded_nodes
 
 
-def hertz_half_width(load, radius, e_star):
-    """Half-width (m) of the line contact of relative radius R (m) under P (N/m): a^2 = 4 P R / (pi E*)."""
-    return np.sqrt(4 * np.asarray(load) * radius / (np.pi * e_star))
-
-
-def hertz_peak_pressure(load, half_width):
-    """Pressure (Pa) on the centre line: p0 = 2 P / (pi a)."""
-    return 2 * load / (np.pi * half_width)
-
-
-def punch_load(half_width, flat_half_width, radius, e_star):
+def punch_load(half_width, flat_half_width, radius, e_star) -> np.ndarray:
     """Load per length P (N/m) that opens the contact to `half_width` a >= b (m); R > 0."""
     a, b = np.asarray(require("half_width", half_width, 0, unit="m"), dtype=float), flat_half_width
     require("flat_half_width", b, 0, unit="m")
@@ -44,12 +34,12 @@ def punch_load(half_width, flat_half_width, radius, e_star):
     return e_star * b**2 / (2 * radius) * _opening(s / b)
 
 
-def punch_half_width(load, flat_half_width, radius, e_star):
+def punch_half_width(load, flat_half_width, radius, e_star) -> np.ndarray:
     """Half-width of contact a (m) under P (N/m), scalar or array; 0 <= b, 0 <= R, not both zero."""
     return np.hypot(flat_half_width, _rim(load, flat_half_width, radius, e_star))
 
 
-def punch_pressure(x, load, flat_half_width, radius, e_star):
+def punch_pressure(x, load, flat_half_width, radius, e_star) -> np.ndarray:
     """Pressure (Pa) at `x` (m, scalar or array, measured from the centre) under P (N/m, scalar); 0 outside."""
     rim, b = _rim(load, flat_half_width, radius, e_star), flat_half_width
     x = np.abs(np.asarray(require("x", x, -np.inf, unit="m"), dtype=float))
@@ -68,7 +58,7 @@ def punch_pressure(x, load, flat_half_width, radius, e_star):
     return np.where(inside, e_star / (np.pi * radius) * integral, 0.0)[()]
 
 
-def punch_peak(load, flat_half_width, radius, e_star):
+def punch_peak(load, flat_half_width, radius, e_star) -> tuple[float, float]:
     """Position x >= 0 (m) and value (Pa) of the largest pressure; R > 0 (a sharp edge has no finite peak).
 
     With w = sqrt(a^2/x^2 - 1) b/s the condition dp/dx = 0 reads  w atanh(w) = (b/s) atan(s/b),  0 < w < 1.

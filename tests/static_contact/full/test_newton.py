@@ -21,8 +21,8 @@ from static_contact.full.newton import full_preload  # noqa: E402
 from static_contact.full.ranks import own_rows, shared_bodies  # noqa: E402
 from static_contact.preload import StaticContact  # noqa: E402
 from tests.static_contact.corner import SHARES, corner, pulls, random_pairs  # noqa: E402
-from tests.static_contact.full_route import crown, parts, solve, stuck_hz, with_hard_pairs  # noqa: E402
-from tests.static_contact.full_route import rig as rig_parts  # noqa: E402
+from tests.static_contact.full.on_ranks import crown, parts, solve, stuck_hz, with_hard_pairs  # noqa: E402
+from tests.static_contact.full.on_ranks import rig as rig_parts  # noqa: E402
 from tipdamp import bodies, stiffness  # noqa: E402
 from tipdamp.study.study import load_study  # noqa: E402
 
@@ -97,7 +97,7 @@ def test_ranks_agree(rig, alone, hard_alone, hz_alone, ranks, tmp_path):
     """Preloads and stuck frequencies of the full model to 1e-9."""
     if not shutil.which("mpirun"):
         pytest.skip("mpirun is not installed")
-    script = Path(__file__).with_name("full_route.py")
+    script = Path(__file__).with_name("on_ranks.py")
     out = tmp_path / "found.npz"
     # Open MPI asks root for both
     root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}

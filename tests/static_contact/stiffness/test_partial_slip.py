@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import quad
 
 from hbm.errors import InputError
-from static_contact.stiffness.ellipse import ellipse_stiffness
-from static_contact.stiffness.halfspace import ContactSide, side_compliance
-from static_contact.stiffness.moduli import MaterialPair
+from static_contact.stiffness.contact_side import ContactSide, side_compliance
+from static_contact.stiffness.elastic_constants import MaterialPair
+from static_contact.stiffness.elliptical_punch import ellipse_stiffness
 from static_contact.stiffness.partial_slip import (
     displacement_loop,
     displacement_loop_energy,
@@ -17,8 +17,8 @@ from static_contact.stiffness.partial_slip import (
     slip_force,
     stick_load,
 )
-from static_contact.stiffness.plane import plane_stiffness
-from static_contact.stiffness.punch import punch_half_width
+from static_contact.stiffness.plane_strain import plane_stiffness
+from static_contact.stiffness.rounded_punch import punch_half_width
 
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
 MU, LOAD, RADIUS = 0.6, 80.0, 5e-3

@@ -6,23 +6,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from static_contact.stiffness.approach import approach, secant
-from static_contact.stiffness.ellipse import ellipse_integrals, ellipse_stiffness
-from static_contact.stiffness.halfspace import ContactSide, half_width, nodal_stiffness
-from static_contact.stiffness.moduli import MaterialPair
+from static_contact.stiffness.contact_side import ContactSide, half_width
+from static_contact.stiffness.elastic_constants import MaterialPair
+from static_contact.stiffness.elliptical_punch import ellipse_integrals, ellipse_stiffness
+from static_contact.stiffness.hertz import hertz_half_width, hertz_peak_pressure
+from static_contact.stiffness.load_displacement import approach, secant_stiffness
+from static_contact.stiffness.nodal_stiffness import StiffnessModel, nodal_stiffness
 from static_contact.stiffness.partial_slip import slip_displacement, stick_load
-from static_contact.stiffness.plane import plane_stiffness
-from static_contact.stiffness.punch import (
-    hertz_half_width,
-    hertz_peak_pressure,
+from static_contact.stiffness.plane_strain import plane_stiffness
+from static_contact.stiffness.rectangular_punch import (
+    rectangle_stiffness,
+    slender_strip_stiffness,
+    uniform_line_stiffness,
+)
+from static_contact.stiffness.rounded_punch import (
     punch_half_width,
     punch_peak,
     punch_pressure,
 )
-from static_contact.stiffness.rectangle import rectangle_stiffness, slender_strip_stiffness, uniform_line_stiffness
 
 CASES = {case["id"]: case for case in json.loads(
-    (Path(__file__).parents[1] / "reference" / "stiffness" / "cases.json").read_text())["cases"]}
+    (Path(__file__).parents[2] / "reference" / "stiffness" / "cases.json").read_text())["cases"]}
 
 
 def moduli(pair, i):
@@ -45,7 +49,7 @@ def line2d(pair, i):
     return {"P_line_N_per_m": load, "a_m": a, "p0_Pa": hertz_peak_pressure(load, a), "p_mean_Pa": load / (2 * a),
             "Kn_line_tangent_N_per_m2": k.normal, "Kt_across_line_tangent_N_per_m2": k.across,
             "Kt_along_line_tangent_N_per_m2": k.along, "delta_n_m": approach(normal, load),
-            "Kn_line_secant_N_per_m2": secant(normal, load), "Kn_total_tangent_N_per_m": k.normal * i["L_m"]}
+            "Kn_line_secant_N_per_m2": secant_stiffness(normal, load), "Kn_total_tangent_N_per_m": k.normal * i["L_m"]}
 
 
 def rounded_punch(pair, i):
@@ -106,7 +110,8 @@ def rect3d(pair, i):
 def line3d_finite(pair, i):
     side = ContactSide("cylinder", i["L_m"], pair, radius=i["R_m"])
     a = half_width(side, i["N_N"])
-    tangent, chord = (nodal_stiffness(side, i["N_N"], 31, kind=kind).total.normal for kind in ("tangent", "secant"))
+    tangent, chord = (nodal_stiffness(side, i["N_N"], 31, StiffnessModel(kind=kind)).total.normal
+                      for kind in ("tangent", "secant"))
     return {"a_hertz_m": a, "Kn_secant_N_per_m": chord, "Kn_tangent_N_per_m": tangent, "delta_n_m": i["N_N"] / chord,
             "slender_rect_Kn_tangent_N_per_m": slender_strip_stiffness(pair, i["L_m"], a),
             "uniform_load_centre_Kn_tangent_N_per_m": uniform_line_stiffness(pair, i["L_m"], a)}

@@ -1,19 +1,21 @@
-"""From incremental compliance to displacement: delta(P) = integral from 0 to P of C(p) dp.
+"""From the incremental compliance to the displacement: delta(P) = integral from 0 to P of C(p) dp.
 
 The incremental frictionless problem is a flat punch on the contact of the moment, so the tangent stiffness at load P
 is 1/C(P) and the secant stiffness P/delta(P). Source: Johnson, Contact Mechanics (1985), section 5.5; the identity
 d(delta)/dP = C(P) holds by construction.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
-from static_contact.stiffness.moduli import require
+from static_contact.stiffness.elastic_constants import require
 
 PANELS, POINTS = 50, 12
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(POINTS)
 
 
-def approach(compliance, load, start=0.0):
+def approach(compliance: Callable, load: float, start: float = 0.0) -> np.ndarray:
     """Displacement (m), scalar or (...), between the loads `start` and `load`, both scalar.
 
     `compliance(loads (n,)) -> (..., n)`, smooth above zero load. Loads in N and compliance in m/N, or N/m and m2/N
@@ -25,13 +27,13 @@ def approach(compliance, load, start=0.0):
     return compliance(loads) @ weights
 
 
-def secant(compliance, load):
+def secant_stiffness(compliance: Callable, load: float) -> np.ndarray:
     """Secant stiffness P / delta(P), N/m (N/m2 for a line); P > 0."""
     require("load", load, 0, open_low=True, unit="N or N/m")
     return load / approach(compliance, load)
 
 
-def graded_nodes(lower, upper):
+def graded_nodes(lower, upper) -> tuple[np.ndarray, np.ndarray]:
     """Gauss nodes and weights, each (..., PANELS * POINTS), on lower..upper (scalars or arrays, 0 <= lower <= upper).
 
     The panels halve towards zero, so the nearest singularity stays two panel lengths away and 12 points are exact to

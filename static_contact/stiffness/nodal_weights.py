@@ -1,24 +1,26 @@
 """From the stiffness of a whole side to the nodes of its patch, and one factor to meet a measured frequency.
 
-A node's share belongs to the full patch. When others are detached it keeps its share (Zucca, Berruti & Cosi 2016,
-section 7.1: the stiffness is proportional to the number of active nodes) unless the total is to be conserved.
+A node's weight is its part of the full patch. When others are detached it keeps its weight [Zucca, Berruti & Cosi 2016,
+sec. 7.1: the stiffness is proportional to the number of active nodes] unless the total is to be conserved.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 from scipy.optimize import brentq
 
 from hbm.errors import InputError
-from static_contact.stiffness.moduli import require
+from static_contact.stiffness.elastic_constants import require
 
 
-def equal_shares(n_nodes):
-    """Shares (n,) of n nodes, 1/n each."""
+def equal_weights(n_nodes: int) -> np.ndarray:
+    """Weights (n,) of n nodes, 1/n each."""
     require("n_nodes", n_nodes, 1)
     return np.full(int(n_nodes), 1 / int(n_nodes))
 
 
-def tributary_shares(axial, across=None):
-    """Shares (n,) by tributary area; node positions (n,) m along the axis, and across it where there are rows.
+def tributary_weights(axial, across=None) -> np.ndarray:
+    """Weights (n,) by tributary area; node positions (n,) m along the axis, and across it where there are rows.
 
     Half the distance to each neighbour; end nodes reach to their own position only. Rows and stations must form a
     full grid. A single station or row takes the whole extent.
@@ -37,24 +39,24 @@ def tributary_shares(axial, across=None):
     return station[1][station[0]] * row[1][row[0]]
 
 
-def nodal_values(total, shares, active=None, conserve=False):
-    """Stiffness of each node (n,), N/m: total times share, 0 where not `active` (n,) bool.
+def nodal_values(total: float, weights, active=None, conserve: bool = False) -> np.ndarray:
+    """Stiffness of each node (n,), N/m: total times weight, 0 where not `active` (n,) bool.
 
-    conserve=False: active nodes keep their share of the full patch; True: they take over the whole total.
+    conserve=False: active nodes keep their weight in the full patch; True: they take over the whole total.
     """
-    shares = np.asarray(require("shares", shares, 0), dtype=float)
-    if abs(shares.sum() - 1) > 1e-9:
-        raise InputError(f"shares add up to {shares.sum():.12g}: allowed is 1, the full patch")
-    active = np.ones(shares.size, dtype=bool) if active is None else np.asarray(active)
-    if active.dtype != bool or active.shape != shares.shape:
-        raise InputError(f"active is {active.dtype} {active.shape}: allowed is bool {shares.shape}")
-    if conserve and not shares[active].sum() > 0:
-        raise InputError("active selects no share: nothing can carry a conserved total")
-    values = np.where(active, total * shares, 0.0)
-    return values / shares[active].sum() if conserve else values
+    weights = np.asarray(require("weights", weights, 0), dtype=float)
+    if abs(weights.sum() - 1) > 1e-9:
+        raise InputError(f"weights add up to {weights.sum():.12g}: allowed is 1, the full patch")
+    active = np.ones(weights.size, dtype=bool) if active is None else np.asarray(active)
+    if active.dtype != bool or active.shape != weights.shape:
+        raise InputError(f"active is {active.dtype} {active.shape}: allowed is bool {weights.shape}")
+    if conserve and not weights[active].sum() > 0:
+        raise InputError("active selects no weight: nothing can carry a conserved total")
+    values = np.where(active, total * weights, 0.0)
+    return values / weights[active].sum() if conserve else values
 
 
-def calibrate_scale(frequency, target, low=1e-3, high=1e3):
+def calibrate_scale(frequency: Callable, target: float, low: float = 1e-3, high: float = 1e3) -> float:
     """The factor on all contact stiffness for which `frequency(scale)` (Hz, rising) meets `target` (Hz) to 1e-10."""
     require("target", target, 0, open_low=True, unit="Hz")
     require("low", low, 0, open_low=True)
@@ -68,7 +70,7 @@ def calibrate_scale(frequency, target, low=1e-3, high=1e3):
 
 
 def _groups(positions):
-    """Index (n,) of each position among the distinct ones, and the share of each distinct one."""
+    """Index (n,) of each position among the distinct ones, and the weight of each distinct one."""
     extent = np.ptp(positions)
     order = np.argsort(positions, kind="stable")
     steps = np.diff(positions[order]) > 1e-6 * extent if extent > 0 else np.zeros(positions.size - 1, dtype=bool)

@@ -10,10 +10,10 @@ Circle: Kn = 2 a E*, Kt/Kn = 2 (1 - nu)/(2 - nu) for equal nu. Source: Johnson, 
 import numpy as np
 from scipy.special import elliprd, elliprf
 
-from static_contact.stiffness.moduli import MaterialPair, Stiffness, require
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
 
 
-def ellipse_integrals(a, b):
+def ellipse_integrals(a, b) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """S0, S_a, S_b (1/m) for the semi-axes a and b (m), in any order; S_a belongs to the direction of a."""
     return elliprf(0, a * a, b * b), a * a / 3 * elliprd(0, b * b, a * a), b * b / 3 * elliprd(0, a * a, b * b)
 

@@ -1,4 +1,4 @@
-"""Rigid rectangular punch on an elastic half-space by boundary elements: the origin of rectangle_table.csv.
+"""Rigid rectangular punch on an elastic half-space by boundary elements: the origin of rectangular_punch_table.csv.
 
 The traction q on the rectangle |x| < L/2, |y| < w/2 gives every point of it the same displacement:
 
@@ -10,7 +10,7 @@ by 1e-6 (slender) to 1e-3 (square). Both kernels are sums of x^2/r^3 and y^2/r^3
 rectangle are closed, so the method is collocation with constant cells, a quarter of the punch by symmetry,
 cells refined towards the edges as (cell/n)^2, and Richardson extrapolation over five meshes.
 
-`python -m static_contact.stiffness.rectangle_bem` writes the table again (about ten minutes).
+`python -m static_contact.stiffness.rectangular_punch_bem` writes the table again (about ten minutes).
 """
 
 from functools import lru_cache
@@ -19,7 +19,7 @@ from math import asinh, sinh, sqrt
 import numba
 import numpy as np
 
-from static_contact.stiffness.rectangle import TABLE, table_nodes
+from static_contact.stiffness.rectangular_punch import TABLE, table_nodes
 
 MESHES = (8, 12, 16, 24, 32)  # cells over the half-width; multiples of 4, so that the cells along the length scale
 ORDERS = (2, 3, 4, 5)         # powers of 1/n in the error on the quadratically refined mesh
@@ -92,7 +92,7 @@ def _quarter(aspect, n):
     return *_influence(aspect, x_edges, y_edges), area
 
 
-def mesh_compliance(aspect, nu, n):
+def mesh_compliance(aspect: float, nu: float, n: int) -> np.ndarray:
     """Dimensionless compliances (2,), along and across, of the rigid rectangle L x w, aspect = L/w >= 1, on one mesh.
 
     c = L / (pi Q), Q the total of the traction that displaces the punch by 1: the normal stiffness of a pair is
@@ -105,7 +105,7 @@ def mesh_compliance(aspect, nu, n):
     return aspect / (np.pi * np.array(totals))
 
 
-def compliance(aspect, nu=0.0, meshes=MESHES):
+def compliance(aspect: float, nu: float = 0.0, meshes: tuple = MESHES) -> tuple[np.ndarray, np.ndarray]:
     """`mesh_compliance` (2,) extrapolated over `meshes`, and its change (2,) when the finest mesh is left out."""
     values = [mesh_compliance(aspect, nu, n) for n in meshes]
     best = _extrapolate(meshes, values)
@@ -117,7 +117,7 @@ def _extrapolate(meshes, values):
     return np.linalg.solve(np.array([[n ** -float(p) for p in powers] for n in meshes]), np.array(values))[0]
 
 
-def write_table(path=TABLE):
+def write_table(path=TABLE) -> None:
     """Columns: length/width, nu, compliance along and across, estimated error of each; a line at a time."""
     with open(path, "w", encoding="ascii") as file:
         file.write("aspect,nu,along,across,error_along,error_across\n")

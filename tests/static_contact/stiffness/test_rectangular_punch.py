@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import dblquad
 
 from hbm.errors import InputError
-from static_contact.stiffness import rectangle_bem
-from static_contact.stiffness.ellipse import ellipse_stiffness
-from static_contact.stiffness.moduli import MaterialPair
-from static_contact.stiffness.rectangle import TABLE, rectangle_compliance, rectangle_stiffness, table_nodes
+from static_contact.stiffness import rectangular_punch_bem
+from static_contact.stiffness.elastic_constants import MaterialPair
+from static_contact.stiffness.elliptical_punch import ellipse_stiffness
+from static_contact.stiffness.rectangular_punch import TABLE, rectangle_compliance, rectangle_stiffness, table_nodes
 
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
 FRESH = ((1.27, 0.17), (6.1, 0.42), (49.0, 0.3), (830.0, 0.23), (4900.0, 0.48))    # length/width, nu: no table nodes
@@ -27,13 +27,13 @@ def test_cell_integrals_are_those_of_the_kernels(x, y):
                 for low, high in ((x - a, x + a), (y - b, y + b))]
         expected = sum(dblquad(kernel, *u, *v, epsabs=1e-11, epsrel=1e-9)[0]
                        for u in pairwise(cuts[0]) for v in pairwise(cuts[1]))
-        assert rectangle_bem._cell(x, y, a, b)[place] == pytest.approx(expected, rel=1e-7)
+        assert rectangular_punch_bem._cell(x, y, a, b)[place] == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.parametrize(("aspect", "nu"), FRESH)
 def test_table_is_a_fresh_solve_between_its_nodes(aspect, nu):
     """Coarser meshes than the table's, at points that are none of its nodes; the target is 1e-5."""
-    fresh, error = rectangle_bem.compliance(aspect, nu, meshes=(8, 12, 16, 24))
+    fresh, error = rectangular_punch_bem.compliance(aspect, nu, meshes=(8, 12, 16, 24))
     assert np.all(error < 5e-5 * fresh)
     assert rectangle_compliance(aspect, nu) == pytest.approx(fresh, rel=3e-6)
 
@@ -47,7 +47,7 @@ def test_table_states_its_error():
 
 
 def test_collocation_error_falls_with_the_square_of_the_cells():
-    values = [rectangle_bem.mesh_compliance(3.0, 0.0, n)[0] for n in (8, 16, 32)]
+    values = [rectangular_punch_bem.mesh_compliance(3.0, 0.0, n)[0] for n in (8, 16, 32)]
     errors = np.array(values) / rectangle_compliance(3.0, 0.0)[0] - 1
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(2, abs=0.15)
 

@@ -14,10 +14,10 @@ integrated compliance is his eq. 5.56).
 
 import numpy as np
 
-from static_contact.stiffness.moduli import MaterialPair, Stiffness, require
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
 
 
-def plane_compliance(half_width, depth, E, nu):
+def plane_compliance(half_width, depth, E: float, nu: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compliances (normal, across, along) of one body, m2/N; half_width and depth in m, scalar or array."""
     require("half_width", half_width, 0, open_low=True, unit="m")
     require("depth", depth, 0, open_low=True, unit="m")

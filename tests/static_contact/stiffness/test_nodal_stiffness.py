@@ -1,4 +1,4 @@
-"""The door: nodal values of both sides, the four models, what a result carries, what is refused."""
+"""Nodal values of both sides from the three models and as given; what a result carries, what is refused."""
 
 import dataclasses
 
@@ -6,21 +6,16 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from static_contact.stiffness.approach import approach
-from static_contact.stiffness.ellipse import ellipse_stiffness
-from static_contact.stiffness.halfspace import (
-    ContactSide,
-    NodalStiffness,
-    nodal_stiffness,
-    side_compliance,
-    side_stiffness,
-)
-from static_contact.stiffness.moduli import MaterialPair, Stiffness
-from static_contact.stiffness.nodal import calibrate_scale, equal_shares, nodal_values, tributary_shares
-from static_contact.stiffness.plane import plane_stiffness
-from static_contact.stiffness.punch import hertz_half_width
-from static_contact.stiffness.rectangle import rectangle_stiffness
-from static_contact.stiffness.rough import Roughness, rough_stiffness
+from static_contact.stiffness.contact_side import ContactSide, side_compliance, side_stiffness
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
+from static_contact.stiffness.elliptical_punch import ellipse_stiffness
+from static_contact.stiffness.hertz import hertz_half_width, hertz_stiffness
+from static_contact.stiffness.load_displacement import approach
+from static_contact.stiffness.nodal_stiffness import NodalStiffness, StiffnessModel, given_stiffness, nodal_stiffness
+from static_contact.stiffness.nodal_weights import calibrate_scale, equal_weights, nodal_values, tributary_weights
+from static_contact.stiffness.plane_strain import plane_stiffness
+from static_contact.stiffness.rectangular_punch import rectangle_stiffness
+from static_contact.stiffness.rough_surfaces import Roughness, rough_stiffness
 
 PAIR = MaterialPair(207e9, 0.3, 207e9, 0.3)
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
@@ -30,11 +25,12 @@ ROUNDED = ContactSide("rounded", 0.07, PAIR, width=1.6e-3, radius=1e-3)
 FORCE = 79.9  # N on each side: 113 N / (2 sin 45 deg)
 
 
-def test_round_side_is_a_rectangle_of_the_hertz_width():
+def test_round_side_has_the_hertz_stiffness():
     found = nodal_stiffness(ROUND, FORCE, 31)
     a = hertz_half_width(FORCE / 0.07, 2e-3, PAIR.E_star)
     assert found.size == a
     assert found.total == pytest.approx(rectangle_stiffness(PAIR, 0.07, 2 * a), rel=1e-14)
+    assert found.total == pytest.approx(hertz_stiffness(PAIR, 0.07, 2e-3, FORCE), rel=1e-14)
     assert found.kt == (found.kt_along + found.kt_across) / 2
     assert (found.model, found.kind, found.load, found.length, found.n_nodes) == (
         "halfspace_3d", "tangent", FORCE, 0.07, 31)
@@ -42,7 +38,8 @@ def test_round_side_is_a_rectangle_of_the_hertz_width():
 
 
 def test_flat_side_does_not_depend_on_the_force():
-    found = [nodal_stiffness(FLAT, force, 62, kind=kind) for force in (1.0, 100.0) for kind in ("tangent", "secant")]
+    found = [nodal_stiffness(FLAT, force, 62, StiffnessModel(kind=kind))
+             for force in (1.0, 100.0) for kind in ("tangent", "secant")]
     for one in found:
         assert one.total == pytest.approx(rectangle_stiffness(PAIR, 0.07, 1.6e-3), rel=1e-12)
         assert one.size == 0.8e-3
@@ -56,17 +53,17 @@ def test_smooth_theory_is_far_stiffer_than_the_paper():
 
 
 @pytest.mark.parametrize("side", [ROUND, ROUNDED])
-@pytest.mark.parametrize("model", [{"model": "halfspace_3d"}, {"model": "plane_depth", "depth": (5e-3, 1e-3)}])
-def test_tangent_is_the_slope_of_the_approach_and_the_secant_its_chord(side, model):
+@pytest.mark.parametrize("depth", [None, (5e-3, 1e-3)])
+def test_tangent_is_slope_and_secant_chord(side, depth):
     """dP/d(delta) = K(a) to 1e-10 in three dimensions too, by an eighth-order difference."""
     def displacement(load):
-        return approach(lambda p: side_compliance(side, p, **model), load)
+        return approach(lambda p: side_compliance(side, p, depth), load)
 
     step = 0.02 * FORCE
     weights = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
     change = sum(w * (displacement(FORCE + k * step) - displacement(FORCE - k * step)) for k, w in weights.items())
-    tangent = nodal_stiffness(side, FORCE, 31, **model).total
-    chord = nodal_stiffness(side, FORCE, 31, kind="secant", **model).total
+    tangent, chord = (nodal_stiffness(side, FORCE, 31, StiffnessModel(
+        "plane_depth" if depth else "halfspace_3d", kind, depth)).total for kind in ("tangent", "secant"))
     assert step / change == pytest.approx(tangent, rel=1e-10)
     assert FORCE / displacement(FORCE) == pytest.approx(chord, rel=1e-12)
     assert all(c < t for c, t in zip(chord, tangent, strict=True))
@@ -77,16 +74,16 @@ def test_rounded_side_joins_cylinder_and_flat():
     nearly_flat = ContactSide("rounded", 0.07, PAIR, width=1.6e-3, radius=1e-12)
     for limit, side in ((ROUND, nearly_round), (FLAT, nearly_flat)):
         for kind in ("tangent", "secant"):
-            assert nodal_stiffness(side, FORCE, 31, kind=kind).total == pytest.approx(
-                nodal_stiffness(limit, FORCE, 31, kind=kind).total, rel=1e-6)
+            assert nodal_stiffness(side, FORCE, 31, StiffnessModel(kind=kind)).total == pytest.approx(
+                nodal_stiffness(limit, FORCE, 31, StiffnessModel(kind=kind)).total, rel=1e-6)
 
 
 def test_plane_model_takes_its_depths():
-    found = nodal_stiffness(ROUND, FORCE, 31, model="plane_depth", depth=(5e-3, 1e-3))
+    found = nodal_stiffness(ROUND, FORCE, 31, StiffnessModel("plane_depth", depth=(5e-3, 1e-3)))
     assert found.depth == (5e-3, 1e-3)
     assert found.total == pytest.approx(plane_stiffness(PAIR, found.size, 5e-3, 1e-3).scaled(0.07), rel=1e-14)
     with pytest.raises(InputError, match="depth = None.*d1, d2"):
-        nodal_stiffness(ROUND, FORCE, 31, model="plane_depth")
+        StiffnessModel("plane_depth")
 
 
 def test_roughness_acts_in_series():
@@ -96,32 +93,30 @@ def test_roughness_acts_in_series():
     circle = ellipse_stiffness(UNLIKE, 1.0, 1.0)
     assert alone.along / alone.normal == pytest.approx(circle.along / circle.normal, rel=1e-14)
     assert rough_stiffness(PAIR, FORCE, rough).across == pytest.approx(FORCE / 0.5e-6 * 2 * 0.7 / 1.7, rel=1e-14)
-    found = nodal_stiffness(side, FORCE, 31, model="rough_series", roughness=rough)
+    found = nodal_stiffness(side, FORCE, 31, StiffnessModel("rough_series", roughness=rough))
     assert 1 / np.array(found.total) == pytest.approx(1 / np.array(alone) + 1 / np.array(smooth), rel=1e-13)
-    polished = nodal_stiffness(FLAT, FORCE, 31, model="rough_series", roughness=Roughness(1e-16, 0.5))
+    polished = nodal_stiffness(FLAT, FORCE, 31, StiffnessModel("rough_series", roughness=Roughness(1e-16, 0.5)))
     assert polished.total == pytest.approx(nodal_stiffness(FLAT, FORCE, 31).total, rel=1e-6)
     with pytest.raises(InputError, match="tangent"):
-        nodal_stiffness(FLAT, FORCE, 31, model="rough_series", roughness=rough, kind="secant")
+        StiffnessModel("rough_series", "secant", roughness=rough)
     with pytest.raises(InputError, match="Roughness"):
-        nodal_stiffness(FLAT, FORCE, 31, model="rough_series")
+        StiffnessModel("rough_series")
 
 
-def test_given_values_win():
-    """The paper's nodal values of the round side (section 7.1), whatever model is asked for beside them."""
-    found = nodal_stiffness(ROUND, FORCE, 31, model="plane_depth", given=(3.32e6, 3.02e6))
+def test_given_values():
+    """The paper's nodal values of the round side (section 7.1)."""
+    found = given_stiffness((3.32e6, 3.02e6), 31, FORCE, 0.07)
     assert (found.kn, found.kt, found.kt_along, found.kt_across) == pytest.approx((3.32e6, 3.02e6, 3.02e6, 3.02e6))
-    assert (found.model, found.depth, found.load) == ("given", None, FORCE)
-    assert nodal_stiffness(ROUND, FORCE, 31, given=(4.0, 1.0, 2.0)).kt == pytest.approx(1.5)
-    assert found.size is None and nodal_stiffness(ROUND, 1e9, 31, given=(3.32e6, 3.02e6)).kn == 3.32e6  # no theory
-    with pytest.raises(InputError, match="scale = 0.5 with given values: they are taken as they are"):
-        nodal_stiffness(ROUND, FORCE, 31, given=(3.32e6, 3.02e6), scale=0.5)
+    assert (found.model, found.depth, found.size, found.load, found.scale) == ("given", None, None, FORCE, 1.0)
+    assert given_stiffness((4.0, 1.0, 2.0), 31, FORCE, 0.07).kt == pytest.approx(1.5)
     for wrong in ((1.0,), (1.0, -1.0), (np.nan, 1.0), "ab", None):
         with pytest.raises(InputError, match="given"):
-            nodal_stiffness(ROUND, FORCE, 31, model="given", given=wrong)
+            given_stiffness(wrong, 31, FORCE, 0.07)
 
 
 def test_one_scale_multiplies_everything():
-    plain, scaled = nodal_stiffness(ROUND, FORCE, 31), nodal_stiffness(ROUND, FORCE, 31, scale=0.08)
+    plain = nodal_stiffness(ROUND, FORCE, 31)
+    scaled = nodal_stiffness(ROUND, FORCE, 31, StiffnessModel(scale=0.08))
     assert scaled.total == pytest.approx(plain.total.scaled(0.08), rel=1e-14)
     assert scaled.scale == 0.08
 
@@ -136,32 +131,32 @@ def test_scale_is_calibrated_to_a_frequency():
         calibrate_scale(frequency, 1e6)
 
 
-def test_shares_of_the_nodes():
-    assert equal_shares(4) == pytest.approx([0.25] * 4)
+def test_weights_of_the_nodes():
+    assert equal_weights(4) == pytest.approx([0.25] * 4)
     line = np.array([0.0, 1.0, 3.0, 4.0])
-    assert tributary_shares(line) == pytest.approx(np.array([0.5, 1.5, 1.5, 0.5]) / 4)
+    assert tributary_weights(line) == pytest.approx(np.array([0.5, 1.5, 1.5, 0.5]) / 4)
     axial, across = (grid.ravel() for grid in np.meshgrid(line, [0.0, 1.0, 2.0]))
-    shares = tributary_shares(axial, across)
-    assert shares.sum() == pytest.approx(1, rel=1e-14)
-    assert shares.reshape(3, 4) == pytest.approx(np.outer([0.25, 0.5, 0.25], [0.125, 0.375, 0.375, 0.125]))
+    weights = tributary_weights(axial, across)
+    assert weights.sum() == pytest.approx(1, rel=1e-14)
+    assert weights.reshape(3, 4) == pytest.approx(np.outer([0.25, 0.5, 0.25], [0.125, 0.375, 0.375, 0.125]))
     mixed = np.random.default_rng(1).permutation(12)
-    assert tributary_shares(axial[mixed], across[mixed]) == pytest.approx(shares[mixed])
+    assert tributary_weights(axial[mixed], across[mixed]) == pytest.approx(weights[mixed])
     with pytest.raises(InputError, match="every row"):
-        tributary_shares(axial[:-1], across[:-1])
+        tributary_weights(axial[:-1], across[:-1])
 
 
-def test_active_nodes_keep_their_share_or_take_the_whole():
+def test_active_nodes_keep_their_weight_or_take_all():
     """Paper, section 7.1: the actual stiffness is proportional to the number of active nodes."""
     active = np.zeros(31, dtype=bool)
     active[:5] = active[-4:] = True
-    kept = nodal_values(31 * 3.32e6, equal_shares(31), active)
+    kept = nodal_values(31 * 3.32e6, equal_weights(31), active)
     assert kept[active] == pytest.approx(3.32e6, rel=1e-14)
     assert kept.sum() == pytest.approx(9 * 3.32e6) and np.all(kept[~active] == 0)
-    assert nodal_values(1e8, tributary_shares(np.arange(31.0)), active, conserve=True).sum() == pytest.approx(1e8)
+    assert nodal_values(1e8, tributary_weights(np.arange(31.0)), active, conserve=True).sum() == pytest.approx(1e8)
     for wrong in ({"active": np.ones(30, dtype=bool)}, {"active": np.arange(31)},
                   {"active": np.zeros(31, dtype=bool), "conserve": True}):
         with pytest.raises(InputError, match="active"):
-            nodal_values(1e8, equal_shares(31), **wrong)
+            nodal_values(1e8, equal_weights(31), **wrong)
     with pytest.raises(InputError, match="add up"):
         nodal_values(1e8, np.ones(31))
 
@@ -169,16 +164,17 @@ def test_active_nodes_keep_their_share_or_take_the_whole():
 @pytest.mark.parametrize(("change", "message"), [
     ({"force": 0.0}, "force = 0.0.*> 0 N"), ({"force": -5.0}, "force"), ({"force": np.inf}, "force"),
     ({"n_nodes": 0}, "n_nodes = 0"), ({"n_nodes": 2.5}, "n_nodes"), ({"n_nodes": True}, "n_nodes"),
-    ({"model": "halfspace"}, "did you mean 'halfspace_3d'"), ({"kind": "tangents"}, "did you mean 'tangent'"),
+    ({"name": "halfspace"}, "did you mean 'halfspace_3d'"), ({"kind": "tangents"}, "did you mean 'tangent'"),
     ({"scale": 0.0}, "scale"), ({"force": 1e9}, "into an edge of radius"),
     ({"roughness": Roughness(1e-6, 0.5)}, "roughness = .*no meaning for model = 'halfspace_3d': leave it out, or set "
                                           "model = 'rough_series'"),
-    ({"model": "rough_series", "roughness": Roughness(1e-6, 0.5), "depth": (1e-3, 1e-3)}, "depth = .*no meaning"),
-    ({"model": "plane_depth", "depth": (1e-3, 0.0)}, "depth"), ({"model": "plane_depth", "depth": 1e-3}, "depth")])
+    ({"name": "rough_series", "roughness": Roughness(1e-6, 0.5), "depth": (1e-3, 1e-3)}, "depth = .*no meaning"),
+    ({"name": "plane_depth", "depth": (1e-3, 0.0)}, "depth"), ({"name": "plane_depth", "depth": 1e-3}, "depth")])
 def test_bad_values_are_named(change, message):
-    arguments = {"side": ROUND, "force": FORCE, "n_nodes": 31} | change
+    arguments = {"force": FORCE, "n_nodes": 31} | {k: v for k, v in change.items() if k in ("force", "n_nodes")}
+    model = {k: v for k, v in change.items() if k not in arguments}
     with pytest.raises(InputError, match=message):
-        nodal_stiffness(**arguments)
+        nodal_stiffness(ROUND, **arguments, model=StiffnessModel(**model))
 
 
 @pytest.mark.parametrize(("fields", "message"), [

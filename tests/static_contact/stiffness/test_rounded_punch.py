@@ -5,11 +5,12 @@ import pytest
 from scipy.integrate import quad
 
 from hbm.errors import InputError
-from static_contact.stiffness.approach import approach, graded_nodes, secant
-from static_contact.stiffness.ellipse import ellipse_integrals, ellipse_stiffness
-from static_contact.stiffness.moduli import MaterialPair, Stiffness
-from static_contact.stiffness.plane import plane_compliance, plane_stiffness
-from static_contact.stiffness.punch import hertz_half_width, punch_half_width, punch_load, punch_peak, punch_pressure
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
+from static_contact.stiffness.elliptical_punch import ellipse_integrals, ellipse_stiffness
+from static_contact.stiffness.hertz import hertz_half_width
+from static_contact.stiffness.load_displacement import approach, graded_nodes, secant_stiffness
+from static_contact.stiffness.plane_strain import plane_compliance, plane_stiffness
+from static_contact.stiffness.rounded_punch import punch_half_width, punch_load, punch_peak, punch_pressure
 
 STEEL = MaterialPair(210e9, 0.3, 210e9, 0.3)
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
@@ -162,7 +163,7 @@ def test_tangent_stiffness_is_the_slope_of_the_approach(b, component):
     """dP/d(delta) = K(a) to 1e-10, cylinder and rounded punch; the secant from zero load is softer."""
     slope, stiffness = slope_and_stiffness(b, component)
     assert slope == pytest.approx(stiffness, rel=1e-10)
-    assert secant(compliance_of(b, component), 1e3) < stiffness
+    assert secant_stiffness(compliance_of(b, component), 1e3) < stiffness
 
 
 def test_graded_quadrature_is_exact_for_roots_and_logs():
@@ -194,7 +195,7 @@ def test_ellipse_integrals_and_limits():
     lambda: plane_stiffness(STEEL, 0.0, 1e-3, 1e-3), lambda: plane_stiffness(STEEL, 1e-3, 1e-3, 0.0),
     lambda: ellipse_stiffness(STEEL, 1e-3, 0.0), lambda: MaterialPair(-1.0, 0.3, 2e11, 0.3),
     lambda: MaterialPair(2e11, 0.6, 2e11, 0.3), lambda: MaterialPair("210e9", 0.3, 2e11, 0.3),
-    lambda: approach(lambda p: p, -1.0), lambda: secant(lambda p: p, 0.0)])
+    lambda: approach(lambda p: p, -1.0), lambda: secant_stiffness(lambda p: p, 0.0)])
 def test_values_out_of_range_are_refused(call):
     with pytest.raises(InputError, match="allowed|above"):
         call()

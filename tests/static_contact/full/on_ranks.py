@@ -1,9 +1,9 @@
-"""Run under mpirun: python full_route.py STUDY OUT - preload and stuck modes of a study on the full model."""
+"""Run under mpirun: python on_ranks.py STUDY OUT - preload and stuck modes of a study on the full model."""
 
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[3]))
 
 import numpy as np  # noqa: E402
 
