@@ -1,23 +1,14 @@
 """Abaqus and CalculiX input files (.inp): nodes, solid elements, sets and sets of sets, surfaces, parts, includes."""
 
 import re
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from hbm.errors import InputError, shown
-from modal.elements.cells import CELLS
-from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, decode, numbers, whole
+from tipdamp.readers.abaqus_sets import SOLID, AbaqusFile, Scope, collect
+from tipdamp.readers.content import FULL_INTEGRATION, Content, Reader, decode, numbers, whole
 
-_HEX_FACES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
-_TET_FACES = [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]
-_WEDGE_FACES = [(0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
-# nodes of C3D...: our type, the order of the nodes between corners, the corners of faces S1, S2, ...
-SOLID = {4: ("tetra", None, _TET_FACES), 10: ("tetra10", TET10, _TET_FACES),
-         8: ("hexahedron", None, _HEX_FACES), 20: ("hexahedron20", HEX20, _HEX_FACES),
-         27: ("hexahedron27", [*HEX20, tuple(range(8)), *_HEX_FACES], _HEX_FACES),
-         6: ("wedge", None, _WEDGE_FACES), 15: ("wedge15", WEDGE15, _WEDGE_FACES)}
 # shells, membranes and plane elements: no cells of ours, but pre-processors mark surfaces with them
 _SHEET = re.compile(r"(?:CPS|CPE|CAX|S|M3D|SFM3D|R3D|DS|STRI)([34689])[A-Z]*")
 # keywords that make nodes or elements, or move them: a mesh read without them would be another one
@@ -25,44 +16,14 @@ _REFUSED = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
 _NESTED = {"PART": "END PART", "ASSEMBLY": "END ASSEMBLY", "INSTANCE": "END INSTANCE", "STEP": "END STEP"}
 
 
-@dataclass
-class _Scope:
-    """A part, or the model: what it defines, sets not yet resolved. Names are kept by their upper-case form."""
-
-    nodes: list = field(default_factory=list)     # (numbers, xyz)
-    elements: list = field(default_factory=list)  # (nodes of a solid element or 0, numbers, connectivity)
-    sets: dict = field(default_factory=dict)      # ("NSET" | "ELSET" | "SURFACE", UPPER): [items]
-    names: dict = field(default_factory=dict)     # same key: name as written
-
-    def add(self, kind, name, *items):
-        key = kind, name.upper()
-        self.names.setdefault(key, name)
-        self.sets.setdefault(key, []).extend(items)
-
-
-@dataclass
-class _File:
-    path: Path
-    content: Content
-    model: _Scope = field(default_factory=_Scope)
-    parts: dict = field(default_factory=dict)
-    scope: _Scope | None = None
-    open: list = field(default_factory=list)
-    skipped: dict = field(default_factory=dict)
-    integration: set = field(default_factory=set)
-    qualified: dict = field(default_factory=dict)  # key of 'Instance.Set' in the model: key of 'Set'
-    owners: dict = field(default_factory=dict)     # key of 'Set': instances, and "the assembly", that define it
-
-
-def read(path, data: bytes) -> Content:
+def read(path: Path, data: bytes) -> Content:
     """Content of an .inp file. Sets and surfaces become groups; element sets also become groups of cells."""
     content = Content()
-    f = _File(Path(path), content)
-    f.scope = f.model
+    f = AbaqusFile(Path(path), content)
     _blocks(f, _lines(f, data, Path(path)))
     if f.open:
         raise InputError(f"{path}: is cut off: *{f.open[-1]} is not closed by *{_NESTED[f.open[-1]]}")
-    _collect(f)
+    collect(f)
     if f.integration:
         content.unused.append(f"element types {', '.join(sorted(f.integration))}: {FULL_INTEGRATION}")
     if f.skipped:
@@ -241,7 +202,7 @@ def _surface(f, options, data, where):
 
 
 def _part(f, options, data, where):
-    f.scope = f.parts.setdefault(_name(options, "NAME", where).upper(), _Scope())
+    f.scope = f.parts.setdefault(_name(options, "NAME", where).upper(), Scope())
 
 
 def _instance(f, options, data, where):
@@ -299,103 +260,4 @@ _READ = {"NODE": _nodes, "ELEMENT": _elements, "NSET": _set("NSET"), "ELSET": _s
          "PART": _part, "INSTANCE": _instance}
 
 
-# ---- from the file's terms to groups ---------------------------------------------------------------------------
-
-def _collect(f):
-    content, model = f.content, f.model
-    for n, xyz in model.nodes:
-        content.add_nodes(n, xyz)
-    for per, n, nodes in [e for e in model.elements if e[0]]:
-        kind, between, _ = SOLID[per]
-        content.add_cells(kind, n, nodes, CELLS[kind].columns(between) if between else None)
-    shared = {key for key, owners in f.owners.items() if len(owners) > 1}
-    wanted = [key for key in model.sets if f.qualified.get(key) in shared or key not in f.qualified]
-    _warn_of_shared(f, shared)
-    for key in wanted:
-        if key[0] == "ELSET":
-            content.add_cell_group(model.names[key], _members(f, *key))
-    for kind, dimension in (("NSET", 0), ("SURFACE", 2), ("ELSET", 3)):  # a name twice: the first kind is the group
-        for key in [k for k in wanted if k[0] == kind]:
-            name = model.names[key]
-            taken = next((g for g in content.groups if g.upper() == key[1]), None)
-            if taken is not None:
-                if kind == "SURFACE":
-                    content.unused.append(f"surface '{shown(name)}': a node set has the same name and is used")
-                continue
-            nodes, dimension_found = _nodes_of(f, key, dimension)
-            content.add_group(name, nodes, dimension_found)
-
-
-def _warn_of_shared(f, shared):
-    """A name that several instances carry is one group of all their members, and a group of each instance beside it."""
-    for key in sorted(k for k in shared if not k[1].startswith("_")):   # Abaqus' own names begin with _
-        name = f.model.names[key]
-        alone = [f"'{shown(f'{owner}.{name}')}'" for owner in f.owners[key] if owner != "the assembly"]
-        f.content.warnings.append(f"group '{shown(name)}' joins the sets of that name of {', '.join(f.owners[key])}; "
-                                  f"one alone is {' or '.join(alone)}")
-
-
-def _nodes_of(f, key, dimension):
-    members = _members(f, *key)
-    if key[0] == "NSET":
-        return members, 0
-    if key[0] == "ELSET":
-        solid = any(per and np.isin(n, members).any() for per, n, _ in f.model.elements)
-        return _element_nodes(f, members), 3 if solid else 2
-    nodes, kinds = [np.empty(0, dtype=np.int64)], set()
-    for item in f.model.sets[key]:
-        kinds.add(item[0])
-        found = item[1] if isinstance(item[1], np.ndarray) else _members(f, *_key(f, item[1]))
-        nodes.append(found if item[0] == "NODES" else _face_nodes(f, found, item[2], f.model.names[key]))
-    return np.concatenate(nodes), 2 if "FACE" in kinds else 0
-
-
-def _key(f, reference):
-    """Of a set that is named: 'Set', or 'Part-1-1.Set' of one instance, which may also stand in the assembly."""
-    kind, name = reference[0], reference[1].upper()
-    return (kind, name) if (kind, name) in f.model.sets else (kind, name.rpartition(".")[2])
-
-
-def _members(f, kind, name, within=()):
-    """Numbers of a set, with the sets that it names resolved."""
-    key = kind, name.upper()
-    if kind == "SURFACE":
-        return np.empty(0, dtype=np.int64)
-    if key in within:
-        raise InputError(f"{f.path}: set '{shown(f.model.names[key])}' contains itself")
-    if key not in f.model.sets:
-        if key[1].isdigit():
-            return np.array([int(key[1])])
-        raise InputError(f"{f.path}: {'node' if kind == 'NSET' else 'element'} set '{shown(name)}' is used and not "
-                         "defined")
-    found = [np.empty(0, dtype=np.int64)]
-    for item in f.model.sets[key]:
-        if isinstance(item, np.ndarray):
-            found.append(item)
-        else:
-            numbers_ = _members(f, *_key(f, item), within=(*within, key))
-            found.append(_element_nodes(f, numbers_) if kind == "NSET" and item[0] == "ELSET" else numbers_)
-    return np.unique(np.concatenate(found))
-
-
-def _element_nodes(f, members):
-    found = [nodes[np.isin(n, members)].ravel() for _, n, nodes in f.model.elements]
-    return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
-
-
-def _face_nodes(f, members, label, surface):
-    """Nodes, middle ones included, of face S1, S2, ... of the elements."""
-    out = [np.empty(0, dtype=np.int64)]
-    for per, n, nodes in [e for e in f.model.elements if e[0]]:
-        kind, between, faces = SOLID[per]
-        mine = np.isin(n, members)
-        if not mine.any():
-            continue
-        if not re.fullmatch(r"S[1-6]", label) or int(label[1]) > len(faces):
-            raise InputError(f"{f.path}: surface '{shown(surface)}': face '{shown(label)}' of a {kind} is not read; "
-                             f"allowed: S1 to S{len(faces)}")
-        corners = faces[int(label[1]) - 1]
-        ours = next(face for face in CELLS[kind].faces if set(corners) <= set(face))
-        columns = CELLS[kind].columns(between) if between else np.arange(per)
-        out.append(nodes[mine][:, columns[list(ours)]].ravel())
-    return np.concatenate(out)
+READER = Reader("Abaqus or CalculiX", (".inp",), read)

@@ -4,13 +4,14 @@ Solid elements with repeated nodes are what Ansys makes of wedges and tetrahedra
 """
 
 import re
+from pathlib import Path
 
 import numpy as np
 
 from hbm.errors import InputError, shown
 from modal.elements.cells import CELLS
 from modal.mesh_checks import some
-from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, decode
+from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, Reader, decode
 
 BRICKS = {45: 8, 185: 8, 64: 8, 5: 8, 95: 20, 186: 20, 90: 20}  # element routine -> nodes
 TETRAHEDRA = {285: 4, 72: 4, 187: 10, 92: 10, 87: 10}
@@ -21,11 +22,13 @@ _TET4, _TET10 = [0, 1, 2, 4], [0, 1, 2, 4, 8, 9, 11, 16, 17, 18]
 _ORDER = {"hexahedron20": HEX20, "wedge15": WEDGE15, "tetra10": TET10}
 
 
-def read(path, data: bytes) -> Content:
+def read(path: Path, data: bytes) -> Content:
     """Content of an archive. Components become groups; cells also form groups 'mat_N' and 'type_N'."""
     content = Content()
     lines = decode(data, content).splitlines()
-    routines, skipped, elements = {}, {}, []
+    routines: dict[int, int] = {}
+    skipped: dict[str, int] = {}
+    elements: list[tuple] = []  # (number, type, material, nodes)
     place = 0
     while place < len(lines):
         line = lines[place]
@@ -260,3 +263,6 @@ def _components(content, elements):
         found = [node for e in members.tolist() for node in nodes.get(e, ()) if node > 0]
         if name not in content.groups:
             content.add_group(name, found, 3 if solid & set(members.tolist()) else 2)
+
+
+READER = Reader("Ansys archive", (".cdb", ".dat"), read, claims=lambda data: b"NBLOCK" in data.upper())

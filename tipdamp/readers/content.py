@@ -1,8 +1,11 @@
 """What a mesh file says, in the file's own numbers, and how it becomes a Mesh. Each format's reader fills a Content."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, shown
 from modal.elements.cells import CELLS
@@ -30,30 +33,52 @@ class Content:
     dimension : {group: 0..3}; unused : what was not read; warnings : what looks wrong
     """
 
-    nodes: list = field(default_factory=list)
-    cells: dict = field(default_factory=dict)
-    groups: dict = field(default_factory=dict)
-    cell_groups: dict = field(default_factory=dict)
-    dimension: dict = field(default_factory=dict)
-    unused: list = field(default_factory=list)
-    warnings: list = field(default_factory=list)
+    nodes: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    cells: dict[str, list[tuple[np.ndarray, np.ndarray]]] = field(default_factory=dict)
+    groups: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    cell_groups: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    dimension: dict[str, int] = field(default_factory=dict)
+    unused: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
 
-    def add_nodes(self, numbers, coordinates):
+    def add_nodes(self, numbers: ArrayLike, coordinates: ArrayLike) -> None:
+        """numbers (n,), coordinates (n, 3) in the unit of the file."""
         self.nodes.append((np.asarray(numbers, dtype=np.int64), np.asarray(coordinates, dtype=float).reshape(-1, 3)))
 
-    def add_cells(self, kind, numbers, nodes, columns=None):
-        """columns : the order that brings the file's nodes into gmsh's, see Cell.columns."""
+    def add_cells(self, kind: str, numbers: ArrayLike, nodes: ArrayLike, columns: np.ndarray | None = None) -> None:
+        """Cells of one type: numbers (c,), nodes (c, k).
+
+        columns : the order that brings the file's nodes into gmsh's, see Cell.columns
+        """
         nodes = np.asarray(nodes, dtype=np.int64).reshape(-1, CELLS[kind].nodes)
         nodes = nodes if columns is None else nodes[:, columns]
         self.cells.setdefault(kind, []).append((np.asarray(numbers, dtype=np.int64), nodes))
 
-    def add_group(self, name, numbers, dimension=0):
+    def add_group(self, name: str, numbers: ArrayLike, dimension: int = 0) -> None:
         """Numbers join those of a group of the same name."""
         self.groups.setdefault(name, []).append(np.asarray(numbers, dtype=np.int64).ravel())
         self.dimension[name] = max(dimension, self.dimension.get(name, 0))
 
-    def add_cell_group(self, name, numbers):
+    def add_cell_group(self, name: str, numbers: ArrayLike) -> None:
+        """Element numbers; they join those of a group of the same name."""
         self.cell_groups.setdefault(name, []).append(np.asarray(numbers, dtype=np.int64).ravel())
+
+
+def _any(data: bytes) -> bool:
+    return True
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A format: what it is called, the ends of its file names, how bytes become a Content.
+
+    claims : of several formats with the same end, the first in the list whose `claims(data)` is true reads the file
+    """
+
+    name: str
+    ends: tuple[str, ...]
+    read: Callable[[Path, bytes], Content]
+    claims: Callable[[bytes], bool] = _any
 
 
 def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mesh:
@@ -151,7 +176,7 @@ def decode(data: bytes, content: Content | None = None) -> str:
 
 
 def numbers(text: str, where: str) -> np.ndarray:
-    """Numbers apart by blanks or commas, as floats; InputError at the first that is none."""
+    """Numbers separated by blanks or commas, as floats; InputError at the first word that is not a number."""
     words = text.replace(",", " ").split()
     try:
         return np.array(words, dtype=float)
@@ -164,8 +189,8 @@ def numbers(text: str, where: str) -> np.ndarray:
         raise
 
 
-def whole(values, where: str) -> np.ndarray:
-    """Numbers of nodes, elements or counts as integers; InputError at the first that is none."""
+def whole(values: ArrayLike, where: str) -> np.ndarray:
+    """Numbers of nodes, elements or counts as integers; InputError at the first that is not whole."""
     values = np.asarray(values)
     with np.errstate(invalid="ignore"):
         found = values.astype(np.int64)

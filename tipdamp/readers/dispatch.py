@@ -1,18 +1,17 @@
-"""One door for all mesh files: the reader is chosen by the end of the file's name."""
+"""Mesh files of all formats: the end of the file's name selects the reader. A new reader is an entry of READERS."""
 
 from pathlib import Path
 
 from hbm.errors import InputError, nearest, shown
 from modal.mesh import Mesh
+from tipdamp.readers import abaqus, ansys, gmsh, nastran
 from tipdamp.readers.content import to_mesh
 
-# end of the name -> (module, what it is called)
-FORMATS = {".msh": ("gmsh", "gmsh"), ".inp": ("abaqus", "Abaqus or CalculiX"), ".cdb": ("ansys", "Ansys archive"),
-           ".dat": ("ansys", "Ansys archive"), ".bdf": ("nastran", "Nastran"), ".nas": ("nastran", "Nastran"),
-           ".fem": ("nastran", "Nastran")}
+READERS = (gmsh.READER, abaqus.READER, ansys.READER, nastran.READER)
+FORMATS = tuple(dict.fromkeys(end for reader in READERS for end in reader.ends))
 
 
-def read_mesh(path, length_unit: float = 1.0) -> Mesh:
+def read_mesh(path: str | Path, length_unit: float = 1.0) -> Mesh:
     """Read a mesh file. Coordinates are multiplied by length_unit (m per unit of the file).
 
     Raises InputError for a file that is missing, cut off or damaged, a coordinate that is not finite, cells that
@@ -25,22 +24,15 @@ def read_mesh(path, length_unit: float = 1.0) -> Mesh:
         raise InputError(f"{path}: mesh files of type '{path.suffix}' are not read; {nearest(suffix, FORMATS)}")
     if not data.strip():
         raise InputError(f"{path}: the file is empty: it holds no nodes")
-    if suffix == ".dat" and b"NBLOCK" not in data.upper():  # Workbench and Nastran users both say .dat
-        suffix = ".bdf"
-    module, name = FORMATS[suffix]
+    readers = [r for r in READERS if suffix in r.ends]
+    reader = next((r for r in readers if r.claims(data)), readers[-1])
     try:
-        content = _reader(module)(path, data)
+        content = reader.read(path, data)
     except InputError:
         raise
     except (ArithmeticError, LookupError, ValueError) as error:  # damage that no check of the reader foresaw
-        raise InputError(f"{path}: damaged: its {name} text cannot be made sense of ({shown(error)})") from error
-    return to_mesh(content, path.name, name, length_unit)
-
-
-def _reader(module):
-    from tipdamp.readers import abaqus, ansys, gmsh, nastran
-
-    return {"gmsh": gmsh, "abaqus": abaqus, "ansys": ansys, "nastran": nastran}[module].read
+        raise InputError(f"{path}: damaged: its {reader.name} text cannot be made sense of ({shown(error)})") from error
+    return to_mesh(content, path.name, reader.name, length_unit)
 
 
 def load(path: Path) -> bytes:

@@ -2,11 +2,12 @@
 
 import re
 import warnings
+from pathlib import Path
 
 import numpy as np
 
 from hbm.errors import InputError, shown
-from tipdamp.readers.content import Content, whole
+from tipdamp.readers.content import Content, Reader, whole
 
 # element number -> (name, dimension, nodes)            [gmsh manual, file format MSH]
 ELEMENTS = {1: ("line", 1, 2), 2: ("triangle", 2, 3), 3: ("quadrangle", 2, 4), 4: ("tetra", 3, 4),
@@ -18,7 +19,7 @@ SOLID = tuple(name for name, dimension, _ in ELEMENTS.values() if dimension == 3
 _DEFAULT = ("point", "curve", "surface", "volume")
 
 
-def read(path, data: bytes) -> Content:
+def read(path: Path, data: bytes) -> Content:
     """Content of a .msh file; a group is the nodes of its elements, whatever their dimension."""
     head = re.match(rb"\s*\$MeshFormat\s+([\d.]+)\s+([01])\s+(\d+)\r?\n", data)
     if not head:
@@ -288,3 +289,6 @@ def _text_elements(path, s, count):
         nodes = flat[first[:, None] + 3 + tags + np.arange(ELEMENTS[kind][2])]
         blocks.setdefault((kind, physical), []).append(np.column_stack([flat[first], nodes]))
     return blocks
+
+
+READER = Reader("gmsh", (".msh",), read)

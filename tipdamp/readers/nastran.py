@@ -11,6 +11,7 @@ from tipdamp.readers.content import (
     TET10,
     WEDGE15_NASTRAN,
     Content,
+    Reader,
     decode,
 )
 
@@ -23,11 +24,12 @@ _PYRAMIDS = ("CPYRAM", "CPYRA")
 _SILENT = ("ENDDATA", "BEGIN", "CEND", "")
 
 
-def read(path, data: bytes) -> Content:
+def read(path: Path, data: bytes) -> Content:
     """Content of a bulk data file. SET1 and SPC1 become groups 'set_N' and 'spc_N', or what the pre-processor called
     them ($HMSET); the cells of a property become the group 'pid_N'."""
     content = Content()
-    names, cards = {}, {}
+    names: dict[int, str] = {}
+    cards: dict[str, list] = {}
     for card, fields, where in _cards(Path(path), decode(data, content), names):
         if card not in _SILENT:
             cards.setdefault(card, []).append((fields, where))
@@ -230,3 +232,6 @@ def _spc1(content, fields, where):
         content.add_group(f"spc_{number}", _ranged(fields[2:], where))
     else:
         content.unused.append(f"SPC1 {number} for directions {shown(fields[1])}")
+
+
+READER = Reader("Nastran", (".bdf", ".nas", ".fem", ".dat"), read)

@@ -1,0 +1,159 @@
+"""Sets, surfaces and instances of an Abaqus file as groups of nodes and of cells."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from hbm.errors import InputError, shown
+from modal.elements.cells import CELLS
+from tipdamp.readers.content import HEX20, TET10, WEDGE15, Content
+
+_HEX_FACES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+_TET_FACES = [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]
+_WEDGE_FACES = [(0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
+# nodes of C3D...: our type, the order of the nodes between corners, the corners of faces S1, S2, ...
+SOLID = {4: ("tetra", None, _TET_FACES), 10: ("tetra10", TET10, _TET_FACES),
+         8: ("hexahedron", None, _HEX_FACES), 20: ("hexahedron20", HEX20, _HEX_FACES),
+         27: ("hexahedron27", [*HEX20, tuple(range(8)), *_HEX_FACES], _HEX_FACES),
+         6: ("wedge", None, _WEDGE_FACES), 15: ("wedge15", WEDGE15, _WEDGE_FACES)}
+
+
+Key = tuple[str, str]  # ("NSET" | "ELSET" | "SURFACE", name in upper case)
+
+
+@dataclass
+class Scope:
+    """A part, or the model: what it defines, sets not yet resolved. Names are kept by their upper-case form."""
+
+    nodes: list[tuple] = field(default_factory=list)         # (numbers, xyz)
+    elements: list[tuple] = field(default_factory=list)      # (nodes of a solid element or 0, numbers, connectivity)
+    sets: dict[Key, list] = field(default_factory=dict)      # items of each set: numbers, or references to other sets
+    names: dict[Key, str] = field(default_factory=dict)      # name as written
+
+    def add(self, kind: str, name: str, *items: object) -> None:
+        """Items of a set; they join those of the same name."""
+        key = kind, name.upper()
+        self.names.setdefault(key, name)
+        self.sets.setdefault(key, []).extend(items)
+
+
+@dataclass
+class AbaqusFile:
+    """A file while its keywords are read."""
+
+    path: Path
+    content: Content
+    model: Scope = field(default_factory=Scope)
+    parts: dict[str, Scope] = field(default_factory=dict)
+    scope: Scope = field(init=False)                          # that the next keyword adds to: the model, or a part
+    open: list[str] = field(default_factory=list)             # keywords waiting for their *END
+    skipped: dict[str, int] = field(default_factory=dict)
+    integration: set[str] = field(default_factory=set)        # element types with another integration than ours
+    qualified: dict[Key, Key] = field(default_factory=dict)   # key of 'Instance.Set' in the model: key of 'Set'
+    owners: dict[Key, list[str]] = field(default_factory=dict)  # instances, and "the assembly", that define a set
+
+    def __post_init__(self):
+        self.scope = self.model
+
+
+def collect(f: AbaqusFile) -> None:
+    """Nodes, cells and groups of the model into f.content."""
+    content, model = f.content, f.model
+    for n, xyz in model.nodes:
+        content.add_nodes(n, xyz)
+    for per, n, nodes in [e for e in model.elements if e[0]]:
+        kind, between, _ = SOLID[per]
+        content.add_cells(kind, n, nodes, CELLS[kind].columns(between) if between else None)
+    shared = {key for key, owners in f.owners.items() if len(owners) > 1}
+    wanted = [key for key in model.sets if f.qualified.get(key) in shared or key not in f.qualified]
+    _warn_of_shared(f, shared)
+    for key in wanted:
+        if key[0] == "ELSET":
+            content.add_cell_group(model.names[key], _members(f, *key))
+    for kind, dimension in (("NSET", 0), ("SURFACE", 2), ("ELSET", 3)):  # a name twice: the first kind is the group
+        for key in [k for k in wanted if k[0] == kind]:
+            name = model.names[key]
+            taken = next((g for g in content.groups if g.upper() == key[1]), None)
+            if taken is not None:
+                if kind == "SURFACE":
+                    content.unused.append(f"surface '{shown(name)}': a node set has the same name and is used")
+                continue
+            nodes, dimension_found = _nodes_of(f, key, dimension)
+            content.add_group(name, nodes, dimension_found)
+
+
+def _warn_of_shared(f, shared):
+    """A name that several instances carry is one group of all their members, and a group of each instance beside it."""
+    for key in sorted(k for k in shared if not k[1].startswith("_")):   # Abaqus' own names begin with _
+        name = f.model.names[key]
+        alone = [f"'{shown(f'{owner}.{name}')}'" for owner in f.owners[key] if owner != "the assembly"]
+        f.content.warnings.append(f"group '{shown(name)}' joins the sets of that name of {', '.join(f.owners[key])}; "
+                                  f"one alone is {' or '.join(alone)}")
+
+
+def _nodes_of(f, key, dimension):
+    members = _members(f, *key)
+    if key[0] == "NSET":
+        return members, 0
+    if key[0] == "ELSET":
+        solid = any(per and np.isin(n, members).any() for per, n, _ in f.model.elements)
+        return _element_nodes(f, members), 3 if solid else 2
+    nodes, kinds = [np.empty(0, dtype=np.int64)], set()
+    for item in f.model.sets[key]:
+        kinds.add(item[0])
+        found = item[1] if isinstance(item[1], np.ndarray) else _members(f, *_key(f, item[1]))
+        nodes.append(found if item[0] == "NODES" else _face_nodes(f, found, item[2], f.model.names[key]))
+    return np.concatenate(nodes), 2 if "FACE" in kinds else 0
+
+
+def _key(f, reference):
+    """Of a set that is named: 'Set', or 'Part-1-1.Set' of one instance, which may also stand in the assembly."""
+    kind, name = reference[0], reference[1].upper()
+    return (kind, name) if (kind, name) in f.model.sets else (kind, name.rpartition(".")[2])
+
+
+def _members(f, kind, name, within=()):
+    """Numbers of a set, with the sets that it names resolved."""
+    key = kind, name.upper()
+    if kind == "SURFACE":
+        return np.empty(0, dtype=np.int64)
+    if key in within:
+        raise InputError(f"{f.path}: set '{shown(f.model.names[key])}' contains itself")
+    if key not in f.model.sets:
+        if key[1].isdigit():
+            return np.array([int(key[1])])
+        raise InputError(f"{f.path}: {'node' if kind == 'NSET' else 'element'} set '{shown(name)}' is used and not "
+                         "defined")
+    found = [np.empty(0, dtype=np.int64)]
+    for item in f.model.sets[key]:
+        if isinstance(item, np.ndarray):
+            found.append(item)
+        else:
+            numbers_ = _members(f, *_key(f, item), within=(*within, key))
+            found.append(_element_nodes(f, numbers_) if kind == "NSET" and item[0] == "ELSET" else numbers_)
+    return np.unique(np.concatenate(found))
+
+
+def _element_nodes(f, members):
+    found = [nodes[np.isin(n, members)].ravel() for _, n, nodes in f.model.elements]
+    return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+
+
+def _face_nodes(f, members, label, surface):
+    """Nodes, middle ones included, of face S1, S2, ... of the elements."""
+    out = [np.empty(0, dtype=np.int64)]
+    for per, n, nodes in [e for e in f.model.elements if e[0]]:
+        kind, between, faces = SOLID[per]
+        mine = np.isin(n, members)
+        if not mine.any():
+            continue
+        if not re.fullmatch(r"S[1-6]", label) or int(label[1]) > len(faces):
+            raise InputError(f"{f.path}: surface '{shown(surface)}': face '{shown(label)}' of a {kind} is not read; "
+                             f"allowed: S1 to S{len(faces)}")
+        corners = faces[int(label[1]) - 1]
+        ours = next(face for face in CELLS[kind].faces if set(corners) <= set(face))
+        columns = CELLS[kind].columns(between) if between else np.arange(per)
+        out.append(nodes[mine][:, columns[list(ours)]].ravel())
+    return np.concatenate(out)
