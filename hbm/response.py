@@ -12,7 +12,8 @@ from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.continuation import follow as continuation
 from hbm.continuation.budget import Spent, Work
 from hbm.errors import InputError, nearest
-from hbm.laws import Contacts
+from hbm.laws.records import Contacts
+from hbm.laws.shipped import check_law
 from hbm.model import ReducedModel
 from hbm.peaks import refine_largest
 from hbm.record import Parameter, contact_harmonics, record
@@ -24,7 +25,6 @@ from hbm.validation import (
     check_forcing,
     check_harmonics,
     check_kind,
-    check_law,
     check_outputs,
     check_settings,
     numbers,
@@ -102,10 +102,9 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
     used = pairs.select(kept)
     preload = used.preload if origin == "preloaded" else -used.kn * used.weight * used.gap
     settings = Contacts(used.kn * used.weight, used.kt * used.weight, used.mu, preload)
-    if hasattr(law, "of_pairs"):
-        law = law.of_pairs(kept)
+    law = law.select(kept)
     B = relative_motion(model, used)
-    if law.has_normal and (lacking := without_normal_motion(B, used)):
+    if "n" in law.components and (lacking := without_normal_motion(B, used)):
         warnings.warn(lacking, stacklevel=3)
     if law.components != ("t1", "t2", "n"):
         rows = ["t1", "t2", "n"]

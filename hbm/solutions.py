@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hbm.continuation import follow as continuation
+from hbm.laws.uncoupled.law import CoulombFriction
 
 _TIP = 8       # times that the points of a fold are brought closer, each time to half
 OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)     # from where a first point is reached, relative to its frequency
@@ -61,9 +62,9 @@ def _raise_level(balance, w, settings):
 
 
 def _march_on(balance, w, settings):
-    """(x or None, residual calls): where time integration from rest gets to; corridor laws only."""
+    """(x or None, residual calls): where time integration from rest gets to; event-driven laws only."""
     from hbm.time import exact as march
-    if not balance.problem.law.corridor:
+    if not isinstance(balance.problem.law, CoulombFriction):
         return None, 0
     motion = march.March(balance, w, tolerance=1e-4)
     motion.periods(motion.at_rest(), 60)

@@ -81,34 +81,6 @@ def check_outputs(outputs, r):
     return list(outputs), np.array(rows)
 
 
-def check_law(law):
-    """A contact law: an object that knows its components, its stuck stiffness and its forces."""
-    from hbm.laws import LAWS
-    if callable(law) and not hasattr(law, "stuck_stiffness") or isinstance(law, type):
-        raise InputError(f"law = {law.__name__}: is what makes a law; call it: {law.__name__}()")
-    if not all(hasattr(law, name) for name in ("name", "components", "tangents", "has_normal", "stuck_stiffness")):
-        raise InputError(f"law = {brief(law)}: must be a contact law, for example {', '.join(f'{n}()' for n in LAWS)} "
-                         "or IsotropicFriction(), or your own (hbm.laws.sampled.SampledLaw)")
-    return law
-
-
-def check_shapes(law, pairs):
-    """InputError where stiffness, state or force of a law have another shape than they must."""
-    P, nd = len(pairs), len(law.components)
-    found = [("stuck_stiffness", law.stuck_stiffness(pairs), (P, nd), "(P, components)")]
-    if hasattr(law, "advance"):
-        u = np.zeros((P, nd))
-        state = law.begin(u, np.zeros((P, max(law.tangents, 1)))[:, :law.tangents], True, pairs)
-        found.append(("begin", state, (P, law.states), "(P, states)"))
-        if np.shape(state) == (P, law.states):
-            force, new = law.advance(u, state, pairs)
-            found += [("force of advance", force, (P, nd), "(P, components)"),
-                      ("state of advance", new, (P, law.states), "(P, states)")]
-    for what, value, shape, meaning in found:
-        if np.shape(value) != shape:
-            raise InputError(f"law {law.name}: {what} has the shape {np.shape(value)}, must be {meaning} = {shape}")
-
-
 def check_kind(name, value, kind, made_by):
     """InputError where an argument is not of the class that it must be."""
     if not isinstance(value, kind):

@@ -11,8 +11,8 @@ from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
 from hbm import fourier
-from hbm.balance import aft
 from hbm.balance.memory import check_moving_fit
+from hbm.laws.records import ContactForces
 
 EPS = np.finfo(float).eps
 ITERATIONS = 100         # at most, of the power iteration
@@ -25,7 +25,7 @@ class Linearisation:
     x: np.ndarray
     residual: np.ndarray
     by_parameter: np.ndarray
-    bracket: aft.Bracket
+    bracket: ContactForces
     modal: np.ndarray          # (m, H+1) coordinates: q_k = shapes @ modal[:, k]
     balance: object            # the HarmonicBalance
     factors: np.ndarray        # (m, H+1)
@@ -46,12 +46,12 @@ class Linearisation:
         """This at x + dx, parameter + dp: outputs and forces are linearised, the matrices stay."""
         hb, b = self.balance, self.bracket
         modal, g = self.modal + self.modal_rate * dp, b.g
-        if len(b.pair):
+        if len(b.contacts):
             size = hb.nd * hb.nh
-            dg = np.matmul(b.D.reshape(-1, size, size), dx.reshape(-1, size)[b.pair][:, :, None])
+            dg = np.matmul(b.D.reshape(-1, size, size), dx.reshape(-1, size)[b.contacts][:, :, None])
             g = g.copy()
-            g[b.pair] += dg.reshape(-1, hb.nd, hb.nh)
-            columns = hb.shapes.reshape(-1, hb.nd, hb.shapes.shape[1])[b.pair].reshape(-1, hb.shapes.shape[1])
+            g[b.contacts] += dg.reshape(-1, hb.nd, hb.nh)
+            columns = hb.shapes.reshape(-1, hb.nd, hb.shapes.shape[1])[b.contacts].reshape(-1, hb.shapes.shape[1])
             modal = modal - self.factors * real_times(columns.T, fourier.to_complex(dg.reshape(-1, hb.nh)))
         return replace(self, x=self.x + dx, modal=modal, bracket=replace(b, g=g))
 
@@ -121,15 +121,15 @@ class Linearisation:
         """D G on the moving rows (flat n x n), the rows (component numbers), and their places in D."""
         bracket, hb = self.bracket, self.balance
         nd, nh, H = hb.nd, hb.nh, hb.H
-        a = len(bracket.pair)
-        moving = bracket.row[bracket.pair]
+        a = len(bracket.contacts)
+        moving = bracket.active[bracket.contacts]
         local = np.flatnonzero(moving.ravel())
-        rows = (bracket.pair[:, None] * nd + np.arange(nd))[moving]
+        rows = (bracket.contacts[:, None] * nd + np.arange(nd))[moving]
         n = len(rows)
         if not n:
             return np.zeros((0, 0)), rows, local
         check_moving_fit(a, len(hb.problem.pairs), nd, H)
-        columns = (bracket.pair[:, None] * nd + np.arange(nd)).ravel()
+        columns = (bracket.contacts[:, None] * nd + np.arange(nd)).ravel()
         left = bracket.D[moving] if n < a * nd else bracket.D.reshape(n, nh, nd, nh)
         owner = np.repeat(np.arange(a), moving.sum(axis=1))
         G = hb.between(columns, rows, self.factors, self.w)
@@ -147,8 +147,8 @@ class Linearisation:
         """D x on the moving rows, flat."""
         b, hb = self.bracket, self.balance
         nd, nh = hb.nd, hb.nh
-        X = x.reshape(-1, nd * nh)[b.pair]
-        y = np.matmul(b.D.reshape(len(b.pair), nd * nh, nd * nh), X[:, :, None])[:, :, 0]
+        X = x.reshape(-1, nd * nh)[b.contacts]
+        y = np.matmul(b.D.reshape(len(b.contacts), nd * nh, nd * nh), X[:, :, None])[:, :, 0]
         return y.reshape(-1, nh)[local].ravel()
 
     def _respond(self, g, rows) -> np.ndarray:
@@ -169,8 +169,7 @@ class Linearisation:
         hb, problem = self.balance, self.balance.problem
         u = self.x.reshape(len(problem.pairs), hb.nd, hb.nh)
         f = self.bracket.g + problem.law.stuck_stiffness(problem.pairs)[:, :, None] * u
-        if problem.law.has_normal:
-            f[:, -1, 0] += problem.pairs.preload
+        f[:, :, 0] += problem.law.stuck_force(problem.pairs)
         return fourier.to_complex(f), fourier.to_complex(u)
 
     def smallest_motion(self):

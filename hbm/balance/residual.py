@@ -18,9 +18,10 @@ from hbm.balance.memory import check_harmonics_fit
 from hbm.balance.newton import Linearisation, real_times
 from hbm.balance.receptance import Receptance, check_rest, stuck_receptance
 from hbm.errors import InputError
-from hbm.laws import Contacts, CorridorLaw
+from hbm.laws.base import ContactLaw, Contacts
+from hbm.laws.shipped import check_law
 from hbm.model import check_damping, symmetric
-from hbm.validation import check_kind, check_law, check_samples, check_shapes, numbers
+from hbm.validation import check_kind, check_samples, numbers
 
 SERIES_REACH = 4.0       # modes above this many times the highest harmonic enter the Jacobian by a series
 SERIES_TERMS = 18        # 4^-18 is below 1e-10
@@ -45,7 +46,7 @@ class ContactProblem:
     C: np.ndarray | None
     K: np.ndarray
     B: np.ndarray | sp.spmatrix
-    law: CorridorLaw
+    law: ContactLaw
     pairs: Contacts
     static: np.ndarray | None = None
     preloaded: bool = True
@@ -69,7 +70,7 @@ class ContactProblem:
             raise InputError(f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.pairs)} pairs of a model with "
                              f"{r} dofs needs ({len(self.pairs) * nd}, {r})")
         numbers("B", self.B, "must be a real matrix")
-        check_shapes(self.law, self.pairs)
+        self.law.check(self.pairs)
         if self.static is not None:
             static = numbers("static", self.static, f"must be {r} real numbers in N")
             if static.shape != (r,) or not np.isfinite(static).all():
@@ -93,29 +94,18 @@ class ContactProblem:
         return self.K + (B.T * k) @ B
 
     def rest_force(self, pairs) -> np.ndarray:
-        """(P,) N: normal force at q = 0 that the implied loads hold; pairs: these ones, or with other settings."""
-        if not self.preloaded:
-            return np.zeros(len(pairs))
-        held = np.maximum(pairs.preload, 0.0)
-        if hasattr(self.law, "laws"):                               # a constant normal force opens nowhere
-            normal = np.array([law.has_normal for law in self.law.laws])[list(self.law.of_pair)]
-            held = np.where(normal, held, pairs.preload)
-        return held
+        """(P, nd) N: force at q = 0 that the implied loads hold; pairs: these ones, or with other settings."""
+        return self.law.force_at_rest(pairs) if self.preloaded else np.zeros((len(pairs), len(self.law.components)))
 
     def receptance(self) -> Receptance:
         """Of the stuck system, computed once; raises InputError when a motion is left free."""
         if "_receptance" not in self.__dict__:
-            if _opens(self.law) and (self.pairs.preload <= 0).all():
+            if self.law.stuck_stiffness(self.pairs).any() and not self.law.stiffness_at_rest(self.pairs).any():
                 check_rest(self.K, None if self.preloaded else self.static, self.describe)
             C = self.C if self.damping_ratio is None else None
             found = stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe)
             object.__setattr__(self, "_receptance", found)
         return self.__dict__["_receptance"]
-
-
-def _opens(law) -> bool:
-    """Whether a pair of this law carries nothing where its preload is not positive."""
-    return all(_opens(part) for part in law.laws) if hasattr(law, "laws") else law.corridor or law.has_normal
 
 
 class HarmonicBalance:
@@ -129,8 +119,8 @@ class HarmonicBalance:
         self.forces, self.given_start = forces, start
         self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
         self.n_components = len(pairs) * self.nd
-        self.start = aft.slider_start(start, len(pairs), law.tangents)
-        self.grid = aft.sample_grid(H, check_samples(samples, H) or aft.default_samples(H, law.corridor))
+        self.start = aft.slider_start(start, len(pairs), law.sliders)
+        self.grid = aft.sample_grid(H, check_samples(samples, H) or law.default_samples(H))
         check_harmonics_fit(len(pairs), self.nd, H)
         self.receptance = problem.receptance()                      # the first thing that takes time
         self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
@@ -146,10 +136,7 @@ class HarmonicBalance:
         p, pairs = self.problem, self.problem.pairs
         m = self.receptance.shapes.shape[1]
         static = np.zeros(m) if p.static is None else self.receptance.shapes.T @ p.static
-        push = np.zeros(m)
-        if p.law.has_normal:
-            push = self.shapes.reshape(len(pairs), self.nd, m)[:, -1].T @ (p.rest_force(pairs) - pairs.preload)
-        return static, push
+        return static, self.shapes.T @ -self._unheld(pairs).ravel()
 
     def linear(self, w: float, level: float = 1.0) -> np.ndarray:
         """x of the stuck system at a force level, the solution when no bracket acts."""
@@ -174,7 +161,7 @@ class HarmonicBalance:
             self.on_call()
         p = self.problem
         u = x.reshape(len(p.pairs), self.nd, self.nh)
-        bracket = self._held(self._bracket(u, by, factor))
+        bracket = self._held(self._bracket(u, w, by, factor))
         d, d_rate = self._factors(w)
         push = self.force_at(level)
         rows = np.flatnonzero(np.any(bracket.g.reshape(-1, self.nh) != 0, axis=1))
@@ -182,10 +169,13 @@ class HarmonicBalance:
             push = push - real_times(self.shapes[rows].T, fourier.to_complex(bracket.g.reshape(-1, self.nh)[rows]))
         modal = d * push
         if by in SETTINGS:
-            g = self._by_setting(u, by, factor, bracket)
+            g = self._by_setting(u, w, by, factor, bracket)
             rate = -d * real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
         else:
             rate = d_rate * np.arange(self.H + 1) * push if by == "w" else d * self.force
+            if by == "w" and bracket.by_omega is not None:
+                g = bracket.by_omega.reshape(-1, self.nh)
+                rate = rate - d * real_times(self.shapes.T, fourier.to_complex(g))
         both = real_times(self.shapes, np.concatenate([modal, rate], axis=1))
         residual = x - fourier.to_real(both[:, :self.H + 1]).ravel()
         by_parameter = -fourier.to_real(both[:, self.H + 1:]).ravel()
@@ -218,42 +208,40 @@ class HarmonicBalance:
         sliding direction: it may stand anywhere, and Newton's matrix is singular in that motion though the rest is well
         determined. With the trace the body stays where it was; the residual, and so the solution, is not touched.
         """
-        trace = self.trace(bracket).reshape(-1, self.nd)[bracket.pair]
+        trace = self.trace(bracket).reshape(-1, self.nd)[bracket.contacts]
         for d in range(self.nd):
             bracket.D[:, d, 0, d, 0] += trace[:, d]
         return bracket
 
     def trace(self, bracket) -> np.ndarray:
         """(P nd,) N/m that Newton's matrix adds to the mean positions: a trace of the stuck springs of moving rows."""
-        return HELD * (self.problem.law.stuck_stiffness(self.problem.pairs) * bracket.row).ravel()
+        return HELD * (self.problem.law.stuck_stiffness(self.problem.pairs) * bracket.active).ravel()
 
-    def _bracket(self, u, by, factor):
+    def _bracket(self, u, w, by, factor):
         p = self.problem
         if by not in SETTINGS:
-            return aft.evaluate(p.law, p.pairs, u, self.start, self.grid)
+            return aft.evaluate(p.law, p.pairs, u, self.start, self.grid, w)
         pairs = self._scaled_pairs(by, factor)
-        bracket = aft.evaluate(p.law, pairs, u, self.start, self.grid)
+        bracket = aft.evaluate(p.law, pairs, u, self.start, self.grid, w)
         # the receptance and the constant force are those of the model: what they differ by goes into the bracket
         if by in ("kn", "kt"):
             bracket = bracket.with_springs(p.law.stuck_stiffness(pairs) - p.law.stuck_stiffness(p.pairs), u)
-        if p.law.has_normal:
-            bracket.g[:, -1, 0] += self._unheld(pairs) - self._unheld(p.pairs)
+        bracket.g[:, :, 0] += self._unheld(pairs) - self._unheld(p.pairs)
         return bracket
 
     def _unheld(self, pairs):
-        """(P,) N: preload beyond the normal force at q = 0, by which the stuck springs are off."""
-        return pairs.preload - self.problem.rest_force(pairs)
+        """(P, nd) N: force of the stuck springs at q = 0 beyond the force of the law there."""
+        return self.problem.law.stuck_force(pairs) - self.problem.rest_force(pairs)
 
-    def _by_setting(self, u, by, factor, bracket):
+    def _by_setting(self, u, w, by, factor, bracket):
         """(P, nd, nh) derivative of the bracket by the factor on a setting of every pair."""
         if by == "preload" and bracket.by_preload is not None:
             g = self.problem.pairs.preload[:, None, None] * bracket.by_preload
-            if self.problem.law.has_normal:
-                g[:, -1, 0] += self._unheld(self.problem.pairs)
+            g[:, :, 0] += self._unheld(self.problem.pairs)
             return g
         h = 1e-6 * max(abs(factor), 1e-3)
         factor = max(factor, h)
-        return (self._bracket(u, by, factor + h).g - self._bracket(u, by, factor - h).g) / (2 * h)
+        return (self._bracket(u, w, by, factor + h).g - self._bracket(u, w, by, factor - h).g) / (2 * h)
 
     def between(self, to, at, factors, w) -> np.ndarray:
         """(H+1, len(to), len(at)) receptance between components: low modes one by one, the others by a series."""

@@ -1,46 +1,168 @@
-"""What every contact law shares: the settings of the contacts, and the tangents of a step."""
+"""The contract of a contact law: `ContactLaw`. A new law states its data sheet and `step`; the rest has defaults.
 
-from dataclasses import dataclass
+A law knows the relative motion of its contacts and nothing of dofs, harmonics or solvers. How to write one:
+docs/studies/own_law/README.md.
+"""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 from hbm.errors import InputError
+from hbm.laws import sampled
+from hbm.laws.piecewise import PiecewiseLinear
+from hbm.laws.records import ContactForces, Contacts, ContactState, Motion, SliderStart, Tangents
 from hbm.validation import brief
 
+__all__ = ["ContactForces", "ContactLaw", "ContactState", "Contacts", "Motion", "SliderStart", "Tangents"]
+
 
 @dataclass(frozen=True)
-class Contacts:
-    """What the laws need of P pairs: kn, kt (N/m, weight included), mu (-), preload (N, negative = open). Each (P,)."""
+class ContactLaw:
+    """Base of every contact law: a frozen dataclass whose fields are the parameters of the law.
 
-    kn: np.ndarray
-    kt: np.ndarray
-    mu: np.ndarray
-    preload: np.ndarray
+    A parameter is one number, or a sequence with one number per contact, which becomes a read-only array (P,).
+
+    components : of the relative motion, a subset of ('t1', 't2', 'n') in this order
+    states : length of the state of a contact; sliders : its leading entries that are slider positions in m, from which
+        slip is told; a law without sliders slips where it dissipates
+    """
+
+    components: ClassVar[tuple] = ("t1", "t2", "n")
+    states: ClassVar[int] = 0
+    sliders: ClassVar[int] = 0
 
     def __post_init__(self):
-        for name in ("kn", "kt", "mu", "preload"):
-            try:
-                values = np.atleast_1d(np.asarray(getattr(self, name), dtype=float))
-            except (TypeError, ValueError):
-                raise InputError(f"{name} = {brief(getattr(self, name))}: must be one number per pair") from None
-            object.__setattr__(self, name, values)
-            bad = ~np.isfinite(values) | ((values < 0) & (name != "preload"))
-            if bad.any():
-                i = int(np.flatnonzero(bad)[0])
-                allowed = "finite" if name == "preload" else "finite and not negative"
-                raise InputError(f"pair {i + 1}: {name} = {values[i]:g}, must be {allowed}")
-        if len({len(self.kn), len(self.kt), len(self.mu), len(self.preload)}) != 1:
-            raise InputError("kn, kt, mu and preload must have one value per pair each")
+        for name, value in list(vars(self).items()):
+            if isinstance(value, list | tuple | np.ndarray):
+                object.__setattr__(self, name, _numbers(self.name, name, value))
 
-    def __len__(self) -> int:
-        return len(self.kn)
+    @property
+    def name(self) -> str:
+        """Name in messages and results."""
+        return type(self).__name__
+
+    def step(self, motion: Motion, state, contacts: Contacts):
+        """Force (P, nd) N and state (P, ns) after a step: the formula of the law.
+
+        motion : at the end of the step; state (P, ns) : before it. Rows are independent contacts. Arrays may be
+        complex, for derivatives by the complex step [Squire, Trapp 1998]: the formula must be analytic where it is
+        smooth (sqrt(a*a + b*b), not abs), and comparisons take real parts.
+        """
+        raise NotImplementedError(f"law {self.name} has no step")
+
+    def initial_state(self, u, start: SliderStart, contacts: Contacts):
+        """(P, ns) state at t = 0, where the motion is u (P, nd), perhaps complex; default zero."""
+        return np.zeros((len(u), self.states), dtype=u.dtype)
+
+    def stuck_stiffness(self, contacts: Contacts) -> np.ndarray:
+        """(P, nd) N/m, stiffness K_c that the linear system takes over; the solution does not depend on it."""
+        return np.zeros((len(contacts), len(self.components)))
+
+    def stuck_force(self, contacts: Contacts) -> np.ndarray:
+        """(P, nd) N at u = 0 of the stuck springs: preload on the normal of a unilateral law, zero else."""
+        return np.zeros((len(contacts), len(self.components)))
+
+    def force_at_rest(self, contacts: Contacts) -> np.ndarray:
+        """(P, nd) N, force at u = 0."""
+        return self.tangents(*self._rest(contacts))[0]
+
+    def stiffness_at_rest(self, contacts: Contacts) -> np.ndarray:
+        """(P, nd, nd) N/m, derivative of the force at u = 0: zero for a contact that is open there."""
+        return self.tangents(*self._rest(contacts))[2].force_u
+
+    def _rest(self, contacts):
+        zero = np.zeros((len(contacts), len(self.components)))
+        start = SliderStart(np.zeros((len(contacts), self.sliders)), True)
+        return Motion(zero, zero, 1.0), self.initial_state(zero, start, contacts), contacts
+
+    def consistent_state(self, u, state, contacts: Contacts) -> np.ndarray:
+        """State (P, ns) at the motion u (P, nd): entries that `initial_state` takes from the motion or the sliders are
+        as it gives them, the others stay. Newton on the period map varies the state freely and needs this."""
+        along = 1e-30j * np.sqrt(np.arange(2, 2 + len(self.components)))
+        sliders = SliderStart(state[:, :self.sliders] + 1e-30j, False)
+        found = self.initial_state(u + along, sliders, contacts)
+        return np.where(np.imag(found) != 0, np.real(found), state)
+
+    def tangents(self, motion: Motion, state, contacts: Contacts):
+        """Force, state and `Tangents` of one step; by complex steps of `step`, exact to rounding."""
+        return sampled.tangents(self, motion, state, contacts)
+
+    def harmonics(self, contacts: Contacts, x, start: SliderStart, grid, omega: float) -> ContactForces:
+        """Forces of the periodic cycle at the relative motion x (P, nd, nh) m and omega rad/s.
+
+        grid : of `aft.sample_grid`. The default steps through the samples, until the state repeats.
+        """
+        return sampled.harmonics(self, contacts, x, start, grid, omega)
+
+    def orbit_tangents(self, contacts: Contacts, x, start: SliderStart, grid, omega: float):
+        """(force_u, force_v), each (n, P, nd, nd): derivatives of the force at the samples of the periodic cycle."""
+        t = sampled.periodic(self, contacts, x, start, grid, omega).tangents
+        return t.force_u, t.force_v
+
+    def sticks_surely(self, contacts: Contacts, amplitude) -> np.ndarray:
+        """(P,) bool, contacts that stick through any motion within amplitude (P, nd) m of that without friction."""
+        return np.zeros(len(contacts), dtype=bool)
+
+    def piecewise_linear(self, contacts: Contacts) -> PiecewiseLinear | None:
+        """Table for event-driven time integration; None: the law is integrated by `step`."""
+        return None
+
+    def default_samples(self, H: int) -> int:
+        """Samples of a cycle: the default is below 1e-3 of the limit force at 256."""
+        return max(256, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
+
+    def select(self, at) -> "ContactLaw":
+        """The law of some contacts, by a mask or by indices: parameters with one entry per contact are cut."""
+        cut = {}
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray):
+                if np.asarray(at).dtype == bool and len(at) != len(value):
+                    raise InputError(_misfit(self.name, name, value, len(at)))
+                cut[name] = value[at]
+        return replace(self, **cut) if cut else self
+
+    def check(self, contacts: Contacts):
+        """InputError where parameters do not fit the contacts, or methods return arrays of the wrong shape."""
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray) and len(value) != len(contacts):
+                raise InputError(_misfit(self.name, name, value, len(contacts)))
+        motion, _, _ = rest = self._rest(contacts)
+        P, nd = motion.u.shape
+        found = [("stuck_stiffness", self.stuck_stiffness(contacts), (P, nd), "(P, components)"),
+                 ("stuck_force", self.stuck_force(contacts), (P, nd), "(P, components)"),
+                 ("initial_state", rest[1], (P, self.states), "(P, states)")]
+        if np.shape(rest[1]) == (P, self.states):
+            force, state = self.step(*rest)
+            found += [("force of step", force, (P, nd), "(P, components)"),
+                      ("state of step", state, (P, self.states), "(P, states)")]
+        for what, value, shape, meaning in found:
+            if np.shape(value) != shape:
+                raise InputError(f"law {self.name}: {what} has the shape {np.shape(value)}, must be {meaning} = "
+                                 f"{shape}")
+
+    def check_range(self, name: str, low=-np.inf, high=np.inf, above=False):
+        """InputError where a parameter is not a finite number within low..high (above low, where `above`)."""
+        value = _numbers(self.name, name, vars(self)[name])
+        if not np.isfinite(value).all() or (value <= low if above else value < low).any() or (value > high).any():
+            bounds = [f"{'above' if above else 'at least'} {low:g}"] * (low > -np.inf) \
+                + [f"at most {high:g}"] * (high < np.inf)
+            raise InputError(f"law {self.name}: {name} = {brief(vars(self)[name])}, must be "
+                             f"{' and '.join(['finite', *bounds])}")
 
 
-@dataclass(frozen=True)
-class Tangents:
-    """Derivatives of one step, per pair: of the force (P, nd) and of the slider (P, nt) by u and by the old slider."""
+def _numbers(law, name, value):
+    """(P,) read-only array; InputError where it does not hold one number per contact."""
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        array = np.empty((0, 0))
+    if array.ndim > 1 or isinstance(value, bool | str):
+        raise InputError(f"law {law}: {name} = {brief(value)}, must be a number or one number per contact")
+    array.flags.writeable = False
+    return array
 
-    force_u: np.ndarray        # (P, nd, nd)
-    force_slider: np.ndarray   # (P, nd, nt)
-    slider_u: np.ndarray       # (P, nt, nd)
-    slider_slider: np.ndarray  # (P, nt, nt)
+
+def _misfit(law, name, value, P):
+    return f"law {law}: {name} has {len(value)} values, must be one number or one per contact ({P})"

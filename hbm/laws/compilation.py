@@ -3,13 +3,15 @@
 import logging
 from pathlib import Path
 
+from numba.core.registry import CPUDispatcher
+
 
 def announce(kernel):
     """Say that numba has to compile a kernel, where no compiled one newer than its source is stored; once a process.
 
-    kernel : what numba.njit returned; a plain function (numba switched off) or None is passed over
+    kernel : what numba.njit returned; a plain function (numba switched off) is passed over
     """
-    if not hasattr(kernel, "signatures") or kernel.signatures:
+    if not isinstance(kernel, CPUDispatcher) or kernel.signatures:
         return
     source = Path(kernel.py_func.__code__.co_filename)
     stored = Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__name__}*.nbi")

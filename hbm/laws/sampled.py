@@ -1,94 +1,49 @@
-"""Laws that advance from sample to sample, with tangents by the complex step: your own law goes here.
+"""Defaults of a contact law made from its step: tangents by the complex step, and the cycle sample by sample.
 
-A law of your own is one class in your own file: derive from `SampledLaw`, name its `components`, and write `advance`.
+The forces of a cycle are as good as its samples. Velocity and length of a step follow from the frequency,
 
-    @dataclass(frozen=True)
-    class Quintic(SampledLaw):
-        name: str = "Quintic"
-        components: tuple = ("n",)
+    v = omega du/dtau,      dt = 2 pi/(omega n)      at n samples,
 
-        def advance(self, u, state, pairs):
-            return pairs.kn[:, None] * u**5, state
-
-`advance` must be analytic where it is smooth (write sqrt(a*a + b*b), not abs; compare real parts), because its
-derivatives are taken by complex steps, exact to rounding. It is called with many rows at once, all samples of all
-pairs: write it over rows, not over pairs.
+so that the chain rule carries derivatives by the harmonics of u and by omega.
 """
 
 from dataclasses import dataclass
-from types import SimpleNamespace
-from typing import ClassVar
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from hbm import fourier
-from hbm.laws import Contacts, Tangents
-
-STEP = 1e-30
-MOST_PERIODS = 30
-REPEATS = 1e-12          # of the largest motion: the period repeats
-LOSS = 1e-4              # of |force| |motion|, from which on a law without sliders is said to slip
-REGULAR = 1e-6           # of det(I - A): below, the map of a period is not inverted
+from hbm.laws.records import ContactForces, Motion, SliderStart, Tangents
 
 
 @dataclass(frozen=True)
-class SampledLaw:
-    """A law known by its step over one sample; the harmonics are as good as the samples.
+class CycleSettings:
+    """Tolerances of the sampled cycle."""
 
-    components : of the relative motion, in the order of u; tangents : leading entries of the state that are sliders,
-        from whose motion the shares of the cycle in stick and slip are told; 0 for none: then a pair that loses energy
-        slips throughout
-    states : length of the state of a pair
+    step: float = 1e-30          # of the complex step: its square is below rounding
+    max_periods: int = 30        # a state that creeps longer is taken as it is then
+    repeats: float = 1e-12       # of the largest motion or state: the period repeats
+    regular: float = 1e-6        # of det(I - A): below, a period leaves part of the state where it was
+    dissipates: float = 1e-4     # of |force| |motion|: above what sampling makes up
+    rounding: float = 1e-12      # relative size of derivatives, and of slider motion, that are none
+
+
+SETTINGS = CycleSettings()
+
+
+class Cycle(NamedTuple):
+    """A periodic cycle of n samples: motion u (n, P, nd), states before and after each step, force, tangents.
+
+    dforce : (n, P, nd, nd nh + 1) derivative of the force by the harmonics of u, and by omega
     """
 
-    name: str = "SampledLaw"
-    components: tuple = ("t1", "t2", "n")
-    tangents: int = 0
-    states: int = 0
-    has_normal: bool = False
-    corridor: bool = False
-    kernel: ClassVar = None          # what numba has to compile, to be announced
-
-    def stuck_stiffness(self, pairs: Contacts) -> np.ndarray:
-        """(P, nd) constant stiffness that is taken over by the linear system."""
-        return np.zeros((len(pairs), len(self.components)))
-
-    def begin(self, u, sliders, from_position, pairs):
-        """State (P, states) at t = 0, where the motion is u (P, nd)."""
-        return np.zeros((len(pairs), self.states), dtype=u.dtype)
-
-    def advance(self, u, state, pairs):
-        """Force (P, nd) and state (P, states) after the motion has gone on to u (P, nd)."""
-        raise NotImplementedError
-
-    def step(self, u, state, pairs):
-        """Force, state and tangents of one step; the complex steps of all columns go through `advance` together."""
-        P, nd, ns = len(u), u.shape[1], self.states
-        m = nd + ns
-        moved = np.tile(np.concatenate([u, state], axis=1).astype(complex), (m, 1)).reshape(m, P, m)
-        moved[np.arange(m), :, np.arange(m)] += 1j * STEP
-        moved = moved.reshape(m * P, m)
-        force, new = self.advance(moved[:, :nd], moved[:, nd:], _repeated(pairs, m))
-        by_force = (np.imag(force) / STEP).reshape(m, P, nd).transpose(1, 2, 0)
-        by_state = (np.imag(new) / STEP).reshape(m, P, ns).transpose(1, 2, 0)
-        t = Tangents(by_force[:, :, :nd], by_force[:, :, nd:], by_state[:, :, :nd], by_state[:, :, nd:])
-        return force[:P].real, new[:P].real, t
-
-    def harmonics(self, pairs: Contacts, x, start, grid):
-        """g, D, moves, shares (as in `aft.Bracket`, for all pairs) at the relative motion x (P, nd, nh)."""
-        return march(self, pairs, x, start, grid)
-
-
-@dataclass(frozen=True)
-class CubicSpring(SampledLaw):
-    """f = kn u^3 (kn in N/m^3), for verification. Exact with more than 4 H samples."""
-
-    name: str = "CubicSpring"
-    components: tuple = ("n",)
-
-    def advance(self, u, state, pairs):
-        return pairs.kn[:, None] * u**3, state
+    u: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    force: np.ndarray
+    tangents: Tangents
+    dforce: np.ndarray
 
 
 def projector(E) -> np.ndarray:
@@ -98,64 +53,139 @@ def projector(E) -> np.ndarray:
     return weights
 
 
-def _repeated(pairs, m):
-    return SimpleNamespace(**{k: np.tile(getattr(pairs, k), m) for k in ("kn", "kt", "mu", "preload")})
+def tangents(law, motion: Motion, state, contacts):
+    """Force, state and `Tangents` of one step of a law by complex steps."""
+    P, nd = motion.u.shape
+    ns = state.shape[1]
+    force, new, by = _complex_steps(law, motion, state, contacts, rate=False)
+    by_u, by_state = by[:, :, :nd], by[:, :, nd:]
+    by_v, by_dt = np.zeros((P, nd + ns, nd)), np.zeros((P, nd + ns))
+    # one step in v and dt together tells whether the law depends on the rate at all
+    along = SETTINGS.step * np.sqrt(np.arange(2, 2 + nd))
+    probe = Motion(motion.u, motion.v + 1j * along, motion.dt + 1j * SETTINGS.step)
+    if any(np.imag(a).any() for a in law.step(probe, state, contacts)):
+        by_v = _complex_steps(law, motion, state, contacts, rate=True)[2]
+        by_dt = np.concatenate([np.imag(a) / SETTINGS.step for a in law.step(
+            Motion(motion.u, motion.v, motion.dt + 1j * SETTINGS.step), state, contacts)], axis=1)
+    return force, new, Tangents(by_u[:, :nd], by_v[:, :nd], by_state[:, :nd], by_dt[:, :nd],
+                                by_u[:, nd:], by_v[:, nd:], by_state[:, nd:], by_dt[:, nd:])
 
 
-def march(law, pairs, x, start, grid, leap=True):
-    """Harmonics of any sampled law: the states sample by sample, then the tangents of all samples in one call.
+def _complex_steps(law, motion, state, contacts, rate):
+    """Force, state and their derivative (P, nd + ns, .) by v (`rate`), or by u and state; all columns in one call."""
+    P, nd = motion.u.shape
+    moved = motion.v if rate else np.concatenate([motion.u, state], axis=1)
+    m = moved.shape[1]
+    moved = np.tile(moved.astype(complex), (m, 1)).reshape(m, P, m)
+    moved[np.arange(m), :, np.arange(m)] += 1j * SETTINGS.step
+    moved, every = moved.reshape(m * P, m), np.tile(np.arange(P), m)
+    if rate:
+        motion, state = Motion(motion.u[every], moved, motion.dt), state[every]
+    else:
+        motion, state = Motion(moved[:, :nd], motion.v[every], motion.dt), moved[:, nd:]
+    force, new = law.select(every).step(motion, state, contacts.select(every))
+    by = np.concatenate([np.imag(force), np.imag(new)], axis=1) / SETTINGS.step
+    return force[:P].real, new[:P].real, by.reshape(m, P, nd + len(new.T)).transpose(1, 2, 0)
 
-    At least two periods, and until the state repeats. A state that creeps there is taken there by Newton on the map
-    of the period (`leap`), unless that leads to a pair at rest, where it is not the only one that repeats.
+
+def periodic(law, contacts, x, start: SliderStart, grid, omega: float, newton: bool = True) -> Cycle:
+    """The cycle of a law once its state repeats: the states sample by sample, then all tangents in one call.
+
+    At least two periods. A state that creeps is taken to the one that repeats by Newton on the map of the period,
+    unless that leads to a contact at rest, where the state that repeats is not unique: then without `newton`.
     """
     P, nd, nh = x.shape
-    E, ns = grid[1], law.states
-    n, project = len(E), projector(E)
-    u = np.ascontiguousarray((x @ E.T).transpose(2, 0, 1))                     # (n, P, nd)
-    size = np.abs(u).max(initial=0.0) + 1e-300
-    state, dstate = _begin(law, u[0], *start, pairs, E[0])
-    order, every = np.r_[1:n, 0], _repeated(pairs, n)
-    dforce, leapt, repeats = np.zeros((n, P, nd, nd, nh)), np.zeros(P, dtype=bool), np.ones(P, dtype=bool)
-    for period in range(MOST_PERIODS if ns else 1):
+    _, E, E_rate = grid
+    n, ns = len(E), law.states
+    order, dt = np.r_[1:n, 0], 2 * np.pi / (omega * n)
+    u, u_rate = (np.ascontiguousarray((x @ basis.T).transpose(2, 0, 1)) for basis in (E, E_rate))
+    every = np.tile(np.arange(P), n)
+    law_every, contacts_every = law.select(every), contacts.select(every)
+    motion = Motion(u.reshape(n * P, nd), omega * u_rate.reshape(n * P, nd), dt)
+    state, dstate = _initial(law, u[0], start, contacts, E[0])
+    dforce, creeps, repeats = np.zeros((n, P, nd, nd * nh + 1)), np.zeros(P, dtype=bool), np.ones(P, dtype=bool)
+    for period in range(SETTINGS.max_periods if ns else 1):
         before, first = np.empty((n, P, ns)), state
         for i in order if ns else ():
             before[i] = state
-            state = law.advance(u[i], state, pairs)[1]
-        force, after, t = law.step(u.reshape(n * P, nd), before.reshape(n * P, ns), every)
-        t = [a.reshape(n, P, *a.shape[1:]) for a in (t.force_u, t.force_slider, t.slider_u, t.slider_slider)]
-        chain(order, E, *t, dstate, dforce)
-        repeats = np.abs(state - first).max(axis=1, initial=0.0) <= REPEATS * size
+            state = law.step(Motion(u[i], omega * u_rate[i], dt), state, contacts)[1]
+        force, after, t = law_every.tangents(motion, before.reshape(n * P, ns), contacts_every)
+        rows, t = (E, omega * E_rate), t.reshaped(n, P)
+        by = _stacked(t, u_rate, -dt / omega)
+        chain(order, *rows, by, dstate, dforce)
+        repeats = (np.abs(state - first) <= SETTINGS.repeats * _sizes(law, u, before)).all(axis=1)
         if period and repeats.all():
             break
-        if period and leap:
-            state, now = _leap(first, state, _map(order, t[3]), ~repeats)
-            leapt |= now
-    if leapt.any():
-        A = _map(order, t[3])[leapt]
+        if period and newton:
+            state, moved = _newton(first, state, _map(order, t.state_state), ~repeats)
+            creeps |= moved
+    if creeps.any():
+        A = _map(order, t.state_state)[creeps]
         if not repeats.all() or not _regular(A).all():
-            return march(law, pairs, x, start, grid, leap=False)
-        t, part = [np.ascontiguousarray(a[:, leapt]) for a in t], np.zeros((n, leapt.sum(), nd, nd, nh))
-        fixed = np.zeros_like(dstate[leapt])
-        chain(order, E, *t, fixed, part)
-        fixed = np.linalg.solve(np.eye(ns) - A, fixed.reshape(len(A), ns, nd * nh)).reshape(fixed.shape)
-        chain(order, E, *t, fixed, part)
-        dforce[:, leapt] = part
-    force, moved = force.reshape(n, P, nd), np.abs(after.reshape(n, P, ns) - before)[:, :, :law.tangents]
-    opens = force[:, :, -1] <= 0 if law.has_normal else np.zeros((n, P), dtype=bool)
-    slips = ~opens & (moved.max(axis=2, initial=0.0) > 1e-12 * size)
-    g = np.tensordot(force, project, (0, 0))
-    D = (project.T @ dforce.reshape(n, -1)).reshape(nh, P, nd, nd, nh).transpose(1, 2, 0, 3, 4)
-    if ns and not law.tangents:
-        slips = ~opens & _loses(g, x)
-    shares = np.stack([~slips & ~opens, slips, opens], axis=2).sum(axis=0) / n
-    return *_bracket(law, pairs, x, g, np.ascontiguousarray(D), np.abs(dforce).max(axis=(0, 3, 4)),
-                     np.abs(force).max(axis=0)), shares
+            return periodic(law, contacts, x, start, grid, omega, newton=False)
+        dforce[:, creeps] = _fixed_point(order, rows, tuple(np.ascontiguousarray(a[:, creeps]) for a in by), A)
+    return Cycle(u, before, after.reshape(n, P, ns), force.reshape(n, P, nd), t, dforce)
 
 
-def _loses(g, x):
-    """(P,) bool: pairs that take energy out of the motion, beyond what sampling makes up."""
-    size = np.linalg.norm(g[:, :, 1:], axis=(1, 2)) * np.linalg.norm(x[:, :, 1:], axis=(1, 2))
-    return fourier.work(g, x) > LOSS * size
+def _stacked(t, u_rate, dt_by_omega):
+    """Derivatives of force and state in one array each: by u, v and state (n, P, nd + ns, .), by omega (n, P, .)."""
+    by_u, by_v, by_state, by_dt = (np.concatenate(pair, axis=2) for pair in (
+        (t.force_u, t.state_u), (t.force_v, t.state_v), (t.force_state, t.state_state), (t.force_dt, t.state_dt)))
+    return by_u, by_v, by_state, np.einsum("npij,npj->npi", by_v, u_rate) + by_dt * dt_by_omega
+
+
+def _fixed_point(order, rows, by, A):
+    """(n, p, nd, columns) derivative of the force of states that repeat: A is the map of the period."""
+    n, p, m, ns = by[2].shape
+    columns = (m - ns) * rows[0].shape[1] + 1
+    part, fixed = np.zeros((n, p, m - ns, columns)), np.zeros((p, ns, columns))
+    chain(order, *rows, by, fixed, part)
+    fixed = np.linalg.solve(np.eye(ns) - A, fixed)
+    chain(order, *rows, by, fixed, part)
+    return part
+
+
+def _sizes(law, u, before):
+    """(ns,) size of each entry of the state, beside which it repeats: of the motion for sliders."""
+    sizes = np.abs(before).max(axis=(0, 1), initial=0.0)
+    sizes[:law.sliders] = np.abs(u).max(initial=0.0)
+    return sizes + 1e-300
+
+
+def harmonics(law, contacts, x, start: SliderStart, grid, omega: float) -> ContactForces:
+    """Forces of the periodic cycle of a law, as their deviation from the stuck springs."""
+    P, nd, nh = x.shape
+    c = periodic(law, contacts, x, start, grid, omega)
+    weights = projector(grid[1])
+    f = np.tensordot(c.force, weights, (0, 0))
+    D = np.tensordot(weights, c.dforce, (0, 0)).transpose(1, 2, 0, 3)
+    by_omega = np.ascontiguousarray(D[..., -1]) if c.tangents.of_rate else None
+    D = np.ascontiguousarray(D[..., :-1]).reshape(P, nd, nh, nd, nh)
+    shares = _shares(law, contacts, c, f, x)
+    stiffness, constant = law.stuck_stiffness(contacts), law.stuck_force(contacts)
+    g = f - stiffness[:, :, None] * x
+    g[:, :, 0] -= constant
+    for d in range(nd):
+        D[:, d, np.arange(nh), d, np.arange(nh)] -= stiffness[:, d, None]
+    slope = np.abs(c.dforce[..., :-1]).max(axis=(0, 3), initial=0.0)
+    active = np.abs(D).max(axis=(2, 3, 4)) > SETTINGS.rounding * np.maximum(slope, 1e-300)
+    largest = np.abs(c.force).max(axis=0) + stiffness * np.abs(x).sum(axis=2) + np.abs(constant)
+    g[(np.abs(g).max(axis=2) <= 0.1 * SETTINGS.rounding * largest) & ~active] = 0.0
+    return ContactForces(g, active, D[active.any(axis=1)], None, by_omega, shares)
+
+
+def _shares(law, contacts, c, f, x):
+    """(P, 3) share of the cycle in stick, slip, open; open: a contact with stuck springs that gives no force nor any
+    for small motions."""
+    gives = c.force.any(axis=2) | c.tangents.force_u.any(axis=(2, 3)) | c.tangents.force_v.any(axis=(2, 3))
+    opens = (law.stuck_stiffness(contacts) > 0).any(axis=1) & ~gives
+    if law.sliders:
+        moved = np.abs(c.after - c.before)[:, :, :law.sliders].max(axis=2)
+        slips = ~opens & (moved > SETTINGS.rounding * (np.abs(c.u).max(initial=0.0) + 1e-300))
+    else:
+        size = np.linalg.norm(f[:, :, 1:], axis=(1, 2)) * np.linalg.norm(x[:, :, 1:], axis=(1, 2))
+        slips = ~opens & (fourier.work(f, x) > SETTINGS.dissipates * size)
+    return np.stack([~slips & ~opens, slips, opens], axis=2).mean(axis=0)
 
 
 def _map(order, state_state):
@@ -167,10 +197,10 @@ def _map(order, state_state):
 
 
 def _regular(A):
-    return np.abs(np.linalg.det(np.eye(A.shape[1]) - A)) > REGULAR
+    return np.abs(np.linalg.det(np.eye(A.shape[1]) - A)) > SETTINGS.regular
 
 
-def _leap(first, state, A, wanted):
+def _newton(first, state, A, wanted):
     """(states, mask of those moved): Newton's step to the state that repeats, where the map allows it."""
     now = wanted & _regular(A)
     new = state.copy()
@@ -179,53 +209,41 @@ def _leap(first, state, A, wanted):
     return new, now
 
 
-def _begin(law, u, sliders, from_position, pairs, e):
-    """State at t = 0 and its derivative (P, ns, nd, nh) by the harmonics of the motion."""
-    state = law.begin(u, sliders, from_position, pairs)
-    dstate = np.zeros((*state.shape, u.shape[1], len(e)))
-    for k in range(u.shape[1] if law.states else 0):
+def _initial(law, u, start, contacts, e):
+    """State at t = 0 and its derivative (P, ns, nd nh + 1) by the harmonics of the motion and omega."""
+    P, nd = u.shape
+    state = law.initial_state(u, start, contacts)
+    dstate = np.zeros((P, law.states, nd * len(e) + 1))
+    for k in range(nd if law.states else 0):
         moved = u.astype(complex)
-        moved[:, k] += 1j * STEP
-        dstate[:, :, k] = (np.imag(law.begin(moved, sliders, from_position, pairs)) / STEP)[:, :, None] * e
+        moved[:, k] += 1j * SETTINGS.step
+        by = np.imag(law.initial_state(moved, start, contacts)) / SETTINGS.step
+        dstate[:, :, k * len(e):(k + 1) * len(e)] = by[:, :, None] * e
     return state, dstate
 
 
 @njit(cache=True)
-def chain(order, E, force_u, force_state, state_u, state_state, dstate, dforce):
-    """Carry dstate (P, ns, nd, nh) through a period, and fill dforce (n, P, nd, nd, nh), by the chain rule."""
-    n, P, nd, ns = force_state.shape
-    nh = E.shape[1]
-    new = np.empty((ns, nd, nh))
+def chain(order, E, E_rate, by, dstate, dforce):
+    """Carry dstate (P, ns, nd nh + 1) through a period and fill dforce (n, P, nd, nd nh + 1) by the chain rule.
+
+    E, E_rate (n, nh) : derivative of u and of v by the harmonics; by : of `_stacked`, force above state
+    """
+    by_u, by_v, by_state, by_omega = by
+    n, P, rows, nd = by_u.shape
+    ns, nh = by_state.shape[3], E.shape[1]
+    new = np.empty((ns, nd * nh + 1))
     for i in order:
         for p in range(P):
             old = dstate[p]
-            for r in range(nd):
+            for r in range(rows):
+                into = dforce[i, p, r] if r < nd else new[r - nd]
                 for k in range(nd):
                     for m in range(nh):
-                        value = force_u[i, p, r, k] * E[i, m]
-                        for s in range(ns):
-                            value += force_state[i, p, r, s] * old[s, k, m]
-                        dforce[i, p, r, k, m] = value
-            for r in range(ns):
-                for k in range(nd):
-                    for m in range(nh):
-                        value = state_u[i, p, r, k] * E[i, m]
-                        for s in range(ns):
-                            value += state_state[i, p, r, s] * old[s, k, m]
-                        new[r, k, m] = value
+                        into[k * nh + m] = by_u[i, p, r, k] * E[i, m] + by_v[i, p, r, k] * E_rate[i, m]
+                into[nd * nh] = by_omega[i, p, r]
+                for s in range(ns):
+                    a = by_state[i, p, r, s]
+                    if a != 0:
+                        for c in range(nd * nh + 1):
+                            into[c] += a * old[s, c]
             dstate[p] = new
-
-
-def _bracket(law, pairs, x, g, D, slope, top):
-    """g, D and moves once the stuck springs and the preload are taken off; what is only rounding is zero."""
-    nd, nh = x.shape[1:]
-    stiffness = law.stuck_stiffness(pairs)
-    g = g - stiffness[:, :, None] * x
-    if law.has_normal:
-        g[:, -1, 0] -= pairs.preload
-    for d in range(nd):
-        D[:, d, np.arange(nh), d, np.arange(nh)] -= stiffness[:, d, None]
-    moves = np.abs(D).max(axis=(2, 3, 4)) > 1e-12 * np.maximum(slope, 1e-300)
-    noise = 1e-13 * (top + stiffness * np.abs(x).sum(axis=2) + np.abs(pairs.preload)[:, None])
-    g[(np.abs(g).max(axis=2) <= noise) & ~moves] = 0.0
-    return g, D, moves

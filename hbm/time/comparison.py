@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm import fourier
-from hbm.balance.aft import default_samples
 from hbm.balance.residual import ContactProblem, HarmonicBalance
 from hbm.continuation import follow as continuation
 from hbm.errors import InputError
+from hbm.laws.uncoupled.law import CoulombFriction
 from hbm.result import ForcedResponse
 from hbm.solutions import first_point
 from hbm.time import shooting
@@ -120,7 +120,7 @@ def compare(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE,
 
 def make(balance, w, tolerance=TOLERANCE, massless_above=MASSLESS, steps=None) -> March:
     """The integration that the law of a balance takes."""
-    if balance.problem.law.corridor:
+    if isinstance(balance.problem.law, CoulombFriction):
         return March(balance, w, tolerance, massless_above=massless_above)
     return SampledMarch(balance, w, steps or STEPS, massless_above)
 
@@ -155,7 +155,7 @@ def _left(balance, point, march, difference) -> bool:
 
 def _finer(balance):
     """The balance with 2H + 1 harmonics."""
-    samples = max(len(balance.grid[0]) - 1, default_samples(2 * balance.H + 1, balance.problem.law.corridor))
+    samples = max(len(balance.grid[0]) - 1, balance.problem.law.default_samples(2 * balance.H + 1))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")                          # of harmonics that nobody asked for
         finer = HarmonicBalance(balance.problem, balance.forces, 2 * balance.H + 1, balance.given_start, samples)

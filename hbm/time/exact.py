@@ -13,6 +13,7 @@ import numpy as np
 from hbm import fourier
 from hbm.balance.residual import HarmonicBalance
 from hbm.laws import compilation
+from hbm.laws.records import Motion
 from hbm.time import events as integrator
 from hbm.time.events import OPEN, STICK, Law, System
 from hbm.time.poles import split
@@ -52,8 +53,9 @@ class March:
                  massless_above: float = MASSLESS):
         self.balance, self.w, self.tolerance = balance, float(w), float(tolerance)
         law, pairs = balance.problem.law, balance.problem.pairs
-        compilation.announce(integrator.run if law.corridor else None)         # before anything compiled is called
-        self.law = Law(len(law.components), law.tangents, law.has_normal, pairs.kt, pairs.kn, pairs.mu, pairs.preload)
+        compilation.announce(integrator.run)         # before anything compiled is called
+        self.law = Law(len(law.components), law.sliders, "n" in law.components, pairs.kt, pairs.kn, pairs.mu,
+                       pairs.preload)
         stiffness = law.stuck_stiffness(pairs).ravel()
         B = balance.problem.B
         P = split(balance.receptance, B, stiffness, massless_above * self.w)
@@ -88,12 +90,11 @@ class March:
         """A solution of the harmonic balance at t = 0: displacement, velocity and sliders."""
         b = self.balance
         u = point.x.reshape(len(self.law.kt), b.nd, b.nh) @ fourier.basis(np.linspace(0, 4 * np.pi, 1025), b.H).T
-        w, from_position = b.start
-        nt = self.law.tangents
-        slider = u[:, :nt, 0] if from_position else w[:, :nt]
-        for i in range(u.shape[2] if nt else 0):
-            _, slider, _ = b.problem.law.step(u[:, :, i], slider, b.problem.pairs)
-        return self.state(self.poles_of(point), slider)
+        law, contacts = b.problem.law, b.problem.pairs
+        state = law.initial_state(u[:, :, 0], b.start, contacts)
+        for i in range(u.shape[2] if law.states else 0):
+            _, state = law.step(Motion(u[:, :, i], 0 * u[:, :, i], 1.0), state, contacts)
+        return self.state(self.poles_of(point), state[:, :law.sliders])
 
     def poles_of(self, point) -> np.ndarray:
         """z (2n,) of a solution of the harmonic balance at t = 0."""

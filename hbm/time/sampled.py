@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm import fourier
-from hbm.errors import InputError
+from hbm.laws.records import Motion
 from hbm.time import events as integrator
 from hbm.time.exact import MASSLESS, March
 
@@ -32,13 +32,12 @@ class SampledMarch(March):
     """Time integration of the problem of a HarmonicBalance at angular frequency w, in equal steps."""
 
     def __init__(self, balance, w, steps: int = STEPS, massless_above: float = MASSLESS):
-        if not hasattr(balance.problem.law, "step"):
-            raise InputError(f"time integration: law {balance.problem.law.name} has no step")
         super().__init__(balance, w, 0.0, steps, massless_above)
         problem = balance.problem
         self.steps, self.h = steps, self.tables[0][0]
         self.pairs, self.contact = problem.pairs, problem.law
         self.stiffness = problem.law.stuck_stiffness(problem.pairs)
+        self.constant = problem.law.stuck_force(problem.pairs)
         W = self.tables[2][0]
         integrator.fill_weights(self.system.s, self.h, W)
         if self.contact.states:                  # the force is straight over a step
@@ -52,20 +51,20 @@ class SampledMarch(March):
 
     def at_rest(self) -> SampledState:
         u = self.known[0, 0].reshape(self.stiffness.shape)
-        sliders, from_position = self.balance.start
-        return self.state(np.zeros(2 * len(self.system.s)), self.contact.begin(u, sliders, from_position, self.pairs))
+        state = self.contact.initial_state(u, self.balance.start, self.pairs)
+        return self.state(np.zeros(2 * len(self.system.s)), state)
 
     def on_orbit(self, point) -> SampledState:
         b = self.balance
         z = self.poles_of(point)
         tau = np.linspace(0, 2 * np.pi, self.steps + 1)
-        u = point.x.reshape(len(self.pairs), b.nd, b.nh) @ fourier.basis(tau, b.H).T
-        sliders, from_position = b.start
-        state = self.contact.begin(u[:, :, 0], sliders, from_position, self.pairs)
+        x = point.x.reshape(len(self.pairs), b.nd, b.nh)
+        u, v = x @ fourier.basis(tau, b.H).T, self.w * x @ fourier.basis_rate(tau, b.H).T
+        state = self.contact.initial_state(u[:, :, 0], b.start, self.pairs)
         for _ in range(SAME_MOTION if self.contact.states else 0):
             before = state
             for i in range(1, self.steps + 1):
-                _, state, _ = self.contact.step(u[:, :, i], state, self.pairs)
+                _, state = self.contact.step(Motion(u[:, :, i], v[:, :, i], self.h), state, self.pairs)
             if np.abs(state - before).max() <= 1e-10 * np.abs(u).max():
                 break
         return self.state(z, state)
@@ -78,20 +77,14 @@ class SampledMarch(March):
         return SampledState(z, slider, force)
 
     def vector(self, state: SampledState) -> np.ndarray:
-        """z and the sliders, or the whole state of a law without sliders, in m."""
-        return np.r_[state.z * self.weight, state.slider[:, :self._kept].ravel()]
-
-    @property
-    def _kept(self):
-        return getattr(self.contact, "kept", self.contact.tangents or self.contact.states)
+        """z and the state of the law."""
+        return np.r_[state.z * self.weight, state.slider.ravel()]
 
     def from_vector(self, v: np.ndarray) -> SampledState:
         n = len(self.weight)
-        z, slider = v[:n] / self.weight, v[n:].reshape(len(self.pairs), -1)
-        if self._kept == self.contact.tangents:
-            u = (self.known[0, 0] + self.system.out @ z).reshape(self.stiffness.shape)
-            slider = self.contact.begin(u, slider, False, self.pairs)
-        return self.state(z, slider)
+        z, state = v[:n] / self.weight, v[n:].reshape(len(self.pairs), -1)
+        u = (self.known[0, 0] + self.system.out @ z).reshape(self.stiffness.shape)
+        return self.state(z, self.contact.consistent_state(u, state, self.pairs))
 
     def solve(self, known, D, state, guess):
         """(u, state, g, dg/du) of u + D g = known after a step of the law: Newton, halved where it does not help."""
@@ -100,10 +93,9 @@ class SampledMarch(March):
         move = np.zeros_like(u)
         size = max(np.abs(known).max(), self.size[0])
         for _ in range(NEWTON):
-            force, new, t = self.contact.step((u + share * move).reshape(shape), state, self.pairs)
-            g = force - self.stiffness * (u + share * move).reshape(shape)
-            if self.law.has_normal:
-                g[:, -1] -= self.pairs.preload
+            here = (u + share * move).reshape(shape)
+            force, new, t = self.contact.tangents(Motion(here, 0 * here, self.h), state, self.pairs)
+            g = force - self.constant - self.stiffness * here
             R = known - (u + share * move) - D @ g.ravel()
             now = np.abs(R).max()
             if now > error and share > 1e-3:

@@ -9,9 +9,7 @@ from scipy.optimize import brentq
 
 from hbm import fourier, laws
 from hbm.balance import aft
-from hbm.laws.coupled.law import IsotropicFriction
-from hbm.laws.mixed import MixedLaw
-from hbm.laws.sampled import CubicSpring
+from hbm.laws import CubicSpring, IsotropicFriction, MixedLaw, Motion
 
 OWN = Path(__file__).parents[2] / "docs" / "studies" / "own_law" / "dahl.py"
 
@@ -41,10 +39,11 @@ class Case:
 
 
 LAWS = (Case(laws.Jenkins1D(), "preload", "each"),
+        Case(laws.DryFriction1T(), "variable", "each"),
         Case(laws.DryFriction2T(), "variable", "each"),
         Case(laws.UnilateralSpring(), "variable"),
         Case(IsotropicFriction(), "variable", "together", cycles=60, order=2),
-        Case(CubicSpring(), ""),
+        Case(CubicSpring(4.0), ""),
         Case(own_law(), "preload", "creep", cycles=40, order=2))
 """Mixtures are made of these, and tested beside them."""
 
@@ -64,21 +63,20 @@ def random_case(law, P=30, H=5, seed=0):
 
 
 def bracket(law, pairs, x, start="zero_slider", samples=64):
-    return aft.evaluate(law, pairs, x, aft.slider_start(start, len(pairs), law.tangents),
-                        aft.sample_grid((x.shape[2] - 1) // 2, samples))
+    return aft.evaluate(law, pairs, x, aft.slider_start(start, len(pairs), law.sliders),
+                        aft.sample_grid((x.shape[2] - 1) // 2, samples), 1.0)
 
 
 def whole(law, pairs, x, b):
     """Harmonics of the force out of those of the bracket."""
     force = b.g + law.stuck_stiffness(pairs)[:, :, None] * x
-    if law.has_normal:
-        force[:, -1, 0] += pairs.preload
+    force[:, :, 0] += law.stuck_force(pairs)
     return force
 
 
 def all_derivatives(b, x):
     D = np.zeros((*x.shape, *x.shape[1:]))
-    D[b.pair] = b.D
+    D[b.contacts] = b.D
     return D
 
 
@@ -88,19 +86,12 @@ def plain_history(law, pairs, u, start, cycles):
     u (P, nd, n) is the motion at n samples of a period.
     """
     n = u.shape[2]
-    if law.corridor:
-        state = u[:, :law.tangents, 0].copy() if start == "zero_force" else np.zeros((len(pairs), law.tangents))
-    else:
-        state = law.begin(u[:, :, 0], np.zeros((len(pairs), max(law.tangents, 1)))[:, :law.tangents],
-                          start == "zero_force", pairs)
+    state = law.initial_state(u[:, :, 0], aft.slider_start(start, len(pairs), law.sliders), pairs)
     forces, states = np.empty((2, n, *u.shape[:2])), np.empty((2, n, *state.shape))
     for _ in range(cycles + 1):
         forces[0], states[0] = forces[1], states[1]
         for i in range(n):
-            if law.corridor:
-                forces[1, i], state, _ = law.step(u[:, :, i], state, pairs)
-            else:
-                forces[1, i], state = law.advance(u[:, :, i], state, pairs)
+            forces[1, i], state = law.step(Motion(u[:, :, i], 0 * u[:, :, i], 1.0), state, pairs)
             states[1, i] = state
     return forces, states
 
@@ -165,7 +156,6 @@ def one_dof(law):
     from hbm.model import ReducedModel
     model = ReducedModel.from_matrices(np.eye(3), 100 * np.diag([1.0, 1.1, 1.2]), body="mass", node=[1, 1, 1],
                                        direction=["x", "y", "z"], position=np.zeros((3, 3)))
-    kn = 40.0 if law.name == "CubicSpring" else 50.0
-    pairs = ContactTable(["left"], [0], [0], ["ground"], [1], ["mass"], [1], np.zeros((1, 3)), [np.eye(3)], [0.0], [kn],
-                         [40.0], [0.5], [2.0], [1.0])
+    pairs = ContactTable(["left"], [0], [0], ["ground"], [1], ["mass"], [1], np.zeros((1, 3)), [np.eye(3)], gap=[0.0],
+                         kn=[50.0], kt=[40.0], mu=[0.5], preload=[2.0], weight=[1.0])
     return model, pairs, np.array([1.0, 0.7j, 1.5])

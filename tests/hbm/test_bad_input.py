@@ -6,6 +6,7 @@ the input whose right answer is known: no force, no friction, a band that runs d
 
 import warnings
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -17,8 +18,7 @@ from hbm.balance.residual import ContactProblem
 from hbm.contact import relative_motion
 from hbm.continuation import follow as continuation
 from hbm.errors import InputError
-from hbm.laws import Contacts, DryFriction2T, Jenkins1D, UnilateralSpring
-from hbm.laws.sampled import CubicSpring, SampledLaw
+from hbm.laws import ContactLaw, Contacts, CubicSpring, DryFriction2T, Jenkins1D, UnilateralSpring
 from hbm.model import ReducedModel
 from hbm.response import follow_band, forced_response
 from tests.hbm.small_rig import small_rig
@@ -27,22 +27,22 @@ MODEL, PAIRS, TIP = small_rig(stations=3)
 
 
 @dataclass(frozen=True)
-class Flat(SampledLaw):
+class Flat(ContactLaw):
     """A law of one's own in which one shape is wrong."""
 
-    name: str = "Flat"
-    components: tuple = ("t1", "n")
-    states: int = 1
+    components: ClassVar[tuple] = ("t1", "n")
+    states: ClassVar[int] = 1
+
     wrong: str = ""
 
     def stuck_stiffness(self, pairs):
         return pairs.kt if self.wrong == "stiffness" else np.stack([pairs.kt, pairs.kn], axis=1)
 
-    def begin(self, u, sliders, from_position, pairs):
+    def initial_state(self, u, start, pairs):
         return u if self.wrong == "state" else u[:, :1]
 
-    def advance(self, u, state, pairs):
-        return u[:, 0] if self.wrong == "force" else u, state
+    def step(self, motion, state, pairs):
+        return motion.u[:, 0] if self.wrong == "force" else motion.u, state
 
 
 def curve(**changes):
@@ -106,7 +106,7 @@ REFUSED = {
     "kt negative": (lambda: changed_pair("kt", -2.0), r"pair 2: kt = -2, must be finite and between 0"),
     "mu negative": (lambda: changed_pair("mu", -0.1), r"pair 2: mu = -0\.1, must be finite and between 0"),
     "mu not a number": (lambda: changed_pair("mu", np.nan), r"pair 2: mu = nan"),
-    "kn infinite": (lambda: changed_pair("kn", np.inf), r"pair 2: kn = inf, must be finite and not negative"),
+    "kn infinite": (lambda: changed_pair("kn", np.inf), r"contact 2: kn = inf, must be finite and not negative"),
     "preload infinite": (lambda: changed_pair("preload", np.inf), r"pair 2: preload = inf, must be finite"),
     "weight above 1": (lambda: changed_pair("weight", 1.5), r"pair 2: weight = 1\.5, .* between 0 and 1"),
     "no pairs": (lambda: {"pairs": PAIRS.select(np.zeros(len(PAIRS), bool))}, r"no (contact )?pair"),
@@ -136,14 +136,13 @@ REFUSED = {
     "C complex": (lambda: {"C": 1e-5j * MODEL.K}, r"C\[0, 0\] is .*j: matrices must be real"),
     "a record complex": (lambda: {"model": replace(MODEL, K=MODEL.K * (1 + 0.1j))}, r"K\[0, 0\] is .*must be real"),
     "K a text": ({"K": "K.mtx"}, r"K = 'K\.mtx': must be a square matrix of numbers"),
-    "no law": ({"law": None}, r"law = None: must be a contact law, for example Jenkins1D\(\), DryFriction2T\(\)"),
+    "no law": ({"law": None}, r"law = None: must be a contact law, one of Jenkins1D, DryFriction1T, DryFriction2T"),
     "law a text": ({"law": "DryFriction2T"}, r"law = 'DryFriction2T': must be a contact law"),
-    "law of a class of one's own": ({"law": CubicSpring}, r"law = CubicSpring: is what makes a law"),
+    "law of a class of one's own": ({"law": CubicSpring}, r"law = CubicSpring: is the class of a law; make one"),
     "stiffness of a law": ({"law": Flat(wrong="stiffness")}, r"law Flat: stuck_stiffness has the shape \(6,\), must be "
                            r"\(P, components\) = \(6, 2\)"),
-    "state of a law": ({"law": Flat(wrong="state")}, r"law Flat: begin has the shape \(6, 2\), must be \(P, states\)"),
-    "force of a law": ({"law": Flat(wrong="force")}, r"law Flat: force of advance has the shape \(6,\), must be"),
-    "law not called": ({"law": DryFriction2T}, r"law = DryFriction2T: is what makes a law; call it: DryFriction2T\(\)"),
+    "state of a law": ({"law": Flat(wrong="state")}, r"law Flat: initial_state has the shape \(6, 2\), must be"),
+    "force of a law": ({"law": Flat(wrong="force")}, r"law Flat: force of step has the shape \(6,\), must be"),
     "no pair table": ({"pairs": None}, r"pairs = None: must be a ContactTable"),
     "no model": ({"model": None}, r"model = None: must be a ReducedModel"),
     "mu a text": (lambda: {"mu": ["rough"] * len(PAIRS)}, r"contact table: mu = .*must hold a number for each pair"),
@@ -266,7 +265,7 @@ def test_matrices_without_a_bounded_response_are_refused(changes, message):
 @pytest.mark.parametrize("changes", [
     dict(law=UnilateralSpring()),                                                       # touches from K = 4 N/m
     dict(law=UnilateralSpring(), K=np.zeros((2, 2)), B=np.eye(2), preloaded=False, static=np.ones(2)),
-    dict(law=CubicSpring(), K=np.diag([1e-3, 1e-3]))])
+    dict(law=CubicSpring(1.0), K=np.diag([1e-3, 1e-3]))])
 def test_what_is_held_or_pressed_while_open_is_not_refused(changes):
     """A mass on its own spring, one that a load presses into contact, and a law that knows no opening."""
     given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4]), B=np.array([[1.0, 0]])) | changes

@@ -7,8 +7,7 @@ import pytest
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.laws import DryFriction2T, Jenkins1D
-from hbm.laws.mixed import MixedLaw
+from hbm.laws import DryFriction2T, Jenkins1D, MixedLaw
 from hbm.model import ReducedModel
 from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
 from hbm.time import shooting

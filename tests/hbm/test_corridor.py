@@ -12,11 +12,10 @@ from hbm import fourier, laws
 from hbm.balance import aft
 from hbm.errors import InputError
 from hbm.laws import compilation
-from hbm.laws.coupled import law as isotropic
 from hbm.laws.uncoupled import integrals as located
 from tests.hbm.conformance import LAWS, bracket, random_case
 
-CORRIDOR = [c.law for c in LAWS if c.law.corridor]
+CORRIDOR = [c.law for c in LAWS if c.law.piecewise_linear(laws.Contacts([1], [1], [1], [1])) is not None]
 
 
 @pytest.mark.parametrize("start", aft.STARTS)
@@ -31,13 +30,13 @@ def test_derivative_by_the_preload(law, start):
 
 def test_stuck_is_a_spring():
     pairs = laws.Contacts([2.0], [3.0], [0.5], [10.0])
-    f, slider, _ = laws.DryFriction2T().step(np.array([[0.1, -0.2, 0.3]]), np.zeros((1, 2)), pairs)
-    assert np.allclose(f, [[0.3, -0.6, 10.6]]) and (slider == 0).all()
+    f, state = laws.DryFriction2T().step(laws.Motion(np.array([[0.1, -0.2, 0.3]]), 0, 1), np.zeros((1, 5)), pairs)
+    assert np.allclose(f, [[0.3, -0.6, 10.6]]) and (state[:, :2] == 0).all()
     x = np.zeros((1, 3, 3))
     x[0, :, 1] = 0.1, -0.2, 0.3
-    for law in (laws.DryFriction2T(), isotropic.IsotropicFriction()):
+    for law in (laws.DryFriction2T(), laws.IsotropicFriction()):
         b = bracket(law, pairs, x)
-        assert not b.g.any() and not len(b.pair) and b.shares.tolist() == [[1.0, 0.0, 0.0]]
+        assert not b.g.any() and not len(b.contacts) and b.shares.tolist() == [[1.0, 0.0, 0.0]]
 
 
 def test_energy_of_a_jenkins_cycle_in_closed_form():
@@ -96,14 +95,15 @@ def test_negative_settings_are_refused(column):
         laws.Contacts(**values)
 
 
-def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog):
+def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog, monkeypatch):
     source = Path(located.__file__)
-    kernel = SimpleNamespace(signatures=[], py_func=located.brackets.py_func,
+    monkeypatch.setattr(compilation, "CPUDispatcher", SimpleNamespace)
+    kernel = SimpleNamespace(signatures=[], py_func=located.add_forces.py_func,
                              stats=SimpleNamespace(cache_path=tmp_path))
     compilation.announce(kernel)
     assert "compiling the contact kernels" in caplog.text
     caplog.clear()
-    stored = tmp_path / "located.brackets-1.py311.nbi"
+    stored = tmp_path / "integrals.add_forces-1.py311.nbi"
     stored.touch()
     os.utime(stored, (source.stat().st_mtime + 5,) * 2)
     compilation.announce(kernel)

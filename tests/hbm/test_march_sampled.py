@@ -1,13 +1,13 @@
 """Time integration of the laws known by their step: coupled friction, cubic spring, laws of a user's own."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from hbm.balance.residual import ContactProblem
-from hbm.laws import Contacts, sampled
-from hbm.laws.coupled.law import IsotropicFriction
+from hbm.laws import ContactLaw, Contacts, CubicSpring, IsotropicFriction
 from hbm.time import shooting
 from hbm.time.exact import March
 from hbm.time.sampled import SampledMarch
@@ -17,21 +17,21 @@ ONE = np.ones((1, 1))
 
 
 @dataclass(frozen=True)
-class OwnSlider(sampled.SampledLaw):
+class OwnSlider(ContactLaw):
     """A user's own law: Jenkins' element, written anew."""
 
-    name: str = "OwnSlider"
-    components: tuple = ("t1",)
-    tangents: int = 1
-    states: int = 1
+    components: ClassVar[tuple] = ("t1",)
+    sliders: ClassVar[int] = 1
+    states: ClassVar[int] = 1
 
     def stuck_stiffness(self, pairs):
         return pairs.kt[:, None]
 
-    def begin(self, u, sliders, from_position, pairs):
-        return sliders + 0 * u
+    def initial_state(self, u, start, pairs):
+        return start.positions + 0 * u
 
-    def advance(self, u, state, pairs):
+    def step(self, motion, state, pairs):
+        u = motion.u
         limit, kt = (pairs.mu * pairs.preload)[:, None], pairs.kt[:, None]
         trial = kt * (u - state)
         slips = np.abs(trial.real) > limit.real
@@ -41,8 +41,8 @@ class OwnSlider(sampled.SampledLaw):
 
 def duffing(omega, H=25):
     p = load("I1")["parameters"]
-    pairs = Contacts([p["k3"]], [0.0], [0.0], [0.0])
-    problem = ContactProblem(p["m"] * ONE, p["c"] * ONE, p["k"] * ONE, ONE, sampled.CubicSpring(), pairs)
+    pairs = Contacts([0.0], [0.0], [0.0], [0.0])
+    problem = ContactProblem(p["m"] * ONE, p["c"] * ONE, p["k"] * ONE, ONE, CubicSpring(p["k3"]), pairs)
     return solve(problem, np.array([p["F"]]), omega, H)
 
 

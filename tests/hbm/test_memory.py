@@ -82,7 +82,7 @@ def test_a_comparison_does_not_die_of_harmonics_that_nobody_asked_for(monkeypatc
     monkeypatch.setattr(memory, "_SMALL", 0.0)
     monkeypatch.setattr(memory, "available_bytes", lambda: newton_bytes(12, 3, 7))
     same = SimpleNamespace(harmonics_of_motion=lambda: point.x)
-    assert point.converged and len(point.detail.bracket.pair) == 12 and not _left(balance, point, same, 0.01)
+    assert point.converged and len(point.detail.bracket.contacts) == 12 and not _left(balance, point, same, 0.01)
 
 
 def test_many_pairs_of_which_few_may_slip_are_warned_of(monkeypatch):

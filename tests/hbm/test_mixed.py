@@ -8,8 +8,7 @@ import pytest
 from hbm import laws
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.laws.coupled import law as isotropic
-from hbm.laws.mixed import MixedLaw
+from hbm.laws import IsotropicFriction, MixedLaw
 from hbm.model import ReducedModel
 from hbm.response import contact_problem, forced_response
 from tests.hbm.conformance import LAWS, all_derivatives, bracket, mixed, one_dof, random_case
@@ -61,7 +60,7 @@ def test_a_curve_with_all_laws():
 
 def test_a_mixture_leaves_out_the_pairs_that_do_not_carry():
     model, pairs, tip = small_rig(stations=3)
-    law = MixedLaw((laws.DryFriction2T(), isotropic.IsotropicFriction()), [1, 0, 1, 0, 1, 0])
+    law = MixedLaw((laws.DryFriction2T(), IsotropicFriction()), [1, 0, 1, 0, 1, 0])
     some = replace(pairs, weight=np.array([1.0, 0, 1, 1, 1, 1]))
     problem, kept = contact_problem(model, some, law, damping_ratio=0.02)
     assert problem.law.of_pair == (1, 1, 0, 1, 0) and kept.tolist() == [True, False, True, True, True, True]

@@ -10,9 +10,7 @@ from hbm.balance import aft, residual
 from hbm.balance.receptance import stuck_receptance
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.follow import solve_at
-from hbm.laws import DryFriction2T, UnilateralSpring
-from hbm.laws.coupled.law import IsotropicFriction
-from hbm.laws.mixed import MixedLaw
+from hbm.laws import DryFriction2T, IsotropicFriction, MixedLaw, UnilateralSpring
 from hbm.response import contact_problem, forced_response
 from tests.hbm.cases import coupled, load, with_damping_matrix
 from tests.hbm.small_rig import small_rig
@@ -45,7 +43,7 @@ def test_bordered_solve_and_determinant(case, by):
     x = balance.linear(w) + size * rng.normal(size=balance.n_components * balance.nh) / balance.nh
     n = len(x)
     e = balance.evaluate(x, w, by=by)
-    assert len(e.bracket.pair) > 0
+    assert len(e.bracket.contacts) > 0
     h = 1e-6 * size
     J = np.array([(balance.evaluate(x + h * v, w).residual - balance.evaluate(x - h * v, w).residual) / (2 * h)
                   for v in np.eye(n)]).T
@@ -70,8 +68,8 @@ def iterate_on_all(monkeypatch):
         b = aft_evaluate(law, pairs, x, *rest)
         P, nd, nh = x.shape
         D = np.zeros((P, nd, nh, nd, nh))
-        D[b.pair] = b.D
-        return replace(b, pair=np.arange(P), D=D, row=np.ones((P, nd), bool))
+        D[b.contacts] = b.D
+        return replace(b, D=D, active=np.ones((P, nd), bool))
 
     aft_evaluate = aft.evaluate
     monkeypatch.setattr(aft, "evaluate", whole)
@@ -101,7 +99,7 @@ def test_pairs_that_stick_through_the_cycle_may_be_left_out_of_the_iteration(law
                 point = solve_at(balance.evaluate, guess, w, balance.weights)
             assert point.converged
             found.append((*step, point.x))
-            moved.append(len(point.detail.bracket.pair))
+            moved.append(len(point.detail.bracket.contacts))
     assert moved[1::2] == [len(pairs)] * 3 and 0 < min(moved[::2]) and max(moved[::2]) < len(pairs), moved
     for (dx, dp, sign, x), (dx_all, dp_all, sign_all, x_all) in zip(found[::2], found[1::2], strict=True):
         assert np.abs(dx - dx_all).max() < 1e-10 * np.abs(dx_all).max() and sign == sign_all
@@ -121,7 +119,7 @@ def test_a_branch_over_the_preload_needs_no_second_pass_where_the_law_knows_its_
     evaluate = aft.evaluate
     monkeypatch.setattr(aft, "evaluate", lambda *a: done.append(1) or evaluate(*a))
     e = balance.evaluate(x, w, by="preload", factor=0.7)
-    assert len(done) == passes and len(e.bracket.pair) > 0
+    assert len(done) == passes and len(e.bracket.contacts) > 0
     at = [balance.evaluate(x, w, by="preload", factor=0.7 + k * 1e-3).residual for k in (-2, -1, 1, 2)]
     slope = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / 12e-3
     assert np.abs(e.by_parameter - slope).max() < 1e-6 * np.abs(slope).max()

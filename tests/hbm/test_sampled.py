@@ -7,13 +7,12 @@ from hbm import fourier, laws
 from hbm.balance import aft
 from hbm.balance.residual import ContactProblem
 from hbm.continuation.follow import Settings
-from hbm.laws import sampled
-from hbm.laws.coupled import law as isotropic
+from hbm.laws import CubicSpring, IsotropicFriction, Motion, SliderStart
 from hbm.response import follow_band
 from tests.hbm.cases import load, solve
 
 E1 = load("E1")
-LAW = isotropic.IsotropicFriction()
+LAW = IsotropicFriction()
 
 
 def prescribed(X, Y, kt, L, n, H=3, law=LAW):
@@ -21,7 +20,7 @@ def prescribed(X, Y, kt, L, n, H=3, law=LAW):
     pairs = laws.Contacts([0.0], [kt], [1.0], [L])
     x = np.zeros((1, 3, 2 * H + 1))
     x[0, 0, 1:3], x[0, 1, 1:3] = [X.real, X.imag], [Y.real, Y.imag]
-    b = aft.evaluate(law, pairs, x, aft.slider_start("zero_slider", 1, 2), aft.sample_grid(H, n))
+    b = aft.evaluate(law, pairs, x, aft.slider_start("zero_slider", 1, 2), aft.sample_grid(H, n), 1.0)
     return fourier.to_complex(b.g + law.stuck_stiffness(pairs)[:, :, None] * x)[0]
 
 
@@ -88,12 +87,12 @@ def random_case(P=30, H=2):
 def test_derivatives_by_differences(start):
     x, pairs, rng = random_case()
     given, grid = aft.slider_start(start, 30, 2), aft.sample_grid(2, 64)
-    b = aft.evaluate(LAW, pairs, x, given, grid)
+    b = aft.evaluate(LAW, pairs, x, given, grid, 1.0)
     D = np.zeros((*x.shape, *x.shape[1:]))
-    D[b.pair] = b.D
+    D[b.contacts] = b.D
     dx, h = rng.normal(size=x.shape), 1e-7
-    numeric = (aft.evaluate(LAW, pairs, x + h * dx, given, grid).g
-               - aft.evaluate(LAW, pairs, x - h * dx, given, grid).g) / (2 * h)
+    numeric = (aft.evaluate(LAW, pairs, x + h * dx, given, grid, 1.0).g
+               - aft.evaluate(LAW, pairs, x - h * dx, given, grid, 1.0).g) / (2 * h)
     error = np.abs(np.einsum("pijkl,pkl->pij", D, dx) - numeric).max(axis=(1, 2))
     assert np.sort(error)[-3] < 1e-5          # a pair or two may sit on a transition between two samples
 
@@ -103,10 +102,10 @@ def test_bounded_by_friction_open_is_zero_and_the_frame_may_turn():
     u = x @ fourier.basis(np.linspace(0, 4 * np.pi, 400), 2).T
     c, s = np.cos(0.7), np.sin(0.7)
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-    states = [LAW.begin(v[:, :, 0], np.zeros((30, 2)), False, pairs) for v in (u, turn @ u)]
+    states = [LAW.initial_state(v[:, :, 0], SliderStart(np.zeros((30, 2)), False), pairs) for v in (u, turn @ u)]
     for i in range(1, 400):
-        f, states[0] = LAW.advance(u[:, :, i], states[0], pairs)
-        turned, states[1] = LAW.advance((turn @ u)[:, :, i], states[1], pairs)
+        f, states[0] = LAW.step(Motion(u[:, :, i], 0, 1), states[0], pairs)
+        turned, states[1] = LAW.step(Motion((turn @ u)[:, :, i], 0, 1), states[1], pairs)
         assert np.allclose(turned, f @ turn.T, atol=1e-12)
         assert (np.hypot(f[:, 0], f[:, 1]) <= pairs.mu * f[:, 2] * (1 + 1e-9) + 1e-15).all()
         assert (f[pairs.preload + pairs.kn * u[:, 2, i] <= 0] == 0).all()
@@ -122,8 +121,8 @@ def test_duffing_against_its_branches():
     I1 = load("I1")
     p = I1["parameters"]
     one = np.ones((1, 1))
-    problem = ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, sampled.CubicSpring(),
-                             laws.Contacts([p["k3"]], [0.0], [0.0], [0.0]))
+    problem = ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, CubicSpring(p["k3"]),
+                             laws.Contacts([0.0], [0.0], [0.0], [0.0]))
     curve = follow_band(problem, np.array([p["F"]]), np.array([0.5, 2.0]) / (2 * np.pi), harmonics=7,
                         outputs={"x": [1.0]}, settings=Settings(largest_step=0.02))
     assert curve.complete

@@ -8,31 +8,31 @@ The tangential force creeps towards the limit L = mu * preload instead of reachi
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from hbm.laws.sampled import SampledLaw
+from hbm.laws import ContactLaw
 
 
 @dataclass(frozen=True)
-class Dahl(SampledLaw):
-    """One tangent under a constant normal load; the state of a pair is its force and its position."""
+class Dahl(ContactLaw):
+    """One tangent under a constant normal load; the state of a contact is its force (N) and its position (m)."""
 
-    name: str = "Dahl"
-    components: tuple = ("t1",)
-    states: int = 2
+    components: ClassVar[tuple] = ("t1",)
+    states: ClassVar[int] = 2
 
-    def stuck_stiffness(self, pairs):
+    def stuck_stiffness(self, contacts):
         """What the linear system takes over: the slope at T = 0. The answer does not depend on it."""
-        return pairs.kt[:, None]
+        return contacts.kt[:, None]
 
-    def begin(self, u, sliders, from_position, pairs):
+    def initial_state(self, u, start, contacts):
         return np.concatenate([0 * u, u], axis=1)
 
-    def advance(self, u, state, pairs):
-        """u (rows, 1) and state (rows, 2) may be complex, for the derivatives: compare real parts only."""
-        L = np.maximum(pairs.mu * pairs.preload, 1e-300)
-        move = u[:, 0] - state[:, 1]
+    def step(self, motion, state, contacts):
+        """Arrays may be complex, for the derivatives: compare real parts only."""
+        L = np.maximum(contacts.mu * contacts.preload, 1e-300)
+        move = motion.u[:, 0] - state[:, 1]
         s = np.where(move.real > 0, 1.0, -1.0)
-        T = s * L + (state[:, 0] - s * L) * np.exp(-pairs.kt * s * move / L)
-        return T[:, None], np.stack([T, u[:, 0]], axis=1)
+        T = s * L + (state[:, 0] - s * L) * np.exp(-contacts.kt * s * move / L)
+        return T[:, None], np.stack([T, motion.u[:, 0]], axis=1)

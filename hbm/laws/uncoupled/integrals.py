@@ -91,7 +91,7 @@ def add_rest(Dt, Dn, gp, kt, kn, piece, C, S, has_normal):
 
 
 @njit(cache=True)
-def tangent_bracket(g, Dt, Dn, gp, u, un, kt, kn, mu, p, pieces, count, has_normal):
+def tangent_deviation(g, Dt, Dn, gp, u, un, kt, kn, mu, p, pieces, count, has_normal):
     """Harmonics of -kt w over the pieces, with derivatives by u, u_n and the preload; """
     nh = len(g)
     C, S = np.zeros((3, 2 * nh)), np.zeros((3, 2 * nh))
@@ -123,7 +123,7 @@ def tangent_bracket(g, Dt, Dn, gp, u, un, kt, kn, mu, p, pieces, count, has_norm
 
 
 @njit(cache=True)
-def normal_bracket(g, Dn, gp, un, kn, p, pieces, count):
+def normal_deviation(g, Dn, gp, un, kn, p, pieces, count):
     """Harmonics of N - (preload + kn u_n), which is zero while closed."""
     nh = len(g)
     C, S, A = np.zeros(2 * nh), np.zeros(2 * nh), np.zeros((nh, nh))
@@ -136,7 +136,7 @@ def normal_bracket(g, Dn, gp, un, kn, p, pieces, count):
 
 
 @njit(cache=True)
-def brackets(x, pieces, counts, place, tangents, has_normal, kt, kn, mu, preload, g, D, gp):
+def add_forces(x, pieces, counts, place, tangents, has_normal, kt, kn, mu, preload, g, D, gp):
     """Fill g and gp = dg/dpreload (P, nd, nh), and the derivatives D (a, nd, nh, nd, nh) of the pairs that have any.
 
     x (P, nd, nh) are the harmonics of the relative motion, pieces and counts those of `transitions`, and place (P,) the
@@ -150,8 +150,8 @@ def brackets(x, pieces, counts, place, tangents, has_normal, kt, kn, mu, preload
         Dp = D[place[p]] if place[p] >= 0 else nothing
         un = x[p, last] if has_normal else zero
         if has_normal and counts[p, tangents]:
-            normal_bracket(g[p, last], Dp[last, :, last, :], gp[p, last], un, kn[p], preload[p], pieces[p, tangents],
+            normal_deviation(g[p, last], Dp[last, :, last, :], gp[p, last], un, kn[p], preload[p], pieces[p, tangents],
                            counts[p, tangents])
         for d in range(tangents):
-            tangent_bracket(g[p, d], Dp[d, :, d, :], Dp[d, :, last, :], gp[p, d], x[p, d], un, kt[p], kn[p], mu[p],
+            tangent_deviation(g[p, d], Dp[d, :, d, :], Dp[d, :, last, :], gp[p, d], x[p, d], un, kt[p], kn[p], mu[p],
                             preload[p], pieces[p, d], counts[p, d], has_normal)

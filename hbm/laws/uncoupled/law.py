@@ -1,80 +1,143 @@
-"""Contact laws as data sheets: which components they act on, their stuck stiffness, and one time step with tangents.
+"""Coulomb friction of each tangent on its own, behind a spring kt, under a normal load: the formula and the laws.
 
-A law knows the relative motion of a pair, and not time, harmonics, dofs or solvers. `step` is the plain form, used by
-the time integration and by the tests; `corridor = True` says that the law is a slider in a corridor (see `located`),
-for which harmonics are computed with located transitions.
+Their cycle is event-driven: stick, slip and lift-off are located in time (`events`) and integrated in closed form
+(`integrals`), so that the forces do not depend on the number of samples.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from hbm.laws.base import Contacts, Tangents
+from hbm.laws import compilation
+from hbm.laws.base import ContactLaw
+from hbm.laws.piecewise import slider_table
+from hbm.laws.records import ContactForces
+from hbm.laws.uncoupled import events, integrals
 
 
 @dataclass(frozen=True)
-class CorridorLaw:
-    """Sliders held by mu N: `tangents` of them, each on its own, with a normal spring or a constant normal load.
+class CoulombFriction(ContactLaw):
+    """Sliders held by mu N, under a unilateral normal spring or a constant normal load.
 
-    N = max(0, preload + kn u_n), or preload where there is no normal component; |T_i| <= mu N; open: T = 0 and the
-    slider follows the motion [Yang, Menq 1998; Petrov, Ewins 2003; Siewert 2010].
+    |T| <= mu N with N = max(0, preload + kn u_n), or N = max(0, preload) without a normal component; T = kt (u - w)
+    with the slider at w, which follows the motion while the contact is open [Yang, Menq 1998; Petrov, Ewins 2003;
+    Siewert 2010]. State: the sliders and, where there is a normal component, the motion before, so that a contact which
+    closes within a step takes up its sliders where the motion was then.
     """
 
-    name: str
-    components: tuple
-    tangents: int
-    has_normal: bool
-    corridor: bool = True
+    @property
+    def states(self):
+        return self.sliders + len(self.components) * (self.sliders > 0 and self._normal)
 
-    def stuck_stiffness(self, pairs: Contacts) -> np.ndarray:
-        """(P, nd) stiffness K_c of each component while the pair sticks, N/m."""
-        columns = [pairs.kt] * self.tangents + [pairs.kn] * self.has_normal
-        return np.stack(columns, axis=1)
+    @property
+    def _normal(self) -> bool:
+        return self.components[-1:] == ("n",)
 
-    def step(self, u, slider, pairs: Contacts):
-        """Force (P, nd) at the relative motion u (P, nd), slider (P, nt) after the step, and the tangents."""
-        P, nd, nt = len(pairs), len(self.components), self.tangents
-        N, closed = pairs.preload.copy(), pairs.preload > 0
-        if self.has_normal:
-            N = pairs.preload + pairs.kn * u[:, -1]
-            closed = N > 0
-            N = np.maximum(N, 0.0)
-        force, new = np.zeros((P, nd)), np.array(slider, dtype=float)
-        t = Tangents(np.zeros((P, nd, nd)), np.zeros((P, nd, nt)), np.zeros((P, nt, nd)), np.zeros((P, nt, nt)))
-        if self.has_normal:
-            force[:, -1] = N
-            t.force_u[:, -1, -1] = pairs.kn * closed
-        limit = pairs.mu * np.maximum(N, 0.0) * closed
-        for d in range(nt):
-            trial = pairs.kt * (u[:, d] - slider[:, d])
-            slips = (np.abs(trial) > limit) | ~closed
-            force[:, d] = np.where(slips, np.sign(trial) * limit, trial)
-            reach = np.divide(force[:, d], pairs.kt, out=np.zeros(P), where=pairs.kt > 0)
-            new[:, d] = np.where(slips, u[:, d] - reach, slider[:, d])
-            t.force_u[:, d, d] = np.where(slips, 0.0, pairs.kt)
-            t.force_slider[:, d, d] = np.where(slips, 0.0, -pairs.kt)
-            t.slider_u[:, d, d] = slips
-            t.slider_slider[:, d, d] = ~slips
-            if self.has_normal:
-                push = np.where(slips & closed, np.sign(trial) * pairs.mu * pairs.kn, 0.0)
-                t.force_u[:, d, -1] = push
-                t.slider_u[:, d, -1] = -np.divide(push, pairs.kt, out=np.zeros(P), where=pairs.kt > 0)
-        return force, new, t
+    def stuck_stiffness(self, contacts):
+        return np.stack([contacts.kt] * self.sliders + [contacts.kn] * self._normal, axis=1)
+
+    def stuck_force(self, contacts):
+        force = super().stuck_force(contacts)
+        if self._normal:
+            force[:, -1] = contacts.preload
+        return force
+
+    def initial_state(self, u, start, contacts):
+        nt = self.sliders
+        w = u[:, :nt] if start.from_position else start.positions[:, :nt] + 0 * u[:, :nt]
+        return np.concatenate([w, u], axis=1)[:, :self.states]
+
+    def step(self, motion, state, contacts):
+        u, nt = motion.u, self.sliders
+        N = self._normal_load(u, contacts)
+        closed, w = (N.real > 0)[:, None], state[:, :nt]
+        load = np.where(closed, N[:, None], 0.0)
+        if nt and self._normal:
+            w = self._taken_up(w, state[:, nt:], u, N, contacts)
+        kt, limit = contacts.kt[:, None], contacts.mu[:, None] * load
+        T = kt * (u[:, :nt] - w)
+        slips = (np.abs(T.real) > limit.real) | ~closed
+        T = np.where(slips, np.sign(T.real) * limit, T)
+        w = np.where(slips, u[:, :nt] - np.divide(T, kt, out=np.zeros_like(T), where=kt > 0), w)
+        force = np.concatenate([T, load], axis=1) if self._normal else T
+        return force, np.concatenate([w, u], axis=1)[:, :self.states]
+
+    def _normal_load(self, u, contacts):
+        """(P,) N, negative while open."""
+        return contacts.preload + (contacts.kn * u[:, -1] if self._normal else 0.0 * u[:, 0])
+
+    def _taken_up(self, w, before, u, N, contacts):
+        """Sliders of the step: of a contact that closes in it, the motion at contact, straight between its ends."""
+        N0 = self._normal_load(before, contacts)
+        closes = (N0.real <= 0) & (N.real > 0)
+        share = np.divide(N0, N0 - N, out=np.zeros_like(N), where=closes)[:, None]
+        touch = before + share * (u - before)
+        return np.where(closes[:, None], touch[:, :w.shape[1]], w)
+
+    def harmonics(self, contacts, x, start, grid, omega):
+        compilation.announce(integrals.add_forces)
+        P, nd, nh = x.shape
+        tau, E, E_rate = grid
+        x, most = np.ascontiguousarray(x), 8 * nh + 64
+        settings = self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload
+        pieces = np.empty((P, self.sliders + 1, most, 7))
+        counts = np.empty((P, self.sliders + 1), dtype=np.int64)
+        active, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))
+        events.find_pieces(x, x @ E.T, x @ E_rate.T, tau, *settings, *start, pieces, counts, active, shares)
+        moving = np.flatnonzero(active.any(axis=1))
+        place = np.full(P, -1)
+        place[moving] = np.arange(len(moving))
+        g, by_preload, D = np.empty(x.shape), np.empty(x.shape), np.empty((len(moving), nd, nh, nd, nh))
+        integrals.add_forces(x, pieces, counts, place, *settings, g, D, by_preload)
+        return ContactForces(g, active, D, by_preload, None, shares)
+
+    def sticks_surely(self, contacts, amplitude):
+        return _sticks(contacts, amplitude[:, :self.sliders],
+                       amplitude[:, -1] if self._normal else np.zeros(len(contacts)))
+
+    def piecewise_linear(self, contacts):
+        return slider_table(contacts, self.sliders, self._normal)
+
+    def default_samples(self, H):
+        """Samples separate the events, which are located."""
+        return max(64, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
 
 
-def Jenkins1D() -> CorridorLaw:
+def _sticks(contacts, tangents, normal):
+    """(P,) bool: neither slip nor lift-off within amplitudes of u_t (P, nt) and u_n (P,), m."""
+    least = contacts.preload - contacts.kn * normal
+    force = contacts.kt * np.linalg.norm(tangents, axis=1)
+    return (least > 0) & (force <= contacts.mu * least)
+
+
+@dataclass(frozen=True)
+class Jenkins1D(CoulombFriction):
     """One tangent, constant normal load: limit mu * preload. A spring kt in series with a slider [Griffin 1980]."""
-    return CorridorLaw("Jenkins1D", ("t1",), 1, False)
+
+    components: ClassVar[tuple] = ("t1",)
+    sliders: ClassVar[int] = 1
 
 
-def DryFriction2T() -> CorridorLaw:
+@dataclass(frozen=True)
+class DryFriction1T(CoulombFriction):
+    """One tangent under a variable normal load, with slip and lift-off [Yang, Menq 1998]."""
+
+    components: ClassVar[tuple] = ("t1", "n")
+    sliders: ClassVar[int] = 1
+
+
+@dataclass(frozen=True)
+class DryFriction2T(CoulombFriction):
     """Two uncoupled tangents under one variable normal load, with slip and lift-off [Yang, Menq 1998]."""
-    return CorridorLaw("DryFriction2T", ("t1", "t2", "n"), 2, True)
+
+    components: ClassVar[tuple] = ("t1", "t2", "n")
+    sliders: ClassVar[int] = 2
 
 
-def UnilateralSpring() -> CorridorLaw:
+@dataclass(frozen=True)
+class UnilateralSpring(CoulombFriction):
     """Normal only: a spring with preload (positive) or gap -preload/kn (negative)."""
-    return CorridorLaw("UnilateralSpring", ("n",), 0, True)
 
-
-LAWS = {"Jenkins1D": Jenkins1D, "DryFriction2T": DryFriction2T, "UnilateralSpring": UnilateralSpring}
+    components: ClassVar[tuple] = ("n",)
+    sliders: ClassVar[int] = 0

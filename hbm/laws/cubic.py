@@ -1,0 +1,28 @@
+"""A spring that hardens or softens with the cube of the motion."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from hbm.laws.base import ContactLaw
+
+
+@dataclass(frozen=True)
+class CubicSpring(ContactLaw):
+    """f = cubic u_n^3, the restoring force of Duffing's oscillator. Exact with more than 4 H samples.
+
+    cubic : N/m^3, one number or one per contact; negative: softening
+    Raises InputError where cubic is not finite.
+    """
+
+    components: ClassVar[tuple] = ("n",)
+
+    cubic: float | np.ndarray
+
+    def step(self, motion, state, contacts):
+        return np.reshape(self.cubic, (-1, 1)) * motion.u**3, state
+
+    def check(self, contacts):
+        self.check_range("cubic")
+        super().check(contacts)
