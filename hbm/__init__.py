@@ -1,1 +1,34 @@
-"""Harmonic balance of reduced models with friction contacts; needs numpy, scipy and numba alone."""
+"""Harmonic balance of reduced models with friction contacts; needs numpy, scipy and numba alone.
+
+    from hbm import ContactTable, DryFriction2T, ReducedModel, forced_response
+
+The public names are loaded when they are first asked for.
+"""
+
+from importlib import import_module
+
+_HOME = {
+    "ReducedModel": "model", "ContactTable": "contact", "InputError": "errors",
+    **dict.fromkeys(("ContactProblem", "contact_problem"), "problem"),
+    **dict.fromkeys(("ContactLaw", "ContactState", "Contacts"), "laws.base"),
+    **dict.fromkeys(("forced_response", "follow_band", "follow_parameter", "solve_at", "CurveOptions"), "response"),
+    **dict.fromkeys(("linear_response", "natural_frequencies"), "balance.receptance"),
+    **dict.fromkeys(("Parameter", "Frequency", "Level", "ContactSetting", "Damping", "ModelParameter"), "parameter"),
+    **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "result"),
+    **dict.fromkeys(("solutions_at", "time_history"), "solutions"),
+    "find_peaks": "peaks", "compare": "time.comparison", "Settings": "continuation.settings",
+}
+_LAWS = ("CubicSpring", "DryFriction2T", "IsotropicFriction", "Jenkins1D", "MixedLaw", "UnilateralSpring")
+__all__ = sorted((*_HOME, *_LAWS))
+
+
+def __getattr__(name):
+    if name in _LAWS:
+        return getattr(import_module("hbm.laws"), name)
+    if name not in _HOME:
+        raise AttributeError(f"module 'hbm' has no attribute '{name}'")
+    return getattr(import_module(f"hbm.{_HOME[name]}"), name)
+
+
+def __dir__():
+    return __all__

@@ -1,4 +1,4 @@
-"""ForcedResponse: a curve of periodic solutions as plain arrays; `record` makes it from a branch."""
+"""ForcedResponse: a curve of periodic solutions as read-only arrays; PeriodicSolution: a single one."""
 
 import warnings
 from dataclasses import MISSING, dataclass, field, fields
@@ -13,26 +13,40 @@ KINDS = ("half_peak_to_peak", "harmonic", "rms")
 RIPPLE = 1e-3          # a local maximum that stands out less, relative to its height, is none
 
 
-@dataclass(frozen=True)
+def _none(*shape, dtype=float):
+    return field(default_factory=lambda: np.empty(shape, dtype))
+
+
+@dataclass(frozen=True, eq=False)
 class ForcedResponse:
-    """A branch of periodic solutions over frequency: n points, m outputs, P pairs, harmonics 0..H.
+    """A branch of periodic solutions: n points, m outputs, P contact pairs, harmonics 0..H, a model with r dofs.
+
+    The arrays are copies that cannot be written to; two curves are equal where all but `seconds` is.
 
     frequency : (n,) Hz, in the order of the branch (not monotone where it folds)
     output_names : (m,) str
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point failed
-    parameter_name, parameter : what the branch was followed in, and its (n,) values: 'frequency' in Hz, or 'level',
-        'preload', 'mu', 'kn' or 'kt' as factors on the force or on that setting of every pair, at one frequency
-    share_stick, share_slip, share_open : (n, P) share of the cycle; of a law that names no sliders (`tangents` of
-        SampledLaw) a pair that loses energy slips wherever it is closed
-    dissipated : (n, P) J per cycle that the law takes out, over all its components
+    parameter_name, parameter : what varies along the branch, and its (n,) values: 'frequency' in Hz, or another
+        parameter at one frequency (see `hbm.parameter`)
+    share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a contact that loses
+        energy slips wherever it is closed
+    dissipated : (n, P) J per cycle, over all components of the law
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
-    leaps : (k, 2) parameters at which a branch that folds on and on was left, and at which a solution further ahead was
-        taken up; between them there may be points solved one from the other, or none; empty where it is one branch
-    contact_force, contact_motion : (n, P, nd, H+1) complex, N and m - of each pair in the order of the law,
-        the force of the damper on the blade and the relative motion that makes it; empty unless asked for
-    tops : (n, m) bool, the points solved at the largest half peak to peak of an output; empty in a curve made otherwise
-    passages : what solves beside the points: passages of a value, local maxima; None from a file
+    H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
+    seconds, residual_calls : cost
+    restarts : (k, 2) parameters at which a branch that folds without progress was left, and at which a solution further
+        ahead was taken up; between them there may be points solved one from the other, or none; empty for one branch
+    contact_force : (n, P, nd, H+1) complex, N - force of the damper on the blade in the order of the law; empty unless
+        asked for
+    peak_points : (n, m) bool, the points solved at the largest half peak to peak of an output; empty in other curves
+
+    What the functions of a curve and its problem need (`solutions_at`, `find_peaks`, `compare`):
+
+    unknowns : (n, N) m - real coefficients of the relative motion of the carrying contacts, contact by contact
+    carrying : (P,) bool, the contacts that take part
+    force_orders, forces : (k,) int and (k, r) complex, N - the forcing; output_rows : (m, r)
+    slider_start : (P', nt) m, where the sliders start, if 'given'; samples : of a cycle
     """
 
     frequency: np.ndarray
@@ -51,13 +65,33 @@ class ForcedResponse:
     H: int
     origin: str
     start: str
-    seconds: float
+    seconds: float = field(compare=False)
     residual_calls: int
-    leaps: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
-    contact_force: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
-    contact_motion: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
-    tops: np.ndarray = field(default_factory=lambda: np.empty((0, 0), dtype=bool))
-    passages: object = field(default=None, repr=False, compare=False)
+    restarts: np.ndarray = _none(0, 2)
+    contact_force: np.ndarray = _none(0, 0, 0, 0, dtype=complex)
+    peak_points: np.ndarray = _none(0, 0, dtype=bool)
+    unknowns: np.ndarray = _none(0, 0)
+    carrying: np.ndarray = _none(0, dtype=bool)
+    force_orders: np.ndarray = _none(0, dtype=int)
+    forces: np.ndarray = _none(0, 0, dtype=complex)
+    output_rows: np.ndarray = _none(0, 0)
+    slider_start: np.ndarray = _none(0, 0)
+    samples: int = 0
+
+    def __post_init__(self):
+        for f in fields(self):
+            if f.type is np.ndarray:
+                copy = np.array(getattr(self, f.name))
+                copy.setflags(write=False)
+                object.__setattr__(self, f.name, copy)
+
+    def __reduce__(self):
+        return ForcedResponse, tuple(getattr(self, f.name) for f in fields(self))
+
+    def __eq__(self, other) -> bool:
+        if not isinstance(other, ForcedResponse):
+            return NotImplemented
+        return all(_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.compare)
 
     def __repr__(self) -> str:
         f, failed = self.parameter, int((~self.converged).sum())
@@ -68,11 +102,14 @@ class ForcedResponse:
                 f"H = {self.H}; {self.ended}>")
 
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
-        """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'harmonic' |X_1|, or 'rms' of the vibration."""
+        """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'harmonic' |X_1|, or 'rms' of the vibration.
+
+        Raises InputError for another kind.
+        """
         return amplitude(self.harmonics, kind)
 
     def column(self, name: str) -> int:
-        """Column of an output."""
+        """Column of an output; InputError where there is none of that name."""
         names = self.output_names.tolist()
         if name not in names:
             raise InputError(f"output '{name}' is not in this response; {nearest(name, names)}")
@@ -81,20 +118,25 @@ class ForcedResponse:
     def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
         """(Hz, m) largest amplitude of an output; over another parameter, (value of that, m).
 
-        At the border of a frequency band it is no resonance: it is given with a warning (see `at_border`). Solved to
-        1e-8 of the amplitude; in a curve from a file half peak to peak alone is, the others lie on a parabola.
+        Solved to 1e-8 of the amplitude where `peak_points` marks it, which holds for half peak to peak of a computed
+        curve; else on the parabola through three points (`hbm.peaks` solves those). At the border of a frequency band
+        it is no resonance: it is returned with a warning (see `at_border`).
         """
-        a = self.amplitude(kind)[:, self.column(name)]
+        a, j = self.amplitude(kind)[:, self.column(name)], self.column(name)
         if not np.isfinite(a).any():
             return float("nan"), float("nan")
+        i = int(np.nanargmax(a))
         if self.parameter_name == "frequency" and self.at_border(name, kind):
             warnings.warn(f"peak of '{name}': its largest amplitude lies at the border of the band, "
-                          f"{self.parameter[np.nanargmax(a)]:g} Hz; the resonance may be outside, widen the band",
-                          stacklevel=2)
-        top = self._top(a, int(np.nanargmax(a)), self.column(name), kind)
-        if kind != KINDS[0] and self.passages is not None and not self.at_border(name, kind):
-            return max([top, *map(tuple, self.peaks(name, kind)[:1])], key=lambda pair: pair[1])
-        return top
+                          f"{self.parameter[i]:g} Hz; the resonance may be outside, widen the band", stacklevel=2)
+        f = self.parameter[max(i - 1, 0):i + 2]
+        apart = np.abs(np.diff(f))
+        solved = self.peak_points.size and self.peak_points[i, j] and kind == KINDS[0]
+        if solved or not 0 < i < len(a) - 1 or not np.isfinite(a[i - 1:i + 2]).all() or 20 * min(apart) <= max(apart):
+            return float(self.parameter[i]), float(a[i])
+        top, value = parabola(f - f[1], a[i - 1:i + 2])
+        inside = min(f) <= f[1] + top <= max(f)
+        return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
 
     def at_border(self, name: str, kind: str = "half_peak_to_peak") -> bool:
         """Whether the largest amplitude of an output is that of an end of the curve: then `peak` is no resonance."""
@@ -102,94 +144,20 @@ class ForcedResponse:
         good = np.flatnonzero(np.isfinite(a))
         return bool(len(good) and a[good].max() > 0 and a[good].argmax() in (0, len(good) - 1))
 
-    def peaks(self, name: str, kind: str = "half_peak_to_peak") -> np.ndarray:
-        """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first, solved to 1e-8.
-
-        Ripples are left out: what is less than a thousandth of its height above the saddles beside it. A curve from a
-        file knows its points alone: the largest half peak to peak is solved there, the others lie on a parabola, good
-        to about 1e-4.
-        """
-        j = self.column(name)
-        a = self.amplitude(kind)[:, j]
-        if self.passages is not None:
-            solved = self.tops[:, j] if kind == KINDS[0] else np.zeros(len(a), dtype=bool)
-            found = self.passages.maxima(j, a, solved, kind)
-        else:
-            found = [self._top(a, i, j, kind) for i in crests(a, self.parameter)]
-        found = np.reshape(found, (-1, 2))
-        return found[np.argsort(-found[:, 1], kind="stable")]
-
-    def _top(self, a, i, j, kind):
-        """(parameter, amplitude) of point i where it was solved as a top, else of the parabola around it."""
-        solved = self.tops.size and self.tops[i, j] and kind == KINDS[0]
-        f = self.parameter[max(i - 1, 0):i + 2]
-        apart = np.abs(np.diff(f))
-        if solved or not 0 < i < len(a) - 1 or not np.isfinite(a[i - 1:i + 2]).all() or 20 * min(apart) <= max(apart):
-            return float(self.parameter[i]), float(a[i])
-        top, value = parabola(f - f[1], a[i - 1:i + 2])
-        inside = min(f) <= f[1] + top <= max(f)
-        return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
-
-    def solutions_at(self, value: float) -> np.ndarray:
-        """(s, m, H+1) complex harmonics of every solution at a frequency in Hz, one for each passage of the curve.
-
-        Every one is solved to the tolerance: those that the curve holds there (`at` of forced_response), and by Newton
-        from the points around each other passage. A curve from a file knows its points alone: there `value` must have
-        been in `at`. In a curve over another parameter, `value` is a value of that.
-        Raises InputError outside the curve, and where a curve from a file has no point at `value`.
-        """
-        f, X = self.parameter, self.harmonics
-        low, high, unit = f.min(), f.max(), " Hz" if self.parameter_name == "frequency" else ""
-        if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):
-            raise InputError(f"solutions at {value:g}{unit}: the band of the curve is {low:g} to {high:g}{unit}")
-        there = np.abs(f - value) <= 1e-12 * value
-        found = [(i, X[i]) for i in np.flatnonzero(there & self.converged)]
-        if self.passages is not None:
-            found += [(i, x) for i, x in self.passages(value) if not there[i - 1:i + 1].any()]
-        elif (((f[:-1] - value) * (f[1:] - value) < 0) & ~there[:-1] & ~there[1:]
-                & self.converged[:-1] & self.converged[1:]).any():
-            raise InputError(f"solutions at {value:g}{unit}: this curve comes from a file and was not solved there; "
-                             f"compute it with at = [{value:g}]")
-        found.sort(key=lambda place: place[0])
-        return np.array([x for _, x in found]).reshape(-1, *X.shape[1:])
-
-    def time_history(self, name: str, value: float, which: int = 0, n: int = 256) -> tuple[np.ndarray, np.ndarray]:
-        """(t (n,) s, x (n,) m) of an output over one period; value, which : as in `solutions_at`, `compare`."""
-        found = self.solutions_at(value)
-        if not 0 <= which < len(found):
-            raise InputError(f"time_history: which = {which}: the curve has {len(found)} solutions at {value:g}")
-        hz = value if self.parameter_name == "frequency" else self.frequency[0]
-        tau = 2 * np.pi * np.arange(n) / n
-        return tau / (2 * np.pi * hz), fourier.basis(tau, self.H) @ fourier.to_real(found[which, self.column(name)])
-
-    def compare(self, value: float, which: int | None = None, **settings):
-        """Comparison of a solution with time integration that starts on its orbit (see `hbm.time.comparison.compare`).
-
-            print(curve.compare(106.0).said)
-
-        value : as in `solutions_at`; which : the place there, needed where the curve has several solutions
-        settings : of `compare`. Raises InputError where there is no such solution, and in a curve from a file (there:
-        `hbm.time.comparison.compare_at`).
-        """
-        from hbm.time.comparison import compare
-        if self.passages is None:
-            raise InputError("compare: this curve comes from a file and knows no model; use "
-                             "hbm.time.comparison.compare_at")
-        there = self.solutions_at(value)
-        balance, points = self.passages.solved(value)
-        if which is None and len(points) > 1:
-            sizes = ", ".join(f"{a:.3g}" for a in amplitude(there, "harmonic").max(axis=1))
-            raise InputError(f"compare: the curve has {len(points)} solutions at {value:g}, of amplitude {sizes} m; "
-                             f"say which = 0 to {len(points) - 1}")
-        if not 0 <= (which or 0) < len(points) or not points[which or 0].converged:
-            raise InputError(f"compare: which = {which}: {len(points)} solutions of the curve are known at {value:g}")
-        return compare(balance, points[which or 0], self.passages.rows, **settings)
+    @property
+    def contact_motion(self) -> np.ndarray:
+        """(n, P, nd, H+1) complex, m - relative motion of each pair; zero of pairs that do not take part."""
+        n, P, kept = len(self.frequency), len(self.carrying), int(self.carrying.sum())
+        nd = self.unknowns.shape[1] // max(kept * fourier.n_real(self.H), 1)
+        motion = np.zeros((n, P, nd, self.H + 1), dtype=complex)
+        motion[:, self.carrying] = fourier.to_complex(self.unknowns.reshape(n, kept, nd, -1))
+        return motion
 
     @property
     def widest_gap(self) -> float:
         """Of the parameter, between the neighbouring solved points furthest apart where the branch was left; 0 where it
         is one branch."""
-        return widest_gap(self.parameter, self.converged, self.leaps)
+        return widest_gap(self.parameter, self.converged, self.restarts)
 
     @property
     def slipping_pairs(self) -> np.ndarray:
@@ -199,11 +167,12 @@ class ForcedResponse:
     def save(self, path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)
-        np.savez(path, **{f.name: np.asarray(getattr(self, f.name)) for f in fields(self) if f.name != "passages"})
+        np.savez(path, **{f.name: np.asarray(getattr(self, f.name)) for f in fields(self)})
         return path
 
     @classmethod
     def load(cls, path) -> "ForcedResponse":
+        """Read what `save` wrote; InputError where the file is not there or holds something else."""
         path = Path(path)
         if not path.is_file():
             raise InputError(f"forced response not found: {path}")
@@ -216,7 +185,40 @@ class ForcedResponse:
                           if f.name in z})
 
 
-def amplitude(X, kind) -> np.ndarray:
+@dataclass(frozen=True, eq=False)
+class PeriodicSolution:
+    """One periodic solution at `frequency` Hz: m outputs, P contacts, harmonics 0..H; NaN where none was found.
+
+    harmonics : (m, H+1) complex, m; contact_force, contact_motion : (P, nd, H+1) complex, N and m, as in ForcedResponse
+    share_stick, share_slip, share_open : (P,) share of the cycle; dissipated : (P,) J per cycle
+    converged : whether it was found; iterations : evaluations of the residual
+    unknowns : (N,) m, a `guess` for another call
+    """
+
+    frequency: float
+    output_names: tuple
+    harmonics: np.ndarray
+    contact_force: np.ndarray
+    contact_motion: np.ndarray
+    share_stick: np.ndarray
+    share_slip: np.ndarray
+    share_open: np.ndarray
+    dissipated: np.ndarray
+    converged: bool
+    iterations: int
+    unknowns: np.ndarray
+
+    def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
+        """(m,) amplitude, m: of the kinds of ForcedResponse.amplitude."""
+        return amplitude(self.harmonics, kind)
+
+
+def _equal(a, b) -> bool:
+    a, b = np.asarray(a), np.asarray(b)
+    return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")
+
+
+def amplitude(X, kind: str) -> np.ndarray:
     """(...) amplitude of a kind from harmonics (..., H+1); NaN where they are."""
     if kind == "half_peak_to_peak":
         return fourier.half_peak_to_peak(X)
@@ -227,8 +229,8 @@ def amplitude(X, kind) -> np.ndarray:
     raise InputError(f"amplitude kind '{kind}' is unknown; {nearest(kind, KINDS)}")
 
 
-def crests(a, parameter) -> list[int]:
-    """Places of the local maxima of an amplitude along a curve, neighbours solved and ripples left out."""
+def local_maxima(a, parameter) -> list[int]:
+    """Places of the local maxima of an amplitude (n,) along a curve, both neighbours solved and ripples left out."""
     a, parameter = np.asarray(a, dtype=float), np.asarray(parameter)
     higher = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])
     jump = parameter[1:] == parameter[:-1]                # out of the band and in again: another solution
@@ -242,15 +244,15 @@ def _saddle(a):
     return np.nanmin(a[:above[0]] if len(above) else a)
 
 
-def widest_gap(parameter, converged, leaps) -> float:
-    """Between the neighbouring solved points furthest apart in any of the leaps (k, 2); 0 without any."""
+def widest_gap(parameter, converged, restarts) -> float:
+    """Between the neighbouring solved points furthest apart in any of the restarts (k, 2); 0 without any."""
     solved = np.asarray(parameter)[np.asarray(converged)]
     return max((float(np.diff(np.unique([low, *solved[(low < solved) & (solved < high)], high])).max(initial=0.0))
-                for low, high in np.sort(np.reshape(leaps, (-1, 2)), axis=1)), default=0.0)
+                for low, high in np.sort(np.reshape(restarts, (-1, 2)), axis=1)), default=0.0)
 
 
-def parabola(s, y):
-    """(place, value) of the extremum of the parabola through three points."""
+def parabola(s, y) -> tuple[float, float]:
+    """(place, value) of the maximum of the parabola through three points; place infinite where it has none."""
     c = np.polyfit(s / np.abs(s).max(), y, 2)
     if c[0] >= 0:
         return float("inf"), float(y[1])

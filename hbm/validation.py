@@ -5,11 +5,12 @@ from numbers import Integral, Real
 
 import numpy as np
 
+from hbm.continuation.settings import DEFAULT, Settings
 from hbm.errors import InputError, shown
 
 MOST_HARMONICS = 200
 MOST_SAMPLES = 2**16
-MAY_BE_ZERO = ("outside", "most_leaps", "most_gaps")      # of the settings
+MAY_BE_ZERO = ("outside", "max_restarts", "max_gaps")      # of the settings
 
 
 def check_harmonics(H):
@@ -18,13 +19,22 @@ def check_harmonics(H):
     return int(H)
 
 
-def check_band(band):
+def positive(name, value, unit="") -> float:
+    """One finite number above zero."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value < np.inf:
+        raise InputError(f"{name} = {value!r}: must be one positive number{' in' * bool(unit)}{unit}")
+    return float(value)
+
+
+def interval(name, ends, unit="") -> tuple[float, float]:
+    """Two different finite numbers above zero, (from, to)."""
     try:
-        first, last = (float(b) for b in band)
+        first, last = (float(end) for end in ends)
     except (TypeError, ValueError):
-        raise InputError(f"band = {band!r}: must be two frequencies in Hz, (from, to)") from None
+        what = f"frequencies in{unit}" if unit else "values"
+        raise InputError(f"{name} = {ends!r}: must be two {what}, (from, to)") from None
     if not (np.isfinite(first) and np.isfinite(last) and first > 0 and last > 0) or first == last:
-        raise InputError(f"band = ({first:g}, {last:g}) Hz: both must be positive, and different")
+        raise InputError(f"{name} = ({first:g}, {last:g}){unit}: both must be positive, and different")
     return first, last
 
 
@@ -38,14 +48,12 @@ def check_samples(samples, H):
     return samples
 
 
-def check_at(at):
-    """(k,) Hz."""
-    try:
-        values = np.atleast_1d(np.asarray(at, dtype=float)).ravel()
-    except (TypeError, ValueError):
-        raise InputError(f"at = {at!r}: must be frequencies in Hz") from None
-    if not (np.isfinite(values).all() and (values > 0).all()):
-        raise InputError(f"at = {at!r}: frequencies in Hz must be finite and positive")
+def check_values(at, name, first, last, unit="") -> np.ndarray:
+    """(k,) numbers of `at`, all inside the interval `name` = (first, last)."""
+    values = np.atleast_1d(numbers("at", at, "must be frequencies in Hz" if unit else "must be numbers")).ravel()
+    inside = (min(first, last) <= values) & (values <= max(first, last))
+    if not inside.all():
+        raise InputError(f"at = {values[~inside][0]:g}{unit}: lies outside {name} = ({first:g}, {last:g}){unit}")
     return values
 
 
@@ -88,13 +96,12 @@ def check_kind(name, value, kind, made_by):
     return value
 
 
-def check_settings(settings, progress):
+def check_settings(settings: Settings | None, progress=None) -> Settings:
     """The numbers of the continuation, by default its own; InputError too where progress cannot be called."""
-    from hbm.continuation.corrector import DEFAULT, Settings
     if progress is not None and not callable(progress):
         raise InputError(f"progress = {brief(progress)}: must be a function (value, step, calls), or None")
     settings = DEFAULT if settings is None else settings
-    check_kind("settings", settings, Settings, "replace(hbm.continuation.follow.DEFAULT, most_calls=500)")
+    check_kind("settings", settings, Settings, "replace(hbm.continuation.settings.DEFAULT, max_calls=500)")
     for one in fields(Settings):
         value, whole = getattr(settings, one.name), isinstance(one.default, int)
         least = 0 if one.name in MAY_BE_ZERO else 1 if whole else np.finfo(float).tiny

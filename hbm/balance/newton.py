@@ -55,17 +55,25 @@ class Linearisation:
             modal = modal - self.factors * real_times(columns.T, fourier.to_complex(dg.reshape(-1, hb.nh)))
         return replace(self, x=self.x + dx, modal=modal, bracket=replace(b, g=g))
 
-    def pull(self, away):
-        """To add to the residual where x has come `away` from a point: brings back what is held by the trace alone.
+    def restoring(self, away):
+        """To add to the residual where x has come `away` from a point: see `HarmonicBalance.regularisation`.
 
-        One Newton step with it undoes the part of the way in a mean motion that no force holds, and to the size of the
-        trace nothing else.
+        One Newton step with it undoes the part of the way in a mean motion that no force restrains, and to the size of
+        the regularisation nothing else.
         """
         b, hb = self.bracket, self.balance
         push = np.zeros((hb.n_components, hb.nh))
         push[:, 0] = hb.trace(b) * away.reshape(-1, hb.nh)[:, 0]
         rows = np.flatnonzero(push[:, 0])
         return self._respond(push, rows) if len(rows) else np.zeros_like(away)
+
+    def displacement(self) -> np.ndarray:
+        """(r, H+1) complex q, m."""
+        return self.balance.receptance.shapes @ self.modal
+
+    def outputs(self, rows) -> np.ndarray:
+        """(m, H+1) complex harmonics of the outputs, rows (m, r)."""
+        return (rows @ self.balance.receptance.shapes) @ self.modal
 
     def forget(self):
         """Drop the matrices; they come back when they are asked for."""
@@ -164,13 +172,13 @@ class Linearisation:
         z = real_times(hb.shapes[rows], self.factors * real_times(hb.shapes.T, c))
         return fourier.to_real(np.conj(z)).ravel()
 
-    def contact(self):
-        """(force N, relative motion m) of the pairs, each (P, nd, H+1) complex."""
+    def contact_force(self) -> np.ndarray:
+        """(P, nd, H+1) complex, N, of the contacts."""
         hb, problem = self.balance, self.balance.problem
         u = self.x.reshape(len(problem.pairs), hb.nd, hb.nh)
         f = self.bracket.g + problem.law.stuck_stiffness(problem.pairs)[:, :, None] * u
         f[:, :, 0] += problem.law.stuck_force(problem.pairs)
-        return fourier.to_complex(f), fourier.to_complex(u)
+        return fourier.to_complex(f)
 
     def smallest_motion(self):
         """(singular value over the largest, q (r, H+1)) of the direction in which the Jacobian is most nearly singular.

@@ -1,1 +1,6 @@
-"""Follows a branch of R(x, parameter) = 0 by arc length; knows nothing of vibration."""
+"""Numerical continuation of R(x, p) = 0 by arc length; knows nothing of what the equations mean.
+
+point (the protocol of a linearisation, points, arc length), corrector (Newton), predictor (where the next point is
+expected), branch (one point after the other), restart (across gaps), follow (the whole), crossings and maxima (solved
+points beside a branch), budget and settings.
+"""

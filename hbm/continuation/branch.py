@@ -4,33 +4,32 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hbm.continuation.corrector import Metric, correct, solve_at
+from hbm.continuation.corrector import correct, solve_fixed
+from hbm.continuation.point import Metric, Point
 from hbm.continuation.predictor import forward, on_branch, predict, prediction_errors, tangent
 
-DRIFT = 20, 1e-6, 0.05      # points over which the parameter stands still, share of its length, and how far x goes
-PACE = 3e-3          # share of the way by which a branch must get on to be worth following
-ENDS = {             # why a branch ended, and what to do about it
+ENDS = {             # why a branch ended, and the remedy
     "end": "reached the end of the band",
-    "left": "stopped at {at}: the branch turned back, left the band where it begins and did not come back; begin the "
-            "band further out, or run the other direction",
-    "closed": "stopped at {at}: the branch is closed, it came back to where it began; run the other direction, or "
-              "begin the band further out",
-    "unbounded": "stopped at {at}: the solution grows without bound; give the motion a stiffness that holds it, or "
-                 "more damping",
+    "left": "stopped at {at}: the branch turned back, left the band where it starts and did not return; start the band "
+            "further out, or run in the other direction",
+    "closed": "stopped at {at}: the branch is closed, it returned to its start; run in the other direction, or start "
+              "the band further out",
+    "unbounded": "stopped at {at}: the solution grows without bound; give the motion a stiffness, or more damping",
     "points": "stopped at {at} after {n} points: the branch folds again and again; more damping, more or fewer "
               "harmonics, or the other direction may help",
-    "drift": "stopped at {at}: a body walks away, no force brings it back on average; hold that motion by a stiffness",
-    "work": "stopped at {at} after {n} points: they cost more evaluations of the residual than allowed; try the other "
-            "direction, more or fewer harmonics, more damping or a lower level first, or allow more (`most_calls` of "
-            "the settings)",
+    "drift": "stopped at {at}: the mean friction force is not balanced: rigid-body drift; restrain that motion by a "
+             "stiffness",
+    "budget": "stopped at {at} after {n} points: they cost more evaluations of the residual than allowed; try the "
+              "other direction, more or fewer harmonics, more damping or a lower level first, or allow more "
+              "(`max_calls` of the settings)",
     "no point": "stopped at {at}: the corrector found no further point; try the other direction, more harmonics or a "
                 "lower level first",
-    "lost": "stopped at {at}: the branch was lost again and again; try the other direction, more harmonics or more "
+    "lost": "stopped at {at}: the branch was lost several times; try the other direction, more harmonics or more "
             "damping",
-    "last": "the last point, at {at}, did not converge; end the band a little earlier or later, or run the other "
+    "last": "the last point, at {at}, did not converge; end the band a little earlier or later, or run in the other "
             "direction",
-    "no start": "no solution found at {at}, where the band begins; begin it further from the resonance, run the other "
-                "direction, or try more harmonics or more damping",
+    "no start": "no solution found at {at}, where the band starts; start it further from the resonance, run in the "
+                "other direction, or try more harmonics or more damping",
     "static": "no force: the static state",
 }
 
@@ -40,18 +39,19 @@ class Branch:
     """Points in order, why and where it ended, and whether it reached the end.
 
     end : a key of ENDS, empty while the branch is followed; at : the parameter there
-    leaps : (from, to) parameters: a branch that folds without getting on was left there and a solution taken up here;
+    calls : evaluations of the residual
+    restarts : (from, to) parameters: a branch that folds without progress was left there and a solution taken up here;
         between them there are solutions found in small steps of the parameter, or none: then not far, or marked failed
-    outside : the parameter furthest out of the band where it begins that the branch went through, or None
+    outside : the parameter furthest out of the band where it starts that the branch went through, or None
     count : points when it ended
     """
 
-    points: list = field(default_factory=list)
+    points: list[Point] = field(default_factory=list)
     end: str = ""
     at: float = np.nan
     complete: bool = False
     calls: int = 0
-    leaps: list = field(default_factory=list)
+    restarts: list[tuple[float, float]] = field(default_factory=list)
     outside: float | None = None
     count: int = 0
 
@@ -64,15 +64,16 @@ class Branch:
         """The same with the parameter as `named(parameter)` writes it."""
         return ENDS[self.end].format(at=named(self.at), n=self.count)
 
-    def finish(self, end, at):
+    def finish(self, end: str, at: float):
+        """Note why and where it ended."""
         self.end, self.at, self.complete, self.count = end, at, end == "end", len(self.points)
 
 
-class Walk:
-    """Where `follow` stands: the points since the last gap (`run`), the step, and how far the branch has got.
+class BranchTracer:
+    """State of `follow`: the points since the last gap (`run`), the step, and the progress of the branch.
 
-    lost : no step from the last point is short enough; shortened : the step, since the last point
-    begin, way, sense : of the parameter; length : its unit of arc
+    lost : no step from the last point is short enough; shortened : whether the step was, since the last point
+    begin, way, sense : of the parameter; length : its unit of arc length
     """
 
     def __init__(self, evaluate, start, end, weights, settings, restart):
@@ -86,7 +87,7 @@ class Walk:
         self.begin_at(start)
 
     def begin_at(self, point):
-        """Start anew, from a point that does not continue the points before."""
+        """Start again, from a point that does not continue the points before."""
         self.step, self.order, self.lost, self.shortened = self.settings.first_step, 1, False, False
         self.furthest, self.stale, self.turns = point, 0, 0
         tx, tp, sign = point.detail.direction(np.zeros(len(self.weights)), 1.0)
@@ -105,7 +106,7 @@ class Walk:
         return self.sense * (parameter - of)
 
     def outside(self, parameter) -> float:
-        """How far a parameter lies out of the band where that begins; not positive inside."""
+        """How far a parameter lies out of the band where that starts; not positive inside."""
         return self.ahead(self.begin, parameter)
 
     def metric(self) -> Metric:
@@ -118,7 +119,7 @@ class Walk:
         """The next point of the branch; None where the step was too long."""
         last, metric = self.run[-1], self.metric()
         x, p = predict(self.run, metric, self.step, self.order)
-        new = self._correct(x, p, *metric.border(x - last.x, p - last.parameter), metric)
+        new = self._correct(metric.plane(x, p, x - last.x, p - last.parameter), metric)
         if new.converged and on_branch(new, last, x, p, metric, self.step):
             return new
         if self.step < 2e-2:
@@ -132,14 +133,15 @@ class Walk:
             self.step, self.order = 0.4 * self.step, min(self.order, 1 if self.step < 1e-2 else 2)
         return None
 
-    def _correct(self, x, p, row, corner, metric):
-        """The point of the branch on the plane through (x, p), with its tangent."""
-        new = correct(self.evaluate, x, p, row, corner, metric, self.settings, self.run[-1].x)
+    def _correct(self, plane, metric):
+        """The point of the branch on a plane, with its tangent."""
+        new = correct(self.evaluate, plane, metric, self.settings, self.run[-1].x)
         self.branch.calls += new.iterations
-        return replace(new, tangent=tangent(new.detail, row, corner, self.sign, metric) if new.converged else None)
+        along = tangent(new.detail, plane.row, plane.corner, self.sign, metric) if new.converged else None
+        return replace(new, tangent=along)
 
     def accept(self, new, on_point):
-        """Take a point into the branch; see whether that is the end, and choose the next step."""
+        """Take a point into the branch; check whether that is the end, and choose the next step."""
         if self.ahead(new.parameter, self.end) >= 0:
             return self._finish(new, on_point)
         before = self.run[-1]
@@ -153,12 +155,13 @@ class Walk:
             self.branch.finish("unbounded", new.parameter)
         elif self._drifts():
             self.branch.finish("drift", new.parameter)
-        elif len(self.branch.points) >= self.settings.most_points:
+        elif len(self.branch.points) >= self.settings.max_points:
             self.branch.finish("points", new.parameter)
 
     def _drifts(self) -> bool:
-        """Whether the branch runs on at one value of the parameter: a motion grows that the equations do not hold."""
-        count, still, far = DRIFT
+        """Whether the branch continues at one value of the parameter: a motion grows that the equations leave free."""
+        settings = self.settings
+        count, still, far = settings.drift_points, settings.drift_still, settings.drift_far
         points = self.branch.points[-count:]
         if len(points) < count or not all(p.converged for p in points):
             return False
@@ -166,11 +169,11 @@ class Walk:
         return (max(values) - min(values) < still * self.length
                 and self.metric().norm(points[-1].x - points[0].x, 0.0) > far)
 
-    def wanders(self) -> bool:
-        """Whether the branch folds on and on without getting further, and may still be left."""
+    def makes_no_progress(self) -> bool:
+        """Whether the branch folds again and again without progress, and may still be left."""
         patience = self.settings.patience
-        wanders = self.stale > patience and self.turns >= 6 or self.stale > 3 * patience
-        return wanders and self.attempts < self.settings.most_leaps
+        folds = self.stale > patience and self.turns >= 6 or self.stale > 3 * patience
+        return folds and self.attempts < self.settings.max_restarts
 
     def _choose_step(self, new):
         """Order and length of the next step: those whose prediction of `new` would have erred as aimed."""
@@ -193,7 +196,7 @@ class Walk:
         if len(before) == 2:
             self.turns += (new.parameter - before[1].parameter) * (before[1].parameter - before[0].parameter) < 0
         self.stale += 1
-        if self.ahead(new.parameter, self.furthest.parameter) > PACE * self.way:
+        if self.ahead(new.parameter, self.furthest.parameter) > self.settings.progress * self.way:
             self.furthest, self.stale, self.turns = new, 0, 0
 
     def _note_outside(self, new):
@@ -204,7 +207,7 @@ class Walk:
             self.branch.finish("left", self.begin)
 
     def _closed(self, before, new) -> bool:
-        """Whether the branch comes in again where it began."""
+        """Whether the branch returns to its start."""
         start, border = self.branch.points[0], self.solve_between(before, new, self.begin)
         return border.converged and self.metric().norm(border.x - start.x, 0.0) < 1e-6
 
@@ -222,7 +225,7 @@ class Walk:
         for e in self._beyond(new, last, x, p):
             tx, tp = tangent(e, row, corner, self.sign, metric)
             for reach in (self.step, 4 * self.step) if np.isfinite(tp) else ():
-                tried = self._correct(last.x + reach * tx, last.parameter + reach * tp, *metric.border(tx, tp), metric)
+                tried = self._correct(metric.plane(last.x + reach * tx, last.parameter + reach * tp, tx, tp), metric)
                 if not tried.converged:
                     continue
                 gone = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
@@ -239,7 +242,7 @@ class Walk:
     def solve_between(self, a, b, parameter):
         """The solution at a parameter between those of two points of the branch."""
         share = (parameter - a.parameter) / (b.parameter - a.parameter)
-        new = solve_at(self.evaluate, a.x + share * (b.x - a.x), parameter, self.weights, self.settings)
+        new = solve_fixed(self.evaluate, a.x + share * (b.x - a.x), parameter, self.weights, self.settings)
         self.branch.calls += new.iterations
         return new
 

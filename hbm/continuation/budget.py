@@ -1,35 +1,35 @@
-"""The work spent on a branch: shown between its points too, and bounded."""
+"""The budget of residual evaluations of a branch, and the progress that is reported between its points."""
 
 LARGE = 400              # unknowns from which on the calls of the settings hold as they are
-TICK = 20                # residual calls without a new point, after which progress is told of
+TICK = 20                # residual calls without a new point after which progress is reported
 
 
-class Spent(Exception):
+class BudgetExceeded(Exception):
     """A branch has cost more residual calls than its settings allow."""
 
 
-class Work:
-    """Counts residual calls and points; `progress(value, step, calls)` or None is told of both.
+class Budget:
+    """Counts residual calls and points; `progress(value, step, calls)` or None is called for both.
 
     Between points progress comes with the value of the last one, step 0 and the calls since.
     """
 
-    def __init__(self, settings, progress, first, unknowns):
+    def __init__(self, settings, progress, first: float, unknowns: int):
         # a call costs about the cube of the unknowns: small problems may make more
-        self.most = settings.most_calls * max(1.0, LARGE / unknowns) ** 2
+        self.most = settings.max_calls * max(1.0, LARGE / unknowns) ** 2
         self.settings, self.progress, self.value = settings, progress, first
         self.calls, self.points, self.since = 0, 0, 0
 
-    def point(self, value, step, calls):
+    def point(self, value: float, step: float, calls: int):
         """A point is taken into the branch."""
         self.points, self.value, self.since = self.points + 1, value, 0
         if self.progress:
             self.progress(value, step, calls)
 
     def call(self):
-        """The residual is evaluated once more; raises Spent where that is too often, then and from then on."""
+        """The residual is evaluated once more; raises BudgetExceeded above the limit, then and from then on."""
         self.calls, self.since = self.calls + 1, self.since + 1
         if self.progress and self.since % TICK == 0:
             self.progress(self.value, 0.0, self.since)
         if self.calls > self.most + self.settings.calls_per_point * self.points:
-            raise Spent
+            raise BudgetExceeded

@@ -1,10 +1,10 @@
-"""Where the next point of a branch is looked for: polynomials through the points before, along their tangents."""
+"""Where the next point of a branch is expected: polynomials through the points before, along their tangents."""
 
 import numpy as np
 
 
 def predict(run, metric, step, order):
-    """x and parameter at a length of arc beyond the last of the points, which know their tangents."""
+    """x (n,) and parameter at an arc length `step` beyond the last of the points, which know their tangents."""
     used = run[-(order // 2 + 1):]
     weights = _weights(_places(used, metric), step, order)[-1]
     return _sum(weights, *_table(used, metric))
@@ -37,14 +37,14 @@ def _unit(point, metric):
 
 
 def _places(points, metric):
-    """Lengths of arc along the points, zero at the last: those of circles through two points with their tangents."""
+    """Arc lengths along the points, zero at the last: those of circles through two points with their tangents."""
     units = [_unit(q, metric) for q in points]
-    gone = []
+    lengths = []
     for i in range(len(points) - 1):
         a, b = points[i:i + 2]
-        bend = metric.norm(units[i + 1][0] - units[i][0], units[i + 1][1] - units[i][1])
-        gone.append(metric.norm(b.x - a.x, b.parameter - a.parameter) * (1 + min(bend, 1.0)**2 / 24))
-    return np.r_[-np.cumsum(gone[::-1])[::-1], 0.0]
+        turn = metric.norm(units[i + 1][0] - units[i][0], units[i + 1][1] - units[i][1])
+        lengths.append(metric.norm(b.x - a.x, b.parameter - a.parameter) * (1 + min(turn, 1.0)**2 / 24))
+    return np.r_[-np.cumsum(lengths[::-1])[::-1], 0.0]
 
 
 def _weights(places, at, highest):
@@ -78,10 +78,10 @@ def tangent(e, row, corner, sign, metric):
 
 
 def on_branch(new, last, x, p, metric, step) -> bool:
-    """A converged point that lies far from its prediction or far along, or that runs backward, is refused."""
-    gone = metric.norm(new.x - last.x, new.parameter - last.parameter)
+    """Whether a converged point belongs to the branch: near its prediction, within two steps, and ahead."""
+    length = metric.norm(new.x - last.x, new.parameter - last.parameter)
     corrected = metric.norm(new.x - x, new.parameter - p)
-    return gone <= 2 * step and corrected <= 0.5 * step and forward(new, last, metric)
+    return length <= 2 * step and corrected <= 0.5 * step and forward(new, last, metric)
 
 
 def forward(new, last, metric) -> bool:

@@ -5,17 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm import fourier
 from hbm.balance.residual import ContactProblem, HarmonicBalance
-from hbm.continuation import follow as continuation
+from hbm.continuation.corrector import solve_fixed
 from hbm.errors import InputError
 from hbm.laws.uncoupled.law import CoulombFriction
 from hbm.result import ForcedResponse
-from hbm.solutions import first_point
+from hbm.solutions import points_at
 from hbm.time import shooting
 from hbm.time.exact import MASSLESS, TOLERANCE, March
 from hbm.time.sampled import STEPS, SampledMarch
-from hbm.validation import check_at, check_forcing, check_outputs
 
 ELSEWHERE = 0.2          # relative difference to the nearest point of the curve from which on it is another solution
 SMALL = 1e-3             # relative difference above which more harmonics are advised
@@ -49,53 +47,27 @@ class Comparison:
         return self.steady.periodic and not self.left
 
 
-def compare_at(curve: ForcedResponse, problem: ContactProblem, forcing, hz: float, outputs: dict, start=None,
-               **settings) -> Comparison:
-    """A point of a curve against time integration that starts on its orbit and runs until it repeats to 1e-8.
+def compare(curve: ForcedResponse, problem: ContactProblem, value: float, which: int | None = None, parameter=None,
+            **settings) -> Comparison:
+    """A solution of a curve against time integration that starts on its orbit and runs until it repeats to 1e-8.
 
         problem, _ = contact_problem(model, pairs, law, damping_ratio=0.01)
-        print(compare_at(curve, problem, forcing, 1250.0, {"tip": tip}).said)
+        print(compare(curve, problem, 1250.0).said)
 
-    problem, forcing, outputs : those that the curve was made with; start : slider positions (P, nt) where those were
-    given to the curve; settings : as in `compare`
-    The point is solved at hz from the nearest one of the curve, or where the curve was made without contact=True from
-    the stuck response. Raises InputError where hz is off the curve, or where that leads to another solution.
+    problem, value, parameter : as in `hbm.solutions.solutions_at`; which : the place there, needed where the curve has
+    several solutions; settings : as in `compare_point`. Raises InputError where there is no such solution.
     """
-    hz = check_at(hz)[0]
-    names, rows = check_outputs(outputs, problem.K.shape[0])
-    forces = check_forcing(forcing, problem.K.shape[0], curve.H)
-    if start is None and curve.start == "given":
-        raise InputError("start: the curve began with slider positions of its own, give them here too")
-    balance = HarmonicBalance(problem, forces, curve.H, curve.start if start is None else start)
-    return compare(balance, _point_of(curve, balance, hz, names, rows), rows, **settings)
+    balance, points = points_at(curve, problem, value, parameter)
+    if which is None and len(points) > 1:
+        sizes = ", ".join(f"{np.abs(p.detail.outputs(curve.output_rows)[:, 1]).max():.3g}" for p in points)
+        raise InputError(f"compare: the curve has {len(points)} solutions at {value:g}, of amplitude {sizes} m; "
+                         f"say which = 0 to {len(points) - 1}")
+    if not 0 <= (which or 0) < len(points) or not points[which or 0].converged:
+        raise InputError(f"compare: which = {which}: {len(points)} solutions of the curve are known at {value:g}")
+    return compare_point(balance, points[which or 0], curve.output_rows, **settings)
 
 
-def _point_of(curve, balance, hz, names, rows):
-    """The solution at hz on the curve."""
-    good = np.flatnonzero(curve.converged)
-    low, high = curve.frequency[good].min(), curve.frequency[good].max()
-    if not low <= hz <= high:
-        raise InputError(f"hz = {hz:g}: the curve covers {low:g} to {high:g} Hz")
-    i = good[np.abs(curve.frequency[good] - hz).argmin()]
-    w, motion = 2 * np.pi * hz, curve.contact_motion
-    if motion.size:
-        if motion.shape[1] != len(balance.problem.pairs):           # pairs that were left out stand still in the curve
-            motion = motion[:, np.any(motion[good] != 0, axis=(0, 2, 3))]
-        guess = fourier.to_real(motion[i].reshape(-1, curve.H + 1)).ravel()
-        point = continuation.solve_at(balance.evaluate, guess, w, balance.weights)
-    else:
-        point = first_point(balance, w, continuation.DEFAULT)
-    if not point.converged:
-        raise InputError(f"hz = {hz:g}: no solution found there from the curve; take a frequency of one of its points")
-    X = np.abs(rows @ (balance.receptance.shapes @ point.detail.modal))[:, 1]
-    there = np.abs(curve.harmonics[i][[curve.column(name) for name in names], 1])
-    if np.abs(X - there).max() > ELSEWHERE * max(there.max(), X.max()):
-        raise InputError(f"hz = {hz:g}: leads to another solution than the nearest point of the curve, at "
-                         f"{curve.frequency[i]:g} Hz; make the curve with contact=True and at=[{hz:g}]")
-    return point
-
-
-def compare(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE, most_periods: int = 1000,
+def compare_point(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE, most_periods: int = 1000,
             massless_above: float = MASSLESS, steps: int | None = None) -> Comparison:
     """Start at displacement, velocity and sliders of the point and integrate until the period map repeats to 1e-8.
 
@@ -142,7 +114,7 @@ def _left(balance, point, march, difference) -> bool:
         return True
     try:
         finer = _finer(balance)
-        ends = [continuation.solve_at(finer.evaluate, _padded(x, finer), point.parameter, finer.weights)
+        ends = [solve_fixed(finer.evaluate, _padded(x, finer), point.parameter, finer.weights)
                 for x in (point.x, march.harmonics_of_motion())]
     except InputError:                                           # so many harmonics do not fit into the memory
         return bool(difference > UNSOLVED)

@@ -34,7 +34,7 @@ def follow(i, mu, kn, kt, level, H) -> dict:
     curve = follow_band(oscillator(mu, kn, kt), level * FORCE, BAND, harmonics=H, outputs=Y2)
     label = f"{i}: mu {mu:.2f}, kn {kn:.2g}, kt {kt:.2g}, excitation {level:.2g}, H {H}"
     return {"label": label, "points": len(curve.frequency), "calls": curve.residual_calls,
-            "complete": bool(curve.complete), "leaps": curve.leaps.tolist(), "gap_hz": curve.widest_gap,
+            "complete": bool(curve.complete), "leaps": curve.restarts.tolist(), "gap_hz": curve.widest_gap,
             "ended": curve.ended, "seconds": time.process_time() - began}
 
 

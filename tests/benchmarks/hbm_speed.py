@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from hbm.response import follow_band
+from hbm.solutions import solutions_at
 from tests.benchmarks import contact_beam
 from tests.benchmarks.record import one_thread, record
 from tests.hbm.cases import beam
@@ -93,7 +94,7 @@ def with_peer(python, case, label, H, level):
         raise SystemExit(f"{label}: the peer failed: {done.stderr[-800:]}")
     theirs = json.loads(done.stdout.splitlines()[-1])
     curve = follow_band(problem, level * force, BAND, harmonics=H, outputs=outputs, at=[theirs["top_hz"]])
-    ours = float(np.abs(curve.solutions_at(theirs["top_hz"])[:, 0, 1]).max())
+    ours = float(np.abs(solutions_at(curve, problem, theirs["top_hz"])[:, 0, 1]).max())
     apart = abs(ours / theirs["top"] - 1)
     if apart > SAMPLING:
         raise SystemExit(f"{label}: {ours:.6g} m here, {theirs['top']:.6g} m in the peer at {theirs['top_hz']:.2f} Hz")

@@ -20,9 +20,9 @@ import time
 import numpy as np
 
 from hbm.balance.residual import HarmonicBalance
-from hbm.continuation import follow as continuation
+from hbm.continuation.corrector import solve_fixed
 from hbm.response import follow_band
-from hbm.time.comparison import compare
+from hbm.time.comparison import compare_point
 from tests.benchmarks.record import RESULTS, fingerprint, made, one_thread, recorded
 from tests.hbm.cases import rig
 
@@ -54,14 +54,14 @@ def on_curve(curve, problem, force, hz):
     x = np.empty((len(motion), 2 * curve.H + 1))
     x[:, 0], x[:, 1::2], x[:, 2::2] = motion[:, 0].real, motion[:, 1:].real, motion[:, 1:].imag
     balance = HarmonicBalance(problem, {1: force}, curve.H, "zero_slider")
-    point = continuation.solve_at(balance.evaluate, x.ravel(), 2 * np.pi * hz, balance.weights)
+    point = solve_fixed(balance.evaluate, x.ravel(), 2 * np.pi * hz, balance.weights)
     return balance, point if point.converged else None, len(at)
 
 
 def against(balance, point, row, **settings) -> dict:
     """Figures of one point of one H: amplitudes by harmonic balance and by integration from its own orbit."""
     began = time.process_time()
-    c = compare(balance, point, row[None], tolerance=1e-5, most_periods=500, **settings)
+    c = compare_point(balance, point, row[None], tolerance=1e-5, most_periods=500, **settings)
     truth = float(abs(c.steady.harmonics[0, 1]))
     ours = float(abs((row @ (balance.receptance.shapes @ point.detail.modal))[1]))
     return {"balance": ours, "integration": truth, "error": ours / truth - 1, "periodic": bool(c.steady.periodic),

@@ -22,9 +22,9 @@ import numpy as np
 
 from hbm import fourier
 from hbm.balance.residual import HarmonicBalance
-from hbm.continuation import follow as continuation
+from hbm.continuation.corrector import solve_fixed
 from hbm.response import follow_band
-from hbm.time.comparison import compare
+from hbm.time.comparison import compare_point
 from tests.benchmarks.hbm_robustness import BAND, SEED, draw
 from tests.benchmarks.record import fingerprint, made, one_thread
 from tests.hbm.oscillator import FORCE, Y2, oscillator
@@ -48,7 +48,7 @@ def solve(problem, force, w, motion, H):
     x = np.zeros((len(motion), H + 1), complex)
     n = min(H + 1, motion.shape[1])
     x[:, :n] = motion[:, :n]
-    point = continuation.solve_at(balance.evaluate, fourier.to_real(x).ravel(), w, balance.weights)
+    point = solve_fixed(balance.evaluate, fourier.to_real(x).ravel(), w, balance.weights)
     return (balance, point, balance.receptance.shapes @ point.detail.modal) if point.converged else None
 
 
@@ -85,7 +85,7 @@ def check(hz, problem, force, X):
     """One point in the order of COLUMNS."""
     row, tried = dict.fromkeys(COLUMNS) | {"hz": round(hz, 6)}, []
     for n, (balance, point) in enumerate(settled(problem, force, 2 * np.pi * hz, X, tried)):
-        c = compare(balance, point, [Y2["y2"]], tolerance=1e-5, most_periods=MOST_PERIODS)
+        c = compare_point(balance, point, [Y2["y2"]], tolerance=1e-5, most_periods=MOST_PERIODS)
         if n == 0:
             row |= {"H": balance.H, "state": state(c), "difference": figure(c.difference), "periods": c.steady.periods,
                     "change": figure(c.steady.period_change), "multiplier": figure(c.steady.multiplier)}

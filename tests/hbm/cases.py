@@ -10,9 +10,10 @@ import numpy as np
 from hbm import fourier
 from hbm.balance.receptance import describe_motion
 from hbm.balance.residual import ContactProblem, HarmonicBalance
-from hbm.continuation import follow as continuation
+from hbm.continuation.corrector import solve_fixed
+from hbm.continuation.settings import Settings
 from hbm.laws import Contacts, DryFriction2T, Jenkins1D, UnilateralSpring
-from hbm.solutions import first_point
+from hbm.starts import first_point
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "hbm"
 
@@ -109,11 +110,11 @@ def with_damping_matrix(problem, dashpot=0.1):
 def solve(problem, force, w, H, start="zero_slider", samples=None, guess=None):
     """(q (r, H+1) complex, point, balance) of the periodic solution at w, from the stuck response or from a guess x."""
     balance = HarmonicBalance(problem, {1: force}, H, start, samples)
-    settings = continuation.Settings()
+    settings = Settings()
     if guess is None:
         point = first_point(balance, w, settings)
     else:
-        point = continuation.solve_at(balance.evaluate, guess, w, balance.weights, settings)
+        point = solve_fixed(balance.evaluate, guess, w, balance.weights, settings)
     assert point.converged
     return (balance.receptance.shapes @ point.detail.modal), point, balance
 

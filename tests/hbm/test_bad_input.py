@@ -16,7 +16,7 @@ from hbm.balance import residual
 from hbm.balance.receptance import free_receptance
 from hbm.balance.residual import ContactProblem
 from hbm.contact import relative_motion
-from hbm.continuation import follow as continuation
+from hbm.continuation.settings import DEFAULT
 from hbm.errors import InputError
 from hbm.laws import ContactLaw, Contacts, CubicSpring, DryFriction2T, Jenkins1D, UnilateralSpring
 from hbm.model import ReducedModel
@@ -62,7 +62,7 @@ def curve(**changes):
 
 
 def settings(**changed):
-    return replace(continuation.DEFAULT, **changed)
+    return replace(DEFAULT, **changed)
 
 
 def with_entry(matrix, i, j, value):
@@ -158,14 +158,14 @@ REFUSED = {
     "samples negative": ({"samples": -8}, r"samples = -8: must be a whole number"),
     "samples too few": ({"samples": 4, "harmonics": 5}, r"samples = 4: .*at least"),
     "at not a number": ({"at": ["x"]}, r"at = "),
-    "settings a dict": ({"settings": {"most_calls": 500}}, r"settings = \{'most_calls': 500\}: must be a Settings, "
-                        r"made by replace\(hbm\.continuation\.DEFAULT"),
+    "settings a dict": ({"settings": {"max_calls": 500}}, r"settings = \{'max_calls': 500\}: must be a Settings, "
+                        r"made by replace\(hbm\.continuation\.settings\.DEFAULT"),
     "a step of no number": (lambda: {"settings": settings(first_step=np.nan)}, r"settings: first_step = nan: .* above"),
     "a step of text": (lambda: {"settings": settings(largest_step="x")}, r"settings: largest_step = 'x': must be a "),
     "no aim": (lambda: {"settings": settings(aim=0)}, r"settings: aim = 0: must be a number, above 0"),
     "order 0": (lambda: {"settings": settings(highest_order=0)}, r"settings: highest_order = 0: .*whole number, 1 or"),
     "order 2.5": (lambda: {"settings": settings(highest_order=2.5)}, r"settings: highest_order = 2\.5: .*whole number"),
-    "leaps negative": (lambda: {"settings": settings(most_leaps=-1)}, r"settings: most_leaps = -1: .*0 or more"),
+    "leaps negative": (lambda: {"settings": settings(max_restarts=-1)}, r"settings: max_restarts = -1: .*0 or more"),
     "settings a number": ({"settings": 0}, r"settings = 0: must be a Settings"),
     "progress a number": ({"progress": 3}, r"progress = 3: must be a function \(value, step, calls\)"),
     "progress zero": ({"progress": 0}, r"progress = 0: must be a function"),
@@ -182,8 +182,7 @@ def test_refused_by_forced_response(row, monkeypatch):
 
     def heavy(*_, **__):
         raise AssertionError("something heavy has started")
-    monkeypatch.setattr(continuation, "solve_at", heavy)
-    monkeypatch.setattr(continuation, "follow", heavy)
+    monkeypatch.setattr(residual.HarmonicBalance, "evaluate", heavy)
     if row not in FOUND_WITH_THE_STUCK_SYSTEM:
         monkeypatch.setattr(residual, "stuck_receptance", heavy)
     else:

@@ -9,9 +9,12 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T, Jenkins1D, MixedLaw
 from hbm.model import ReducedModel
-from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
+from hbm.problem import contact_problem
+from hbm.response import follow_band, follow_parameter, forced_response
+from hbm.result import ForcedResponse
+from hbm.solutions import solutions_at
 from hbm.time import shooting
-from hbm.time.comparison import compare, compare_at
+from hbm.time.comparison import compare, compare_point
 from hbm.time.sampled import SampledMarch
 from tests.hbm.cases import coupled, load, solve, unilateral
 from tests.hbm.conformance import LAWS, one_dof
@@ -28,16 +31,16 @@ def test_a_point_of_a_curve_in_one_call(contact):
                             outputs=outputs, contact=contact)
     problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.02)
     hz = curve.peak("tip")[0]
-    found = compare_at(curve, problem, 60 * tip, hz, outputs)
+    found = compare(curve, problem, hz)
     assert found.agrees and found.steady.period_change <= shooting.REPEATS and found.difference < 1e-2
     assert found.difference > 1e-12 and curve.share_slip.max() > 0.1
     assert abs(found.steady.harmonics[0, 1]) == pytest.approx(np.nanmax(curve.amplitude("harmonic")), rel=1e-2)
     assert (found.origin, found.start, found.H) == ("preloaded", "zero_slider", 5) and found.hz == pytest.approx(hz)
     assert (found.steady.origin, found.steady.start) == ("preloaded", "zero_slider")
-    with pytest.raises(InputError, match="hz = 900: the curve covers 200 to 600 Hz"):
-        compare_at(curve, problem, 60 * tip, 900.0, outputs)
-    with pytest.raises(InputError, match="outputs = "):
-        compare_at(curve, problem, 60 * tip, hz, [tip])
+    with pytest.raises(InputError, match="900 Hz: the band of the curve is 200 to 600 Hz"):
+        compare(curve, problem, 900.0)
+    with pytest.raises(InputError, match="the problem has 1 contacts and .* dofs, that of the curve had 5"):
+        compare(curve, contact_problem(model, pairs.select([0]), DryFriction2T(), damping_ratio=0.02)[0], hz)
 
 
 @pytest.mark.parametrize("omega", [1.0, 1.5])
@@ -70,7 +73,7 @@ def test_laws_of_every_kind_in_one_model_against_integration():
     pairs = ContactTable(**columns | {"damper_node": np.arange(1, n + 1)})
     problem, _ = contact_problem(model, pairs, MixedLaw(tuple(laws), range(n)), damping_ratio=0.03)
     q, point, balance = solve(problem, np.concatenate([s[2] for s in singles]), 2 * np.pi * 1.7, 9, samples=512)
-    found = compare(balance, point, np.eye(3 * n), steps=128)
+    found = compare_point(balance, point, np.eye(3 * n), steps=128)
     assert found.steady.periodic and found.difference < 1e-3 and not found.left
     apart = np.abs(np.abs(found.steady.harmonics[:, 1]) - np.abs(q[:, 1])) / np.abs(q[:, 1]).max()
     assert (apart.reshape(n, 3).max(axis=1) < 1e-3).all()
@@ -83,19 +86,19 @@ def test_a_curve_compares_itself_and_each_of_its_solutions(tmp_path):
     band = follow_band(problem, force, (0.8 * hz, 1.4 * hz), harmonics=5, outputs={"x": [1.0]}, at=[hz])
     level = follow_parameter(problem, force, hz, "level", (0.2, 3.0), harmonics=5, outputs={"x": [1.0]})
     for curve, value in ((band, hz), (level, 1.0)):
-        sizes = np.abs(curve.solutions_at(value)[:, 0, 1])
+        sizes = np.abs(solutions_at(curve, problem, value)[:, 0, 1])
         middle = int(np.argsort(sizes)[1])
         assert len(sizes) == 3
         for i, size in enumerate(sizes):
-            found = curve.compare(value, which=i)
+            found = compare(curve, problem, value, which=i)
             assert found.agrees and (found.steady.multiplier > 1 + 1e-3) == (i == middle), found.said
             assert i == middle or abs(found.steady.harmonics[0, 1]) == pytest.approx(size, rel=2e-2)
         with pytest.raises(InputError, match="3 solutions at .* say which = 0 to 2"):
-            curve.compare(value)
+            compare(curve, problem, value)
         with pytest.raises(InputError, match="which = 3: 3 solutions"):
-            curve.compare(value, 3)
-    with pytest.raises(InputError, match="from a file"):
-        ForcedResponse.load(band.save(tmp_path / "curve.npz")).compare(hz, 0)
+            compare(curve, problem, value, 3)
+    loaded = ForcedResponse.load(band.save(tmp_path / "curve.npz"))
+    assert loaded == band and compare(loaded, problem, hz, 0).difference == compare(band, problem, hz, 0).difference
 
 
 def test_stability_that_was_not_computed_is_not_claimed(monkeypatch):
@@ -104,7 +107,8 @@ def test_stability_that_was_not_computed_is_not_claimed(monkeypatch):
     problem, force = unilateral(load("C1")["parameters"])
     hz = 1.15 / (2 * np.pi)
     curve = follow_band(problem, force, (0.8 * hz, 1.4 * hz), harmonics=5, outputs={"x": [1.0]}, at=[hz])
-    said = [curve.compare(hz, which=i).said for i in np.argsort(np.abs(curve.solutions_at(hz)[:, 0, 1]))]
+    order = np.argsort(np.abs(solutions_at(curve, problem, hz)[:, 0, 1]))
+    said = [compare(curve, problem, hz, which=i).said for i in order]
     assert "not known whether it is stable" in said[1]
 
 
@@ -115,7 +119,8 @@ def test_more_harmonics_are_advised_where_the_difference_is_large():
     for H in (1, 15):
         curve = forced_response(model, pairs, Jenkins1D(), force, (1.5, 1.9), harmonics=H, damping_ratio=0.03,
                                 outputs={"x": [1.0, 0, 0]})
-        found = curve.compare(1.7)
+        problem, _ = contact_problem(model, pairs, Jenkins1D(), damping_ratio=0.03)
+        found = compare(curve, problem, 1.7)
         said[H] = found.said, found.difference
     assert said[1][1] > 1e-3 and said[1][0].endswith("; more harmonics than H = 1 bring it closer")
     assert said[15][1] < 1e-3 and "more harmonics" not in said[15][0]

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from hbm.balance.residual import HarmonicBalance
-from hbm.continuation import follow as continuation
+from hbm.continuation.corrector import between, correct, solve_fixed
+from hbm.continuation.follow import follow
+from hbm.continuation.point import Metric, Plane
+from hbm.continuation.settings import DEFAULT, Settings
 from hbm.errors import InputError
 from hbm.response import follow_band, follow_parameter
-from hbm.solutions import first_point
+from hbm.starts import first_point
 from tests.hbm.cases import beam, rig, solve
 
 
@@ -30,6 +33,9 @@ class Dense:
     def moved(self, dx, dp):
         return self
 
+    def restoring(self, away):
+        return 0 * away
+
     def direction(self, row, corner):
         return self._solve(row, corner, np.r_[0 * self.residual, 1.0])
 
@@ -40,13 +46,13 @@ def s_curve(x, p):
 
 
 def start_at(evaluate, x, p):
-    point = continuation.solve_at(evaluate, np.array([x]), p, np.ones(1))
+    point = solve_fixed(evaluate, np.array([x]), p, np.ones(1))
     assert point.converged
     return point
 
 
 def test_folds_are_followed():
-    branch = continuation.follow(s_curve, start_at(s_curve, -2.5, -8.0), 8.0, np.ones(1))
+    branch = follow(s_curve, start_at(s_curve, -2.5, -8.0), 8.0, np.ones(1))
     x, p = np.array([b.x[0] for b in branch.points]), np.array([b.parameter for b in branch.points])
     assert branch.complete and p[-1] == 8.0 and (np.diff(x) > 0).all()
     assert p[x < 0].max() == pytest.approx(2, abs=3e-2) and p[(x > 0) & (x < 1.5)].min() == pytest.approx(-2, abs=3e-2)
@@ -59,8 +65,8 @@ def test_a_corner_that_folds_is_turned():
         return Dense(np.array([x[0] - p + 3 * max(0.0, -x[0] + 1) * (x[0] < 1)]),
                      np.array([[1.0 - 3.0 * (x[0] < 1)]]), np.array([-1.0]))
     # x < 1: -2 x + 3 = p, falling; x > 1: x = p, rising: a fold with a corner at x = 1, p = 1
-    branch = continuation.follow(corner, start_at(corner, -1.0, 5.0), 0.0, np.ones(1),
-                                 continuation.Settings(most_points=200))
+    branch = follow(corner, start_at(corner, -1.0, 5.0), 0.0, np.ones(1),
+                                 Settings(max_points=200))
     x = np.array([b.x[0] for b in branch.points])
     assert x.max() > 3 and (np.diff(x) > 0).all() and "turned back" in branch.ended
 
@@ -72,7 +78,7 @@ def test_a_branch_that_ends_is_marked_and_left():
         if 5 < p < 7:
             return Dense(np.array([1 + d * d]), np.array([[2 * d + 1e-9]]), np.array([-2 * d]))
         return Dense(np.array([d]), np.eye(1), np.array([-1.0]))
-    branch = continuation.follow(gap, start_at(gap, 0.0, 0.0), 20.0, np.ones(1))
+    branch = follow(gap, start_at(gap, 0.0, 0.0), 20.0, np.ones(1))
     assert not all(b.converged for b in branch.points) and branch.points[-1].parameter == pytest.approx(20)
 
 
@@ -81,7 +87,7 @@ def test_a_jump_to_another_branch_is_refused():
     def lines(x, p):
         a, b = x[0] - p, x[0] - p - 0.3
         return Dense(np.array([a * b]), np.array([[a + b]]), np.array([-(a + b)]))
-    branch = continuation.follow(lines, start_at(lines, 5.0, 5.0), 10.0, np.ones(1))
+    branch = follow(lines, start_at(lines, 5.0, 5.0), 10.0, np.ones(1))
     assert branch.complete and np.allclose([b.x[0] - b.parameter for b in branch.points], 0, atol=1e-6)
 
 
@@ -91,9 +97,9 @@ def test_a_branch_that_folds_on_and_on_is_left_by_a_named_leap():
         a, slope = (x[0], 1.0) if x[0] < 5 else (5 + 0.2 * np.sin(5 * (x[0] - 5)), np.cos(5 * (x[0] - 5)))
         b = x[0] + p
         return Dense(np.array([(a - p) * b]), np.array([[slope * b + a - p]]), np.array([a - p - b]))
-    branch = continuation.follow(endless, start_at(endless, 1.0, 1.0), 10.0, np.ones(1),
-                                 continuation.Settings(patience=50), restart=lambda p: start_at(endless, -p, p))
-    assert branch.complete and branch.leaps[-1][0] == pytest.approx(5.2, abs=0.02) and branch.leaps[-1][1] < 5.5
+    branch = follow(endless, start_at(endless, 1.0, 1.0), 10.0, np.ones(1),
+                                 Settings(patience=50), restart=lambda p: start_at(endless, -p, p))
+    assert branch.complete and branch.restarts[-1][0] == pytest.approx(5.2, abs=0.02) and branch.restarts[-1][1] < 5.5
     assert all(b.converged for b in branch.points) and branch.points[-1].x[0] == pytest.approx(-10)
 
 
@@ -102,14 +108,14 @@ def test_nothing_is_evaluated_where_a_step_is_not_a_number():
     def broken(x, p):
         assert np.isfinite(p) and np.isfinite(x).all()
         return Dense(np.array([x[0]**3 - p]), np.array([[3 * x[0]**2 if p < 3 else np.nan]]), np.array([-1.0]))
-    branch = continuation.follow(broken, start_at(broken, 1.0, 1.0), 10.0, np.ones(1))
+    branch = follow(broken, start_at(broken, 1.0, 1.0), 10.0, np.ones(1))
     assert not branch.complete and "no further point" in branch.ended
 
 
 def test_between_lies_on_the_branch():
-    branch = continuation.follow(s_curve, start_at(s_curve, -2.5, -8.0), 8.0, np.ones(1))
+    branch = follow(s_curve, start_at(s_curve, -2.5, -8.0), 8.0, np.ones(1))
     a, b = branch.points[4:6]
-    point = continuation.between(s_curve, a, b, 0.5, np.ones(1))
+    point = between(s_curve, a, b, 0.5, np.ones(1))
     assert point.converged and a.x < point.x < b.x
     assert point.x[0] ** 3 - 3 * point.x[0] == pytest.approx(point.parameter, abs=1e-8)
 
@@ -148,8 +154,8 @@ def test_points_whose_last_step_was_not_evaluated_again_solve_the_equations(case
     """Every accepted point, its outputs and its forces, put back into the residual."""
     problem, force, outputs = beam(case)
     balance = HarmonicBalance(problem, {1: level * force}, H)
-    begin = first_point(balance, 2 * np.pi * 700, continuation.Settings())
-    branch = continuation.follow(balance.evaluate, begin, 2 * np.pi * 1200, balance.weights)
+    begin = first_point(balance, 2 * np.pi * 700, Settings())
+    branch = follow(balance.evaluate, begin, 2 * np.pi * 1200, balance.weights)
     linearised = 0
     for point in branch.points:
         again = balance.evaluate(point.x, point.parameter)
@@ -171,8 +177,8 @@ def test_a_long_last_step_is_evaluated_again():
         f, slope = pieces[int(x[0] > 1.009) + int(x[0] > 1.0105)]
         return Dense(np.array([f]), np.array([[slope]]), np.zeros(1))
 
-    metric = continuation.Metric(np.ones(1), 1.0, 1.0)
-    point = continuation.correct(kinked, np.ones(1), 0.0, np.zeros(1), 1.0, metric, continuation.DEFAULT)
+    metric = Metric(np.ones(1), 1.0, 1.0)
+    point = correct(kinked, Plane(np.ones(1), 0.0, np.zeros(1), 1.0), metric, DEFAULT)
     assert point.converged and abs(kinked(point.x, 0.0).residual[0]) < 1e-9
 
 

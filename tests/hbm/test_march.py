@@ -7,10 +7,12 @@ import pytest
 from hbm import fourier
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T, compilation
-from hbm.response import contact_problem, follow_band
+from hbm.problem import contact_problem
+from hbm.response import follow_band
+from hbm.solutions import solutions_at
 from hbm.time import comparison, shooting
 from hbm.time import events as integrator
-from hbm.time.comparison import compare
+from hbm.time.comparison import compare, compare_point
 from hbm.time.exact import March
 from hbm.time.poles import poles
 from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
@@ -131,7 +133,7 @@ def test_newton_with_more_unknowns_than_columns(level):
 def test_balance_against_integration_from_its_orbit():
     """163 Hz, H = 9, and the published time integration (2.27307e-4 m); what friction takes, by both."""
     q, point, balance = solve(oscillator(), FORCE, 2 * np.pi * 163, 9, start="zero_force")
-    c = compare(balance, point, [Y2["y2"]])
+    c = compare_point(balance, point, [Y2["y2"]])
     assert c.agrees and c.difference < 2e-4
     assert abs(c.steady.harmonics[0, 1]) == pytest.approx(2.27307e-4, rel=5e-6)
     g = fourier.to_complex(point.detail.bracket.g)[:, :2, 1:]
@@ -142,7 +144,7 @@ def test_balance_against_integration_from_its_orbit():
 
 def test_a_stuck_orbit_repeats_at_once():
     q, point, balance = solve(oscillator(), FORCE, 2 * np.pi * 150, 3, start="zero_force")
-    c = compare(balance, point, [Y2["y2"]])
+    c = compare_point(balance, point, [Y2["y2"]])
     assert c.steady.periods == 1 and c.difference < 1e-10 and "stays on the orbit" in c.said
 
 
@@ -151,16 +153,16 @@ def test_it_is_said_when_the_integration_leaves(monkeypatch):
     period map finds it all the same; left to itself the integration goes from there to another one."""
     low, middle, high = three_of_c1(H=9)
     for _, point, balance in (low, high):
-        c = compare(balance, point, [[1.0]])
+        c = compare_point(balance, point, [[1.0]])
         assert c.agrees and "stays on the orbit" in c.said
-    c = compare(middle[2], middle[1], [[1.0]])
+    c = compare_point(middle[2], middle[1], [[1.0]])
     assert c.agrees and c.steady.multiplier > 1.05 and "it is unstable" in c.said
     middle = three_of_c1(H=1)[1]
-    c = compare(middle[2], middle[1], [[1.0]])
+    c = compare_point(middle[2], middle[1], [[1.0]])
     assert abs(c.steady.harmonics[0, 1]) == pytest.approx(np.abs(three_of_c1(H=9)[1][0][0, 1]), rel=1e-4)
     assert c.agrees and c.difference > 0.1 and "it is unstable" in c.said and "more harmonics than H = 1" in c.said
     monkeypatch.setattr(comparison, "PATIENCE", 1000)
-    c = compare(middle[2], middle[1], [[1.0]])
+    c = compare_point(middle[2], middle[1], [[1.0]])
     assert c.left and not c.agrees and "left for another orbit" in c.said
 
 
@@ -172,12 +174,12 @@ def test_another_orbit_is_told_from_one_that_is_close(monkeypatch):
     problem, force = unilateral(load("C1")["parameters"])
     curve = follow_band(problem, force, (1 / (2 * np.pi), 1.6 / (2 * np.pi)), harmonics=9, outputs={"x": [1.0]})
     hz = 1.155781 / (2 * np.pi)
-    sizes = np.abs(curve.solutions_at(hz)[:, 0, 1])
+    sizes = np.abs(solutions_at(curve, problem, hz)[:, 0, 1])
     stable, unstable = np.argsort(sizes)[:2]
-    c = curve.compare(hz, int(unstable), most_periods=5000)
+    c = compare(curve, problem, hz, int(unstable), most_periods=5000)
     assert 0.02 < c.difference < 0.03 and c.left and "left for another orbit" in c.said
     assert abs(c.steady.harmonics[0, 1]) == pytest.approx(sizes[stable], rel=1e-3)
-    c = curve.compare(hz, int(stable), most_periods=5000)
+    c = compare(curve, problem, hz, int(stable), most_periods=5000)
     assert c.difference < 1e-3 and not c.left and "stays on the orbit" in c.said
 
 

@@ -9,10 +9,11 @@ import pytest
 from hbm.balance import memory
 from hbm.balance.memory import newton_bytes
 from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.follow import solve_at
+from hbm.continuation.corrector import solve_fixed
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T
-from hbm.response import contact_problem, forced_response
+from hbm.problem import contact_problem
+from hbm.response import forced_response
 from hbm.time.comparison import _left
 from tests.hbm.small_rig import small_rig
 
@@ -78,7 +79,7 @@ def test_a_comparison_does_not_die_of_harmonics_that_nobody_asked_for(monkeypatc
     problem, _ = contact_problem(MODEL, PAIRS, DryFriction2T(), damping_ratio=0.02)
     balance = HarmonicBalance(problem, {1: 200 * TIP}, 7)
     w = 2 * np.pi * 312
-    point = solve_at(balance.evaluate, balance.linear(w), w, balance.weights)
+    point = solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights)
     monkeypatch.setattr(memory, "_SMALL", 0.0)
     monkeypatch.setattr(memory, "available_bytes", lambda: newton_bytes(12, 3, 7))
     same = SimpleNamespace(harmonics_of_motion=lambda: point.x)

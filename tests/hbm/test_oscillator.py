@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hbm.response import follow_band
-from hbm.time.comparison import compare
+from hbm.time.comparison import compare_point
 from tests.hbm.cases import solve
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 
@@ -68,5 +68,5 @@ def test_random_oscillators_are_complete_from_end_to_end(seed):
 
 def test_a_point_of_the_curve_against_time_integration():
     q, point, balance = solve(oscillator(kn=1e6, kt=4e5), 0.6 * FORCE, 2 * np.pi * 160, 9, start="zero_force")
-    c = compare(balance, point, [Y2["y2"]])
+    c = compare_point(balance, point, [Y2["y2"]])
     assert c.agrees and c.difference < 5e-3

@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.continuation import follow as continuation
 from hbm.continuation import predictor
+from hbm.continuation.corrector import between
+from hbm.continuation.point import Metric, Point
 from tests.hbm.test_continuation import s_curve
 
-METRIC = continuation.Metric(np.ones(1), 1.0, 1.0)
+METRIC = Metric(np.ones(1), 1.0, 1.0)
 
 
 def on_circle(s):
     """Point and tangent of the unit circle at a length of arc; the tangent of any length."""
-    return continuation.Point(np.array([np.cos(s)]), np.sin(s), True, 1, tangent=(-3 * np.array([np.sin(s)]),
+    return Point(np.array([np.cos(s)]), np.sin(s), True, 1, tangent=(-3 * np.array([np.sin(s)]),
                                                                                   3 * np.cos(s)))
 
 
@@ -52,8 +53,8 @@ def test_tangents_bring_a_point_between_two_others_close():
             seen.append(s_curve(x, p))
             return seen[-1]
         seen, ends = [], (-1.7 - reach, -1.7 + reach)
-        a, b = (continuation.Point(np.array([x]), x**3 - 3 * x, True, 1, tangent=(np.ones(1), 3 * x**2 - 3))
+        a, b = (Point(np.array([x]), x**3 - 3 * x, True, 1, tangent=(np.ones(1), 3 * x**2 - 3))
                 for x in ends)
-        assert continuation.between(watched, a, b, 0.4, np.ones(1)).converged
+        assert between(watched, a, b, 0.4, np.ones(1)).converged
         return abs(seen[0].residual[0])
     assert first_residual(0.2) > 12 * first_residual(0.1)

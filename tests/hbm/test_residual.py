@@ -9,9 +9,10 @@ from hbm import fourier
 from hbm.balance import aft, residual
 from hbm.balance.receptance import stuck_receptance
 from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.follow import solve_at
+from hbm.continuation.corrector import solve_fixed
 from hbm.laws import DryFriction2T, IsotropicFriction, MixedLaw, UnilateralSpring
-from hbm.response import contact_problem, forced_response
+from hbm.problem import contact_problem
+from hbm.response import forced_response
 from tests.hbm.cases import coupled, load, with_damping_matrix
 from tests.hbm.small_rig import small_rig
 
@@ -96,7 +97,7 @@ def test_pairs_that_stick_through_the_cycle_may_be_left_out_of_the_iteration(law
                     exact.setattr(residual, "HELD", 0.0)        # the trace in the matrix, not in the equations
                     e = balance.evaluate(guess, w)
                     step = *e.solve(row, corner, 0.3), e.direction(row, corner)[2]
-                point = solve_at(balance.evaluate, guess, w, balance.weights)
+                point = solve_fixed(balance.evaluate, guess, w, balance.weights)
             assert point.converged
             found.append((*step, point.x))
             moved.append(len(point.detail.bracket.contacts))

@@ -10,11 +10,17 @@ import pytest
 from hbm import laws
 from hbm.balance.receptance import linear_response, natural_frequencies, stuck_receptance
 from hbm.contact import relative_motion
-from hbm.continuation.follow import Branch, Point
+from hbm.continuation.branch import Branch
+from hbm.continuation.point import Point
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from hbm.record import Parameter, explain
-from hbm.response import ForcedResponse, contact_problem, follow_band, follow_parameter, forced_response
+from hbm.parameter import Frequency
+from hbm.problem import contact_problem
+from hbm.response import follow_band, follow_parameter, forced_response
+from hbm.result import ForcedResponse
+from hbm.solutions import solutions_at, time_history
+from hbm.time.comparison import compare
+from hbm.tracing import explain
 from tests.hbm.small_rig import small_rig
 
 BAND = (900.0, 1800.0)       # holds the out-of-phase mode, 1347 Hz stuck
@@ -176,7 +182,7 @@ def test_a_curve_over_the_level_is_read_by_level(rig, recwarn):
     assert curve.complete and curve.peak("tip")[0] == 3.0 and curve.at_border("tip") and not len(recwarn)
     alone = follow_band(problem, 20 * tip, (1200.0, 1210.0), harmonics=1, outputs={"tip": tip})
     for level, force in ((1.0, alone.harmonics[0]), (0.1, None)):
-        found = curve.solutions_at(level)
+        found = solutions_at(curve, problem, level)
         assert found.shape == (1, 1, 2) and (force is None or np.allclose(found[0], force, rtol=1e-8, atol=1e-15))
 
 
@@ -206,7 +212,8 @@ def test_the_records_print_in_one_line(rig):
     """However many dofs, pairs and points they hold."""
     model, pairs, tip = rig
     curve = run(rig, 12.0)
-    steady = curve.compare(1200.0)
+    problem, _ = contact_problem(model, pairs, LAW, damping_ratio=0.02)
+    steady = compare(curve, problem, 1200.0)
     for record, words in ((model, r"<ReducedModel: 120 dofs \(blade1 30, blade2 30, damper 60\), 0 of them modes; C"),
                           (pairs, r"<ContactTable: 18 pairs \(left 9, right 9\), 18 carry; preload .* N>"),
                           (curve, r"<ForcedResponse: 900 to 1800 Hz, \d+ points \(0 failed\), outputs tip; 18 "),
@@ -217,13 +224,14 @@ def test_the_records_print_in_one_line(rig):
 def test_a_point_over_time(rig):
     """x(t) = X_0 + Re sum X_k exp(i k w t), sampled over one period."""
     curve = run(rig, 12.0, (1190.0, 1210.0), H=3)
-    t, x = curve.time_history("tip", 1200.0, n=64)
-    X = curve.solutions_at(1200.0)[0, 0]
+    problem, _ = contact_problem(*rig[:2], LAW, damping_ratio=0.02)
+    t, x = time_history(curve, problem, "tip", 1200.0, n=64)
+    X = solutions_at(curve, problem, 1200.0)[0, 0]
     assert np.allclose(np.diff(t), 1 / 1200.0 / 64)
     series = sum((X[k] * np.exp(2j * np.pi * 1200.0 * k * t)).real for k in range(4))
     assert np.allclose(x, series, rtol=0, atol=1e-12 * abs(X[1]))
     with pytest.raises(InputError, match="which = 1: the curve has 1 solutions at 1200"):
-        curve.time_history("tip", 1200.0, which=1)
+        time_history(curve, problem, "tip", 1200.0, which=1)
 
 
 def test_a_band_is_chosen_by_the_frequencies_without_and_with_stuck_pairs(rig):
@@ -237,14 +245,15 @@ def test_a_band_is_chosen_by_the_frequencies_without_and_with_stuck_pairs(rig):
 
 def test_the_widest_gap_where_a_branch_was_left():
     """Left at 2 Hz and taken up at 6, with 3 Hz solved between and 5 failed; and taken up at once, at 9.5."""
-    values, leaps = [1.0, 2, 3, 5, 6, 9, 9.5, 20], [(2.0, 6.0), (9.5, 9.0)]
+    values, restarts = [1.0, 2, 3, 5, 6, 9, 9.5, 20], [(2.0, 6.0), (9.5, 9.0)]
     points = [Point(np.zeros(1), 2 * np.pi * v, v != 5, 1) for v in values]
-    branch = Branch(points, "end", points[-1].parameter, True, leaps=[tuple(2 * np.pi * np.array(x)) for x in leaps])
-    said = explain(branch, None, Parameter())
+    branch = Branch(points, "end", points[-1].parameter, True,
+                    restarts=[tuple(2 * np.pi * np.array(x)) for x in restarts])
+    said = explain(branch, None, Frequency())
     assert "2 Hz to 6 Hz, 9.5 Hz to 9 Hz; solved points there are up to 3 Hz apart" in said
     none = np.empty((8, 0))
     curve = ForcedResponse(np.array(values), np.array([]), none, "frequency", np.array(values), none, none, none, none,
                            np.array([p.converged for p in points]), none, "", False, 1, "", "", 0.0, 8,
-                           leaps=np.array(leaps))
+                           restarts=np.array(restarts))
     assert curve.widest_gap == pytest.approx(3)
-    assert replace(curve, leaps=np.empty((0, 2))).widest_gap == 0
+    assert replace(curve, restarts=np.empty((0, 2))).widest_gap == 0

@@ -6,7 +6,7 @@ import pytest
 from hbm import fourier, laws
 from hbm.balance import aft
 from hbm.balance.residual import ContactProblem
-from hbm.continuation.follow import Settings
+from hbm.continuation.settings import Settings
 from hbm.laws import CubicSpring, IsotropicFriction, Motion, SliderStart
 from hbm.response import follow_band
 from tests.hbm.cases import load, solve

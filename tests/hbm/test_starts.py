@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from hbm import solutions
+from hbm import starts
 from hbm.balance.residual import HarmonicBalance
-from hbm.continuation import follow as continuation
-from hbm.continuation.branch import ENDS
+from hbm.continuation.branch import ENDS, Branch
+from hbm.continuation.follow import follow
+from hbm.continuation.settings import Settings
 from hbm.response import follow_band
+from hbm.solutions import solutions_at
 from tests.hbm.cases import load, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.test_continuation import Dense, s_curve, start_at
@@ -22,7 +24,7 @@ def test_c1_from_below_its_fold():
     curve = follow_band(problem, force, (begin, 1.5 / (2 * np.pi)), harmonics=1, outputs={"x": [1.0]})
     assert curve.complete and curve.frequency.min() >= begin * (1 - 1e-12) and "followed outside" in curve.ended
     known = next(r for r in C1["results"] if r["Omega"] == 1.15)["HB01_all_solutions"]
-    found = np.sort(np.abs(curve.solutions_at(begin)[:, 0, 1]))
+    found = np.sort(np.abs(solutions_at(curve, problem, begin)[:, 0, 1]))
     assert np.allclose(found, np.sort([s["X1"] for s in known]), rtol=1e-8)
 
 
@@ -40,16 +42,16 @@ def test_the_oscillator_from_below_its_fold(begin, H):
 
 def test_a_first_point_is_reached_from_off_the_band():
     balance = HarmonicBalance(oscillator(), {1: 5 * FORCE}, 5, "zero_force")
-    w, settings = 2 * np.pi * 170, continuation.Settings()
-    point = solutions._come_from(balance, 0.95 * w, w, settings)
+    w, settings = 2 * np.pi * 170, Settings()
+    point = starts._from_frequency(balance, 0.95 * w, w, settings)
     assert point.converged and point.parameter == w and point.iterations > 20
     assert np.linalg.norm(balance.evaluate(point.x, w).residual) < 1e-9 * np.linalg.norm(point.x)
 
 
 def test_a_branch_out_of_the_band_is_cut_at_its_border():
     """The S curve from its left arm at p = 0.6: out on the middle arm, round the fold at -2, in on the right."""
-    branch = continuation.follow(s_curve, start_at(s_curve, -1.6, 0.6), 8.0, np.ones(1),
-                                 continuation.Settings(outside=10.0))
+    branch = follow(s_curve, start_at(s_curve, -1.6, 0.6), 8.0, np.ones(1),
+                                 Settings(outside=10.0))
     p, x = (np.array([getattr(b, name) for b in branch.points]).ravel() for name in ("parameter", "x"))
     assert branch.complete and (p >= 0.6).all() and branch.outside == pytest.approx(-2, abs=0.05)
     assert np.allclose(x[p == 0.6], [-1.6217355, -0.2027794, 1.8245149], atol=1e-6)       # roots of x^3 - 3 x = 0.6
@@ -59,15 +61,15 @@ def test_a_closed_branch_is_named():
     """The circle x^2 + (p - 1.5)^2 = 1 from p = 1.2: it leaves the band, comes round and begins again."""
     def circle(x, p):
         return Dense(np.array([x[0]**2 + (p - 1.5)**2 - 1]), np.array([[2 * x[0]]]), np.array([2 * p - 3.0]))
-    branch = continuation.follow(circle, start_at(circle, 0.9, 1.2), 4.0, np.ones(1),
-                                 continuation.Settings(most_points=400, outside=1.0))
+    branch = follow(circle, start_at(circle, 0.9, 1.2), 4.0, np.ones(1),
+                                 Settings(max_points=400, outside=1.0))
     assert not branch.complete and "closed" in branch.ended
 
 
 @pytest.mark.parametrize("end", set(ENDS) - {"end", "static"})
 def test_every_end_names_a_remedy(end):
     """One sentence: what happened, where, and after the last semicolon or colon what to do about it."""
-    branch = continuation.Branch()
+    branch = Branch()
     branch.finish(end, 3.25)
     what, remedy = branch.ended.rsplit(";", 1) if ";" in branch.ended else branch.ended.rsplit(":", 1)
     assert "3.25" in what and "\n" not in branch.ended and len(remedy.split()) >= 5

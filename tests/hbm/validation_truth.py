@@ -7,7 +7,7 @@ the random oscillators are what tests/benchmarks/hbm_truth_rig.py and hbm_truth_
 import numpy as np
 
 from hbm.time import shooting
-from hbm.time.comparison import compare
+from hbm.time.comparison import compare_point
 from hbm.time.exact import March
 from tests.benchmarks import hbm_truth_rig
 from tests.benchmarks.hbm_truth_robustness import AGREES, COUNT, STATES, stored, summary
@@ -69,7 +69,7 @@ def oscillator_rows():
     for hz, published in test_oscillator.TABLE.items():
         for H in (1, 3, 5, 9, 31):
             q, point, balance = solve(oscillator(), FORCE, 2 * np.pi * hz, H, start="zero_force")
-            found = compare(balance, point, [Y2["y2"]])
+            found = compare_point(balance, point, [Y2["y2"]])
             truth = abs(found.steady.harmonics[0, 1])
             if found.agrees or H == 1:
                 yield row(f"{hz} Hz", H, abs(q[3, 1]), truth, f"our time integration, H = {H}")

@@ -8,7 +8,7 @@ import json
 import numpy as np
 
 from hbm.contact import ContactTable
-from hbm.response import ForcedResponse
+from hbm.result import ForcedResponse
 from tipdamp.report import page
 from tipdamp.store import Store
 from tipdamp.study.study import load_study

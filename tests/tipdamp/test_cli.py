@@ -12,7 +12,7 @@ import pytest
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
-from hbm.response import ForcedResponse
+from hbm.result import ForcedResponse
 from tests.conftest import STUDY
 from tipdamp.cli import main
 from tipdamp.stages import model_inputs as terms

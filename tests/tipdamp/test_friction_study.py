@@ -6,7 +6,7 @@ import pytest
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from hbm.response import ForcedResponse
+from hbm.result import ForcedResponse
 from tests.tipdamp import corner_study
 from tipdamp import friction
 from tipdamp.stages.run import results_folder, run_stage

@@ -6,7 +6,7 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
-from hbm.response import ForcedResponse
+from hbm.result import ForcedResponse
 from tipdamp import pair_checks, surface
 from tipdamp.visualization import Shapes
 

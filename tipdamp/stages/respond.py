@@ -8,7 +8,8 @@ from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
 from hbm.laws import DryFriction2T
 from hbm.model import ReducedModel
-from hbm.response import contact_problem, follow_band
+from hbm.problem import contact_problem
+from hbm.response import follow_band
 from static_contact.redistribution import with_springs
 from tipdamp import friction
 from tipdamp.stages.model_inputs import declared_springs, excitation, outputs, ratio
@@ -63,7 +64,7 @@ def _progress(tick, Fe, H, way, start, share):
 
 def stuck_difference(study, model, kept, store, found) -> dict:
     """{file: largest |curve - linear stuck response| / largest response} of the curves on which no pair slips."""
-    from hbm.response import ForcedResponse
+    from hbm.result import ForcedResponse
 
     out = {}
     for case in found:

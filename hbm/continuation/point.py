@@ -1,0 +1,101 @@
+"""What the continuation works with: the linearised equations, a point, and the arc length.
+
+`evaluate(x, parameter)` of the equations returns a `Linearised`. R need not be smooth: the sign of the bordered
+determinant det [J, R_p; t'] with a tangent t stays the same along a branch through folds and kinks alike, so that it
+tells forward from backward where the direction itself jumps.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+
+
+class Linearised(Protocol):
+    """R and its derivatives at one point (x, p), n unknowns.
+
+    The bordered matrix [J, R_p; row', corner] is regular at folds, where J alone is not. A matrix that was factorised
+    should be kept: it may be solved again for another residual.
+    """
+
+    @property
+    def residual(self) -> np.ndarray:
+        """(n,) R(x, p)."""
+        ...
+
+    def solve(self, row, corner, value, residual=None) -> tuple[np.ndarray, float]:
+        """dx (n,), dp of [J, R_p; row', corner] [dx; dp] = [-residual; value]; residual: None takes its own."""
+        ...
+
+    def direction(self, row, corner) -> tuple[np.ndarray, float, float]:
+        """tx (n,), tp with J tx + R_p tp = 0 and row' tx + corner tp = 1, and the sign of the bordered determinant."""
+        ...
+
+    def moved(self, dx, dp) -> "Linearised":
+        """The same, linearised, at x + dx and p + dp."""
+        ...
+
+    def restoring(self, away) -> np.ndarray:
+        """(n,) to be added to the residual where x has come `away` (n,) from the last point: one Newton step then
+        brings back what R does not determine, whose noise would spoil the predictor. Zeros where R determines x."""
+        ...
+
+
+Evaluate: TypeAlias = Callable[[np.ndarray, float], Linearised]
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """One point of a branch; x (n,) is NaN where the corrector failed.
+
+    iterations : evaluations of the residual
+    detail : linearisation of the last evaluation; where the corrector failed, of the first
+    tangent : (dx, dp) along the branch, of any length
+    """
+
+    x: np.ndarray
+    parameter: float
+    converged: bool
+    iterations: int
+    detail: Linearised | None = None
+    tangent: tuple | None = None
+
+
+def failed(n: int, parameter: float, calls: int = 0) -> Point:
+    """A point with n unknowns that was not found."""
+    return Point(np.full(n, np.nan), parameter, False, calls)
+
+
+class Plane(NamedTuple):
+    """row' (x' - x) + corner (p' - p) = 0: the plane through (x, p) on which a point of the branch is sought."""
+
+    x: np.ndarray
+    parameter: float
+    row: np.ndarray
+    corner: float
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Arc length: |(dx, dp)|^2 = |weights dx|^2 / size^2 + (dp / length)^2.
+
+    weights (n,) say how much each unknown counts.
+    """
+
+    weights: np.ndarray
+    size: float
+    length: float
+
+    def norm(self, dx, dp) -> float:
+        """Length of a step."""
+        return float(np.hypot(np.linalg.norm(self.weights * dx) / self.size, dp / self.length))
+
+    def border(self, dx, dp):
+        """Row and corner of the unit plane normal to (dx, dp)."""
+        unit = 1 / self.norm(dx, dp)
+        return self.weights**2 * dx * (unit / self.size**2), dp * unit / self.length**2
+
+    def plane(self, x, p, dx, dp) -> Plane:
+        """The plane through (x, p) normal to (dx, dp)."""
+        return Plane(x, p, *self.border(dx, dp))

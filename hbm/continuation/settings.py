@@ -1,0 +1,47 @@
+"""Settings of the continuation: every tolerance with its reason."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Numbers of the method; `replace(DEFAULT, max_calls=500)` changes one.
+
+    Steps are arc lengths: a step of 0.1 changes the unknowns by a tenth of their size, or the parameter by a tenth of
+    `parameter_share` of its range.
+    """
+
+    first_step: float = 0.05
+    largest_step: float = 0.25
+    smallest_step: float = 1e-5
+    parameter_share: float = 0.1  # of the range: by how much a unit step moves the parameter
+    tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
+    aim: float = 1.2e-3           # error of a predicted point to which the steps are fitted
+    highest_order: int = 5        # of the predicting polynomials
+    max_iterations: int = 12      # of the corrector; Newton near a smooth branch needs two or three
+    max_points: int = 5000
+    max_calls: int = 2000         # of the residual from 400 unknowns on, (400/n)^2 times as many below; and for each
+                                  # point as many more as the next line says
+    calls_per_point: int = 12
+    max_gaps: int = 3             # places without a solution before the branch counts as lost
+    max_restarts: int = 12
+    runaway: float = 1e8          # unknowns this many times those of the start: no bounded solution exists further on
+    patience: int = 250           # points without progress before the branch is left
+    progress: float = 3e-3        # share of the range by which a branch must advance to be worth following
+    outside: float = 0.5          # how far out of the band a branch is followed, relative to the parameter at its start
+    last_step: float = 1e-4       # arc length below which the last Newton step is taken without evaluating again
+    safety: float = 8.0           # factor on the error that is estimated after such a step
+    drift_points: int = 20        # points over which the parameter stands still ...
+    drift_still: float = 1e-6     # ... to this share of its unit step, while the unknowns ...
+    drift_far: float = 0.05       # ... change by this arc length: rigid-body drift
+    hole: float = 0.02            # share of the range without a solution that marks a restarted branch as failed
+    restart_distance: float = 0.1    # in unit steps of the parameter, over which a folding branch is left at first
+    points_back: int = 400        # within which a solution found ahead is followed back
+    max_bisections: int = 12      # of the interval around a crossing
+    max_fold_bisections: int = 8  # of the points around the tip of a fold
+    max_peak_points: int = 12     # solved around one local maximum
+    peak_tolerance: float = 1e-10    # of the amplitude: by how much a point may still lie below the maximum
+    peak_trust: float = 1e-8      # error of a predicted maximum below which the next prediction is believed
+
+
+DEFAULT = Settings()

@@ -1,0 +1,78 @@
+"""A first solution at a frequency: from the stuck response, by the level of the force, by time integration."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hbm.continuation.corrector import solve_fixed
+from hbm.continuation.follow import follow
+from hbm.continuation.point import failed
+from hbm.laws.uncoupled.law import CoulombFriction
+from hbm.parameter import Equation, Frequency, Level
+
+OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)     # from where a first point is reached, relative to its frequency
+LOW_LEVEL = 1e-3         # of the force: where the level is raised from
+
+
+def first_point(balance, w: float, settings):
+    """A solution at the angular frequency w: from the stuck response, by raising the force, or by integration."""
+    return first_of(starts(balance, w, settings, off_band=False))
+
+
+def starts(balance, w: float, settings, off_band: bool = True):
+    """Solutions at w, or failed points, each with the residual calls it took: one way to a first point after the other.
+
+    off_band : whether to come from other frequencies too, where the ways at w are exhausted
+    """
+    yield solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights, settings)
+    for guess in (_raise_level, _integrate):
+        x, calls = guess(balance, w, settings)
+        if x is not None:
+            point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
+            yield replace(point, iterations=calls + point.iterations)
+        else:
+            yield failed(len(balance.weights), w, calls)
+    for share in OFF_BAND if off_band else ():
+        yield _from_frequency(balance, share * w, w, settings)
+
+
+def first_of(points):
+    """The first that converged, with the residual calls of all that were tried; else the last."""
+    calls = 0
+    for point in points:
+        calls += point.iterations
+        if point.converged:
+            break
+    return replace(point, iterations=calls)
+
+
+def _raise_level(balance, w, settings):
+    """(x or None, residual calls): the branch over the force level, from almost nothing to the whole force."""
+    equation = Equation(balance, Level(), w / (2 * np.pi))
+    low = solve_fixed(equation.evaluate, balance.linear(w, LOW_LEVEL), LOW_LEVEL, balance.weights, settings)
+    if not low.converged:
+        return None, low.iterations
+    branch = follow(equation.evaluate, low, 1.0, balance.weights, replace(settings, max_points=150, max_restarts=0))
+    return branch.points[-1].x if branch.complete else None, branch.calls
+
+
+def _integrate(balance, w, settings):
+    """(x or None, residual calls): where time integration from rest leads; event-driven laws only."""
+    from hbm.time import exact
+    if not isinstance(balance.problem.law, CoulombFriction):
+        return None, 0
+    motion = exact.March(balance, w, tolerance=1e-4)
+    motion.periods(motion.at_rest(), 60)
+    x = motion.harmonics_of_motion()
+    return x if np.isfinite(x).all() else None, 0
+
+
+def _from_frequency(balance, other, w, settings):
+    """The branch from a solution at another frequency to w."""
+    begin = first_point(balance, other, settings)
+    if not begin.converged:
+        return failed(len(balance.weights), w, begin.iterations)
+    branch = follow(Equation(balance, Frequency()).evaluate, begin, w, balance.weights,
+                    replace(settings, max_points=500, max_restarts=1, outside=0.0))
+    return replace(branch.points[-1], iterations=branch.calls) if branch.complete \
+        else failed(len(balance.weights), w, branch.calls)

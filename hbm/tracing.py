@@ -1,0 +1,154 @@
+"""From an equation to its branch between two values of the parameter, and from the branch to a curve."""
+
+import numpy as np
+
+from hbm import fourier
+from hbm.balance.receptance import mostly
+from hbm.continuation.branch import Branch
+from hbm.continuation.budget import Budget, BudgetExceeded
+from hbm.continuation.corrector import solve_fixed
+from hbm.continuation.follow import follow
+from hbm.continuation.point import failed
+from hbm.parameter import Equation
+from hbm.result import ForcedResponse, widest_gap
+from hbm.starts import first_of, starts
+
+LEFT = ("left", "closed")        # ends of branches that leave the band for good
+
+
+def trace(equation: Equation, first: float, last: float, settings, progress=None) -> Branch:
+    """The branch from `first` to `last`, in units of the branch; progress(value, step, calls) or None.
+
+    Of the branches from several solutions at `first`, the first one that does not leave the band for good.
+    """
+    budget = Budget(settings, progress, first / equation.parameter.scale, len(equation.weights))
+    equation.balance.on_call = budget.call
+    found: list[Branch] = []
+    try:
+        _first_staying(equation, first, last, settings, budget, found)
+    except BudgetExceeded:                  # while further first points were sought
+        pass
+    finally:
+        equation.balance.on_call = None
+    if not found:
+        found.append(Branch([failed(len(equation.weights), first)]))
+        found[0].finish("no start", first)
+    best = found[-1] if found[-1].end not in LEFT else found[0]
+    best.calls = budget.calls
+    return best
+
+
+def _first_staying(equation, first, last, settings, budget, found):
+    """Fill `found` with branches from `first`, up to the first one that does not leave the band for good."""
+    passed, known = [], []
+
+    def report(point, step):
+        for before in passed:
+            before.detail.forget()          # what Newton needed there: too large to keep over a whole curve
+        passed[:] = [point] if point.detail is not None else []
+        budget.point(point.parameter / equation.parameter.scale, step, point.iterations)
+
+    for begin in _starts(equation, first, settings, True):
+        if not begin.converged or any(_same(begin, other, equation.weights) for other in known):
+            continue
+        known.append(begin)
+        if not equation.balance.force.any():
+            found.append(_static(equation, begin, last, settings))
+            return
+        report(begin, 0.0)
+        found.append(follow(equation.evaluate, begin, last, equation.weights, settings, report,
+                            lambda p: first_of(_starts(equation, p, settings, False))))
+        if found[-1].end not in LEFT:
+            return
+
+
+def _starts(equation, p, settings, off_band):
+    """Solutions at a value, one way after the other, as points of the branch."""
+    return equation.solutions(p, lambda balance, w: starts(balance, w, settings, off_band), settings)
+
+
+def _static(equation, begin, last, settings):
+    end = solve_fixed(equation.evaluate, begin.x, last, equation.weights, settings)
+    return Branch([begin, end], "static", last, end.converged, 2)
+
+
+def _same(a, b, weights) -> bool:
+    return np.linalg.norm(weights * (a.x - b.x)) <= 1e-6 * np.linalg.norm(weights * b.x)
+
+
+def output_harmonics(branch: Branch, rows, H: int) -> np.ndarray:
+    """(n, m, H+1) complex harmonics of the outputs, rows (m, r), along a branch; NaN where a point failed."""
+    X = np.full((len(branch.points), len(rows), H + 1), np.nan, dtype=complex)
+    for i, point in enumerate(branch.points):
+        if point.converged:
+            X[i] = point.detail.outputs(rows)
+    return X
+
+
+def record(branch: Branch, equation: Equation, outputs, contact: bool, peak_points, seconds: float) -> ForcedResponse:
+    """ForcedResponse of a branch; outputs : (names, rows (m, r)); contact : whether to keep the contact forces."""
+    balance, parameter, (names, rows) = equation.balance, equation.parameter, outputs
+    n, P = len(branch.points), len(balance.problem.pairs)
+    shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
+    force = np.full((n, P, balance.nd, balance.H + 1) if contact else (0, 0, 0, 0), np.nan, dtype=complex)
+    for i, point in enumerate(branch.points):
+        if point.converged:
+            shares[i] = point.detail.bracket.shares
+            # of all components: springs take nothing, and which of them rub is the law's affair
+            work[i] = fourier.work(point.detail.bracket.g, point.x.reshape(-1, balance.nd, balance.nh))
+            if contact:
+                force[i] = point.detail.contact_force()
+    values = np.array([p.parameter for p in branch.points]) / parameter.scale
+    start = balance.given_start
+    return ForcedResponse(
+        frequency=parameter.frequencies(equation.hz, values), output_names=np.array(names, dtype=str),
+        harmonics=output_harmonics(branch, rows, balance.H), parameter_name=parameter.name, parameter=values,
+        share_stick=shares[..., 0], share_slip=shares[..., 1], share_open=shares[..., 2], dissipated=work,
+        converged=np.array([p.converged for p in branch.points]),
+        iterations=np.array([p.iterations for p in branch.points]), ended=explain(branch, balance.problem, parameter),
+        complete=bool(branch.complete and all(p.converged for p in branch.points)), H=balance.H,
+        origin="preloaded" if balance.problem.preloaded else "unloaded",
+        start=start if isinstance(start, str) else "given", seconds=seconds, residual_calls=branch.calls,
+        restarts=np.reshape(branch.restarts, (-1, 2)) / parameter.scale, contact_force=force, peak_points=peak_points,
+        unknowns=np.array([p.x for p in branch.points]), carrying=np.ones(P, dtype=bool),
+        force_orders=np.array(list(balance.forces), dtype=int), output_rows=rows,
+        forces=np.array(list(balance.forces.values()), dtype=complex).reshape(-1, balance.problem.K.shape[0]),
+        slider_start=np.empty((0, 0)) if isinstance(start, str) else np.asarray(start, dtype=float),
+        samples=len(balance.grid[0]) - 1)
+
+
+def explain(branch: Branch, problem, parameter) -> str:
+    """Why the curve ends, where points failed or the branch was left, and the motion that no force restrains."""
+    scale = parameter.scale
+
+    def named(p):
+        return parameter.named(p / scale)
+
+    ended = branch.sentence(named)
+    good, failures = ([p for p in branch.points if p.converged == wanted] for wanted in (True, False))
+    if not good:
+        return ended
+    if branch.outside is not None and branch.complete:
+        ended += f"; it left the band where it starts and was followed outside, to {named(branch.outside)}, and back"
+    if branch.restarts:
+        places = ", ".join(f"{named(a)} to {named(b)}" for a, b in branch.restarts)
+        gap = widest_gap([p.parameter for p in branch.points], [p.converged for p in branch.points], branch.restarts)
+        ended += (f"; not one branch: it folds again and again, was left, and taken up further on: {places}; solved "
+                  f"points there are up to {gap / scale:.3g}{parameter.unit} apart (more damping, or more or fewer "
+                  "harmonics, may give one)")
+    if failures and branch.complete:
+        ended += (f"; {len(failures)} point{'s' * (len(failures) > 1)} failed near {named(failures[0].parameter)}: "
+                  "run in the other direction, or with other harmonics, there")
+    return ended if branch.complete else ended + _unrestrained(good[-1], problem)
+
+
+def _unrestrained(last, problem):
+    """The mean motion in which the Jacobian is singular at the last point, in words; empty where there is none."""
+    value, q = last.detail.smallest_motion()
+    if q is None or value >= 1e-4 or np.abs(q[:, 0]).max() <= 0.9 * np.abs(q).max():
+        return ""
+    motion = q[:, 0].real
+    named = problem.describe(motion) if problem.describe else None
+    verb = "the damper rolls" if named and named.turns else "nothing restrains a mean motion"
+    return (f"; {verb} ({named or mostly(motion)}): no periodic state exists there, give that motion a stiffness that "
+            "restrains it")

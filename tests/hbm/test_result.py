@@ -1,0 +1,54 @@
+"""ForcedResponse as arrays alone: read-only, pickled, compared, saved and loaded."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hbm.peaks import find_peaks
+from hbm.response import follow_band
+from hbm.result import ForcedResponse
+from hbm.solutions import solutions_at
+from tests.hbm.cases import jenkins, load
+
+PROBLEM, FORCE = jenkins(load("A1")["parameters"])
+
+
+@pytest.fixture(scope="module")
+def curve():
+    return follow_band(PROBLEM, FORCE, (0.1, 0.2), harmonics=3, outputs={"x": [1.0]}, contact=True)
+
+
+def test_arrays_are_read_only(curve):
+    """Neither the curve nor the array that a field was made from reaches the other."""
+    with pytest.raises(ValueError, match="read-only"):
+        curve.harmonics[:] *= 2
+    mine = np.array(curve.harmonics)
+    other = replace(curve, harmonics=mine)
+    mine[:] = 0
+    assert other == curve
+
+
+@pytest.mark.parametrize("way", ["pickle", "file"])
+def test_copies_are_equal(curve, way, tmp_path):
+    loaded = ForcedResponse.load(curve.save(tmp_path / "c.npz"))
+    again = pickle.loads(pickle.dumps(curve)) if way == "pickle" else loaded
+    assert again == curve and not again.harmonics.flags.writeable and again.peak("x") == curve.peak("x")
+    assert np.array_equal(solutions_at(again, PROBLEM, 0.157), solutions_at(curve, PROBLEM, 0.157))
+    assert np.array_equal(find_peaks(again, PROBLEM, "x"), find_peaks(curve, PROBLEM, "x"))
+
+
+def test_differences_are_told(curve):
+    """Failed points are equal to themselves; the time that it took does not count."""
+    X = np.array(curve.harmonics)
+    X[2] = np.nan
+    failed = replace(curve, harmonics=X)
+    assert failed == replace(failed, seconds=1e3) and failed != curve and curve != replace(curve, ended="") \
+        and curve != "curve"
+
+
+def test_motion_of_the_contacts(curve):
+    """One Jenkins element at the only dof: its motion is that of the dof."""
+    assert np.allclose(curve.contact_motion[:, 0], curve.harmonics, rtol=1e-12)
+    assert curve.contact_force.shape == curve.contact_motion.shape
