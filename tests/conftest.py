@@ -66,3 +66,10 @@ def rig_results(rig):
         if name != "report":
             run_stage(name, study, store, quiet=True)
     return store
+
+
+def pytest_collection_modifyitems(items):
+    """What needs the results of the rig is slow, as the first test that asks for them waits for the whole study."""
+    for item in items:
+        if "rig_results" in item.fixturenames:
+            item.add_marker(pytest.mark.slow)

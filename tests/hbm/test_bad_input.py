@@ -293,6 +293,7 @@ def test_a_model_that_buckles_is_warned_of_and_dashpots_are_not():
 
 # ---- input with a known answer ------------------------------------------------------------------------------------
 
+@pytest.mark.slow
 def test_no_force_is_the_static_state():
     """Nothing moves from the preloaded state; from the unloaded one, what the load exceeds the preload by moves it."""
     found = curve(forcing=0 * TIP)

@@ -50,6 +50,7 @@ def test_states_are_counted_apart():
     assert sum(found["states"].values()) == len(points) == found["points"] and found["worst"]["stable"] == 1e-2
 
 
+@pytest.mark.slow
 def test_a_point_finds_its_smallest_number_of_harmonics():
     """The planar oscillator where it sticks all through: linear, H = 1, on the orbit to rounding; 163 Hz needs more."""
     from hbm.response import follow_band

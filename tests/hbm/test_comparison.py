@@ -21,6 +21,7 @@ from tests.hbm.conformance import LAWS, one_dof
 from tests.hbm.small_rig import small_rig
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", [True, False])
 def test_a_point_of_a_curve_in_one_call(contact):
     """Three bodies, one pair left out, slip: from the orbit until the map repeats; below 1 % at H = 5."""
@@ -43,6 +44,7 @@ def test_a_point_of_a_curve_in_one_call(contact):
         compare(curve, contact_problem(model, pairs.select([0]), DryFriction2T(), damping_ratio=0.02)[0], hz)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("omega", [1.0, 1.5])
 def test_a_mixture_of_one_law_is_integrated_to_second_order(omega):
     """D1: slip at 1.0, slip and lift-off at 1.5, against the exact orbit."""
@@ -59,6 +61,7 @@ def test_a_mixture_of_one_law_is_integrated_to_second_order(omega):
     assert errors[1] < 2e-4 and errors[1] < errors[0] / 8           # 1/16 at second order
 
 
+@pytest.mark.slow
 def test_laws_of_every_kind_in_one_model_against_integration():
     """Points side by side, each with its own law: every one at H = 9 as the integration of the mixture has it."""
     laws = [case.law for case in LAWS if case.law.name in ("DryFriction2T", "UnilateralSpring", "IsotropicFriction",

@@ -189,6 +189,7 @@ def test_residual_calls_and_points_of_the_rig():
     assert curve.complete and curve.residual_calls <= 3 * len(curve.frequency) and len(curve.frequency) <= 300
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("H", [1, 3])
 def test_the_damper_of_the_rig_rolls_at_40_newton_where_nothing_resists(H):
     """With the flat's roll stiffness the curve is complete; without it it ends in words: the damper lies along y."""

@@ -30,6 +30,7 @@ def test_answer_does_not_depend_on_the_samples(case):
         assert np.abs(coarse - fine).max() < 1e-10 * np.abs(fine).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name,levels", [("B8", (1, 20, 80)), ("C8", (1, 40, 200))])
 @pytest.mark.parametrize("H", [1, 3, 7])
 def test_every_curve_is_complete_with_the_same_peak_both_ways(name, levels, H):

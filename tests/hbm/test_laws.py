@@ -28,6 +28,7 @@ each_law = pytest.mark.parametrize("case", LAWS, ids=lambda c: c.law.name)
 each_start = pytest.mark.parametrize("start", aft.STARTS)
 
 
+@pytest.mark.slow
 @each_start
 @each_law
 def test_kernel_is_the_plain_loop_to_rounding(case, start):
@@ -96,6 +97,7 @@ def test_the_force_does_not_depend_on_the_samples_or_converges_at_its_order(case
     assert (np.log(np.array(errors[:-1]) / errors[1:]) / np.log(4) > case.order - 0.25).all(), errors
 
 
+@pytest.mark.slow
 @each_law
 def test_periodic_after_the_first_cycle_or_creeping_there(case):
     law = case.law
@@ -164,6 +166,7 @@ def test_zero_stiffness_gives_no_force(case):
     assert np.isfinite(b.D).all() and (np.abs(force).max() < 1e-12 or not law.stuck_stiffness(pairs).any())
 
 
+@pytest.mark.slow
 @each_law
 def test_through_forced_response(case):
     """A point on springs: the curve is complete, and at its top the harmonics balance the force of the plain loop."""
@@ -197,6 +200,7 @@ def test_through_forced_response(case):
         assert np.abs(Z * X + Fc - push).max() < 1e-7 * np.abs(force[j])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", LAWS, ids=lambda c: c.law.name)
 def test_through_time_integration(case):
     model, pairs, force = one_dof(case.law)

@@ -112,6 +112,7 @@ def test_shooting_and_marching_end_on_the_same_orbit():
     assert abs(shot.harmonics[0, 1] - marched.harmonics[0, 1]) < 1e-7 * abs(shot.harmonics[0, 1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [12, 20])
 def test_newton_with_more_unknowns_than_columns(level):
     """Three bodies, 230 unknowns, up to all 18 pairs slipping: GMRES solves (1 - J) step = map - state to 1e-3."""

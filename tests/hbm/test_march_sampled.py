@@ -72,6 +72,7 @@ def test_own_law_is_the_built_in_one():
     assert own.work == pytest.approx(located.work, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_coupled_friction_under_a_rotating_force():
     """The exact radius at 1.1 rad/s, to second order in the steps."""
     row = next(r for r in load("E1")["rotating_force_oscillator"] if r["Omega"] == 1.1)

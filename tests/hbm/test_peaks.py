@@ -26,6 +26,7 @@ def amplitude_at(problem, force, outputs, name, H):
     return at
 
 
+@pytest.mark.slow
 def test_all_maxima_are_found_and_solved():
     """The rig has more than one resonance in the band: each top is that of a search by single solutions."""
     (problem, force, outputs), level, H = rig(), 20, 3

@@ -47,6 +47,7 @@ def test_a_stuck_curve_is_the_linear_stuck_response(rig):
     assert np.abs(curve.harmonics[:, 0, 2:]).max() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("H", [1, 5])
 @pytest.mark.parametrize("force", [6, 12, 20, 40])
 def test_levels_from_stick_to_gross_slip_are_complete_both_ways(rig, force, H):

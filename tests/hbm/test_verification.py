@@ -35,6 +35,7 @@ def test_jenkins_one_harmonic_peak_in_closed_form(case):
     assert 2 * np.pi * hz == pytest.approx(peak["Omega"], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", load("B1")["results"], ids=lambda known: f"{known['Omega']:g}")
 def test_den_hartog_is_approached_as_the_root_of_the_stiffness(known):
     """B1 by exact marching, and its distance from rigid friction, which the harmonics follow as far as they reach.

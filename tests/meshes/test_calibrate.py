@@ -10,6 +10,7 @@ from meshes.rig import DEFAULTS, Rig
 ALLOWED = {"out_of_phase": 0.005, "in_phase": 0.005, "full_line": 0.01, "ends": 0.01, "full_area": 0.01}
 
 
+@pytest.mark.slow
 def test_default_rig_has_the_frequencies_of_the_paper():
     """1590, 1665, 3500, 2800, 3600 Hz [Zucca 2016, sections 5 and 8]."""
     pytest.importorskip("dolfinx")

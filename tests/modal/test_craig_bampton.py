@@ -71,6 +71,7 @@ def test_all_modes_give_the_full_model_back(body, bar):
     assert lam[:50] == pytest.approx(full[:50], rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_petsc", [True, False])
 def test_all_nodes_as_masters_is_the_body_itself(body, bar, monkeypatch, with_petsc):
     """Nothing is left to condense: K and M come back entry by entry, statics and recovery hold."""
@@ -102,6 +103,7 @@ def test_free_body_keeps_six_rigid_motions_and_its_mass(free_body, bar):
     assert np.diag(R[:, :3].T @ M @ R[:, :3]) == pytest.approx(np.full(3, mass), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_three_masters_of_a_free_body_may_be_an_axis(free_body):
     """Two masters held are an axis: a dof of the third that turns the body about it meets no stiffness, but rounding.
     Any three of the eight corners keep the six rigid motions."""

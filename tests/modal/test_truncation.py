@@ -23,6 +23,7 @@ def frequencies(K, M, count):
     return np.sqrt(sl.eigh(K, M, subset_by_index=(0, count - 1), eigvals_only=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("modes", [0, 3, 20, 60])
 @pytest.mark.parametrize("seed", [2, 5, 8])
 def test_bound_holds_and_is_tight(seed, modes):

@@ -12,6 +12,7 @@ from tests.static_contact.corner import SHARES, by_interior_point, corner, pulls
 made = cache(corner)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHARES)
 def test_random_gaps_against_an_interior_point(name):
     """60 cases for each way of pulling, every third hard. Symmetric ones balance on single lines of pairs, where many

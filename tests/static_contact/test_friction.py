@@ -136,6 +136,7 @@ def test_state_is_handed_to_the_response():
     assert abs(other.harmonics[0, 0, 0]) < 1e-3 * abs(end.displacement[1])
 
 
+@pytest.mark.slow
 def test_rig_with_friction_carries_less(rig_results):
     """The wedge effect on the small rig: equilibrium with the friction forces, a lower sum of N than without
     friction, and halving the increments changes the map by less and less."""
@@ -261,6 +262,7 @@ def _consistent_sets(model, pairs, load):
             yield np.column_stack([T, N])
 
 
+@pytest.mark.slow
 def test_stiff_springs_tend_to_rigid_ones(rig_results):
     """The rig's damper with friction: forces on springs 100 and 1000 times stiffer come nearer to those of rigid ones,
     as 1/k; without friction the rigid ones are the frictionless hard contact."""

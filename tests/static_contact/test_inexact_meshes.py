@@ -43,6 +43,7 @@ def pin(error, shift=0.0):
     return model, pairs, load
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [1e-11, 1e-9, 1e-8, 1e-7, 1e-6])
 @pytest.mark.parametrize("hold", [False, True])
 def test_errors_of_coordinates_are_taken_up(error, hold):
@@ -106,6 +107,7 @@ def test_stiffness_with_few_digits(digits):
         statics.solve(load + along / along.sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error, shift", [(0.0, 0.0), (1e-9, 0.0), (1e-7, 0.0), (1e-7, 2e-6)])
 def test_the_full_model_takes_up_the_same(error, shift):
     """Newton on the unreduced equations accepts what the condensed route accepts and reports the same; forces to a

@@ -10,6 +10,7 @@ from static_contact.preload import StaticContact
 from tests.hbm.small_rig import small_rig
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [0.5, 300.0])          # the open pair stays open; and closes in each cycle
 def test_the_response_about_the_preload_is_that_of_the_gaps(level):
     """Sliders that start where the static solution puts the pairs; then both ways solve the same equations."""

@@ -138,6 +138,7 @@ def test_reduced_stuck_frequencies_match_the_full_model(rig_results):
         assert (bound >= error).all() and (bound < 3 * error + 1e-5).all()  # never passed, and worth reading
 
 
+@pytest.mark.slow
 def test_modes_by_frequency_and_by_error(rig, tmp_path):
     """The study may say how many modes, how high, or how good."""
     from modal.truncation import Truncation

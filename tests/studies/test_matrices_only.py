@@ -69,6 +69,7 @@ def python(tmp_path_factory):
     return interpreter
 
 
+@pytest.mark.slow
 def test_what_pip_installs_is_light(python, tmp_path):
     installed = {line.split("==")[0].lower() for line in
                  run(python, "-m", "pip", "list", "--format=freeze", cwd=tmp_path).split()}
@@ -79,6 +80,7 @@ def test_what_pip_installs_is_light(python, tmp_path):
     assert "site-packages" in run(python, "-c", "import hbm; print(hbm.__file__)", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_the_example_runs_from_its_files_alone(python, tmp_path):
     run(python, EXAMPLE / "make_matrices.py", cwd=tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["K.mtx", "M.mtx", "dofs.csv", "pairs.csv"]

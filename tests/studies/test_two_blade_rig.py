@@ -33,6 +33,7 @@ def asymmetric(tmp_path_factory):
     return run(tmp_path_factory, "asymmetric", STAGES)
 
 
+@pytest.mark.slow
 def test_frequencies_beside_the_papers(asymmetric):
     """Fitted to the paper (sections 5 and 8): free modes 0.5 %, stuck 3 % (1 % is within reach)."""
     summary = asymmetric.read_json("summary.json")
@@ -92,6 +93,7 @@ def test_report_and_figures_are_there(asymmetric):
     assert "Two-blade rig, asymmetric damper" in page and len(list(asymmetric.path("figures").glob("*.png"))) >= 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damper", ["wedge", "cylindrical"])
 def test_the_other_dampers_as_far_as_their_stuck_frequencies(tmp_path_factory, damper):
     store = run(tmp_path_factory, damper, ["inspect", "reduce", "preload", "tune"])

@@ -61,6 +61,7 @@ def test_nothing_is_computed_twice(copy, capsys):
     assert files(copy / "results") == before
 
 
+@pytest.mark.slow
 def test_a_change_runs_what_depends_on_it_and_nothing_else(copy):
     path = edit(copy, "stations = [5, 4]", "stations = [4, 4]")
     study = load_study(path)
@@ -134,6 +135,7 @@ def test_a_body_that_nothing_holds(copy, capsys):
     assert "body 'blades': it is not held fast, 3 rigid motions are free" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_zero_contact_pairs(copy, capsys):
     """A table of one's own in which every pair is detached."""
     pairs = ContactTable.load(copy / "results" / "rig" / "preload.csv")
@@ -144,6 +146,7 @@ def test_zero_contact_pairs(copy, capsys):
     assert "no contact pairs" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_an_own_table_of_pairs_is_used_and_left_alone(copy):
     """Half the stiffness on all pairs, from a CSV: the same sum of preloads, lower stuck frequencies."""
     store_before = json.loads((copy / "results" / "rig" / "tune.json").read_text())["stuck_hz"]
@@ -208,6 +211,7 @@ def test_friction_damps_and_both_ways_agree(rig_results):
     assert strong["Fe_N"] == 20 and len(strong["slipping_pairs"]) > 0
 
 
+@pytest.mark.slow
 def test_matrices_only_way_without_finite_elements(rig, rig_results, tmp_path):
     """From model.npz and pairs.csv alone, where dolfinx, petsc4py, slepc4py, gmsh and mpi4py cannot be imported."""
     shutil.copy(rig_results.path("model.npz"), tmp_path)
@@ -233,6 +237,7 @@ def test_matrices_only_way_without_finite_elements(rig, rig_results, tmp_path):
         assert one["peak_m"] == pytest.approx(two["peak_m"], rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_study_of_the_preload_alone(copy, capsys):
     """Without [tune] and [respond] the run ends with the preload map and its report."""
     path = copy / "rig.toml"

@@ -148,6 +148,7 @@ def test_sections_without_data_are_left_out(tmp_path, sections, gone):
     assert all(not name.startswith("respon") for name in summarise(results))
 
 
+@pytest.mark.slow
 def test_further_load_cases_have_a_table_and_a_map_each(tmp_path):
     light = table(preload=2.0)
     light = light.replace(preload=np.where(light.station == 2, -0.5, light.preload))

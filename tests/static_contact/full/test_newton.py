@@ -37,6 +37,7 @@ def hz_alone(rig):
     return stuck_hz(rig / "rig.toml")
 
 
+@pytest.mark.slow
 def test_same_preload_as_the_condensed_route(rig_results, alone):
     """29 000 dofs by Newton against the Schur complement: same open pairs, preloads to 1e-8 of the largest."""
     model = ReducedModel.load(rig_results.path("model.npz"))
@@ -52,6 +53,7 @@ def hard_alone(rig):
     return solve(rig / "rig.toml", crown, hard=True)
 
 
+@pytest.mark.slow
 def test_same_preload_with_hard_pairs(rig_results, hard_alone):
     """Every other pair without a spring, by multipliers on the full model: same open pairs, forces to 1e-8."""
     model = ReducedModel.load(rig_results.path("model.npz"))
@@ -61,6 +63,7 @@ def test_same_preload_with_hard_pairs(rig_results, hard_alone):
     assert hard_alone.pairs.preload == pytest.approx(found.pairs.preload, abs=1e-8 * found.force.max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHARES)
 def test_random_corners_by_both_routes(name):
     """Pairs that face two ways, random gaps, every third case hard: where Newton alone cycles, or meets a set that
@@ -78,6 +81,7 @@ def test_random_corners_by_both_routes(name):
             full_preload(both, case.replace(kn=np.full(len(case), kn)), {"damper": -full})
 
 
+@pytest.mark.slow
 def test_rows_of_a_share_are_those_of_the_whole(rig):
     """Three ranks' rows of K and M, put together, are the matrices of the whole bodies."""
     both, meshes, _, study = rig_parts(rig / "rig.toml")
@@ -92,6 +96,7 @@ def test_rows_of_a_share_are_those_of_the_whole(rig):
             assert mine.nnz < 0.5 * whole.nnz
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [2, 4])
 def test_ranks_agree(rig, alone, hard_alone, hz_alone, ranks, tmp_path):
     """Preloads and stuck frequencies of the full model to 1e-9."""

@@ -66,6 +66,7 @@ def approach_and_tangent(n):
     return delta, fit.deriv()(delta)
 
 
+@pytest.mark.slow
 def test_finite_cylinder_against_its_contact_problem():
     """Within 1e-3; 0.035 % measured on finer meshes, from the wider contact at the ends."""
     delta, tangent = approach_and_tangent(28)

@@ -8,6 +8,7 @@ pytest.importorskip("dolfinx")
 from tests.benchmarks.hertz import COMBINED, LINE, PEAK, RADIUS, A, climb  # noqa: E402
 
 
+@pytest.mark.slow
 def test_cylinder_on_a_block():
     """16 elements over the half width: peak pressure and half width within 0.5 %; 8 elements are farther off."""
     assert pytest.approx(np.sqrt(4 * LINE * RADIUS / (np.pi * COMBINED))) == A          # Hertz 1881; Johnson 1985, 4.2

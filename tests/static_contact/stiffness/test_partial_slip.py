@@ -56,6 +56,7 @@ def test_sphere_is_mindlin(q):
     assert loop_energy(sphere, LOAD, MU, q * MU * LOAD) == pytest.approx(loss, rel=1e-9)
 
 
+@pytest.mark.slow
 @BODIES
 @pytest.mark.parametrize("q", [0.3, 1.0])
 def test_loss_is_the_area_of_the_loop(compliance, q):
@@ -103,6 +104,7 @@ def test_force_of_a_displacement_and_back(compliance, q):
         slip_force(compliance, LOAD, MU, -1.0)
 
 
+@pytest.mark.slow
 @BODIES
 @pytest.mark.parametrize("part", [0.4, 2.5])
 def test_loop_over_displacement(compliance, part):

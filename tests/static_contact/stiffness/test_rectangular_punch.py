@@ -30,6 +30,7 @@ def test_cell_integrals_are_those_of_the_kernels(x, y):
         assert rectangular_punch_bem._cell(x, y, a, b)[place] == pytest.approx(expected, rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("aspect", "nu"), FRESH)
 def test_table_is_a_fresh_solve_between_its_nodes(aspect, nu):
     """Coarser meshes than the table's, at points that are none of its nodes; the target is 1e-5."""
