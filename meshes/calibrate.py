@@ -86,8 +86,7 @@ def _reduced(rig, size, cells, rows):
     tables = []
     for side, (kn, kt) in STIFFNESS.items():
         group = Side(name=side, blade=f"contact_{side}", damper=f"contact_{side}")
-        table = pair(meshes["blades"], meshes["damper"], group, blade_body="blades", damper_body="damper",
-                     axis=(0, 1, 0), pull=(0, 0, 1), tolerance=1e-9)
+        table = pair(meshes["blades"], meshes["damper"], group, axis=(0, 1, 0), pull=(0, 0, 1), tolerance=1e-9)
         tables.append(table.replace(kn=np.full(len(table), kn), kt=np.full(len(table), kt)))
     pairs = join(*tables)
     blades = elastic_body(meshes["blades"], Material(**STEEL), "blades", clamp="clamp")
@@ -164,7 +163,7 @@ def predict(rig, report=print):
     for kept in range(31, 3, -1):
         front, back = (kept + 1) // 2, kept // 2
         modes = assembly.modes(_ends(line, front, back), follow["out_of_phase"])
-        report(f"{front} + {back}: {modes.tracked_hz:.1f} (share of the free shape {modes.likeness:.2f})")
+        report(f"{front} + {back}: {modes.tracked_hz:.1f} (MAC with the free shape {modes.mac:.2f})")
 
 
 def main(arguments=None):

@@ -1,9 +1,10 @@
-"""Which pairs carry: stuck frequencies of any set of pairs, and detachment from the middle until a target is met.
+"""Detachment: stuck frequencies of any set of pairs, and pairs detached from the middle until a target is met.
 
 [Zucca 2016, sec. 8: "starting from the middle of the damper sides, contact pairs are progressively detached until
 the resonance frequency of the model at full-stick matches"]
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,33 +14,36 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 
-_MODES = 20          # computed at first; doubled until what is asked for is among them
-_ENOUGH = 0.9        # of the followed shape must lie in the modes that were computed
+MODES = 20          # computed at first; doubled until what is asked for is among them
+ENOUGH = 0.9        # of the followed shape must lie in the modes that were computed
 
 
 @dataclass(frozen=True)
 class StuckModes:
     """hz : (m,) ascending; shapes : (r, m) mass-normalised; tracked - index of the followed mode
-    likeness - share of the followed shape (mass-weighted, whole assembly) in that mode, 0..1."""
+    mac - energy-weighted MAC of that mode and the followed shape, (follow' M phi)^2 over the whole assembly, 0..1
+    """
 
     hz: np.ndarray
     shapes: np.ndarray
     tracked: int
-    likeness: float
+    mac: float
 
     @property
     def tracked_hz(self) -> float:
+        """Frequency of the followed mode, Hz."""
         return float(self.hz[self.tracked])
 
 
 @dataclass(frozen=True)
 class Step:
-    """One set of kept stations and its stuck frequency. front counts the stations with the smaller coordinate."""
+    """One set of kept stations and its stuck frequency; front counts the stations with the smaller coordinate;
+    mac as in `StuckModes`."""
 
     front: int
     back: int
     hz: float
-    likeness: float
+    mac: float
 
 
 @dataclass(frozen=True)
@@ -49,8 +53,21 @@ class Detachment:
 
     pairs: ContactTable
     chosen: Step
-    history: tuple
+    history: tuple[Step, ...]
     target_hz: float | None
+
+
+@dataclass(frozen=True)
+class DetachmentOptions:
+    """springs(pairs) -> (m, r) extra rows that go with the carrying pairs (roll springs), or None
+    at_least - stations that stay on each side; conserve - see `keep_ends`"""
+
+    springs: Callable | None = None
+    at_least: int = 2
+    conserve: bool = False
+
+
+DEFAULT = DetachmentOptions()
 
 
 class StuckAssembly:
@@ -60,7 +77,7 @@ class StuckAssembly:
     do not act on nodal dofs of the model.
     """
 
-    def __init__(self, model: ReducedModel, rows=None):
+    def __init__(self, model: ReducedModel, rows: Callable | None = None):
         self.model, self.rows = model, rows or stuck_rows
         try:
             self.L = np.linalg.cholesky(model.M)
@@ -72,8 +89,8 @@ class StuckAssembly:
     def modes(self, pairs: ContactTable, follow: np.ndarray, *, above_hz: float = 0.0, extra=None) -> StuckModes:
         """Lowest modes with every carrying pair stuck (kt, kt, kn).
 
-        follow (r,): mass-normalised shape; the mode that holds most of it, (follow' M phi)^2, is the tracked one:
-        for a shape without damper this is MAC on the blades times their share of kinetic energy.
+        follow (r,): mass-normalised shape; the mode of the highest MAC with it, (follow' M phi)^2, is the tracked one.
+        For a shape without damper this is the MAC of the blades times their part of the kinetic energy.
         extra : (m, r) rows e with springs e'e added to K (declared roll springs), or None.
         As many modes are computed as reach above_hz and hold most of the followed shape.
         """
@@ -84,16 +101,16 @@ class StuckAssembly:
         if len(rows):
             half = sl.solve_triangular(self.L, rows.T, lower=True)
             K = K + half @ half.T
-        K, count = (K + K.T) / 2, _MODES
+        K, count = (K + K.T) / 2, MODES
         while True:
             count = min(count, len(K))
             lam, y = sl.eigh(K, subset_by_index=(0, count - 1))
             shapes = sl.solve_triangular(self.L.T, y, lower=False)
-            share = (follow @ self.model.M @ shapes) ** 2
+            mac = (follow @ self.model.M @ shapes) ** 2
             hz = np.sqrt(np.maximum(lam, 0)) / (2 * np.pi)
-            if count == len(K) or (hz[-1] > above_hz and share.sum() > _ENOUGH):
-                best = int(share.argmax())
-                return StuckModes(hz, shapes, best, float(share[best]))
+            if count == len(K) or (hz[-1] > above_hz and mac.sum() > ENOUGH):
+                best = int(mac.argmax())
+                return StuckModes(hz, shapes, best, float(mac[best]))
             count *= 2
 
 
@@ -106,14 +123,13 @@ def stuck_rows(model: ReducedModel, pairs: ContactTable) -> np.ndarray:
 
 
 def conserve_total(pairs: ContactTable, whole: ContactTable) -> ContactTable:
-    """The carrying pairs of each side share, in the same proportions, the stiffness of all pairs of the side that
-    carry in `whole`."""
+    """The pairs with the stiffness of all pairs of their side that carry in `whole`, in the same proportions."""
     kn, kt = pairs.kn.copy(), pairs.kt.copy()
     for side in pairs.sides:
         mine, full = (pairs.side == side) & pairs.carrying, (whole.side == side) & whole.carrying
-        for mended, all_of_it in ((kn, whole.kn), (kt, whole.kt)):
-            if mine.any() and mended[mine].any():
-                mended[mine] *= all_of_it[full].sum() / mended[mine].sum()
+        for own, of_all in ((kn, whole.kn), (kt, whole.kt)):
+            if mine.any() and own[mine].any():
+                own[mine] *= of_all[full].sum() / own[mine].sum()
     return pairs.replace(kn=kn, kt=kt)
 
 
@@ -128,21 +144,19 @@ def keep_ends(pairs: ContactTable, front: int, back: int, *, conserve: bool = Fa
     return conserve_total(detached, pairs) if conserve else detached
 
 
-def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, follow: np.ndarray, *,
-                 springs=None, at_least: int = 2, progress=None, rows=None, conserve: bool = False) -> Detachment:
+def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float, follow: np.ndarray,
+                 options: DetachmentOptions = DEFAULT, progress: Callable | None = None) -> Detachment:
     """Detach stations from the middle, one at a time on all sides, and keep those whose tracked stuck frequency is
     nearest the target.
 
-    springs(pairs) -> (m, r) extra rows that go with the carrying pairs (roll springs). All steps from every station to
-    at_least are made: where two modes come close the tracked frequency may rise for a step. conserve - see `keep_ends`.
-    Raises InputError "not reachable: a..b Hz" when the target lies outside what they give.
+    follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All steps from every station to
+    options.at_least are made: where two modes come close the tracked frequency may rise for a step. Raises InputError
+    "not reachable: a..b Hz" when the target lies outside what they give.
     """
-    stations = int(pairs.station.max()) + 1
-    assembly = StuckAssembly(model, rows)
+    stations, at_least = int(pairs.station.max()) + 1, options.at_least
     history = []
     for kept in range(stations, at_least - 1, -1):
-        step = _step(assembly, keep_ends(pairs, (kept + 1) // 2, kept // 2, conserve=conserve), follow, springs,
-                     (kept + 1) // 2, kept // 2)
+        _, step = _kept(assembly, pairs, ((kept + 1) // 2, kept // 2), follow, options)
         history.append(step)
         if progress:
             progress(step, (stations - kept + 1) / (stations - at_least + 1))
@@ -153,22 +167,24 @@ def detach_until(model: ReducedModel, pairs: ContactTable, target_hz: float, fol
         raise InputError(f"target {target_hz:g} Hz is not reachable: {min(found):.0f}..{max(found):.0f} Hz with "
                          f"{at_least}..{stations} stations kept")
     chosen = min(history, key=lambda s: abs(s.hz - target_hz))
-    return Detachment(keep_ends(pairs, chosen.front, chosen.back, conserve=conserve), chosen, tuple(history), target_hz)
+    return Detachment(keep_ends(pairs, chosen.front, chosen.back, conserve=options.conserve), chosen, tuple(history),
+                      target_hz)
 
 
-def keep_stations(model: ReducedModel, pairs: ContactTable, front: int, back: int, follow: np.ndarray, *,
-                  springs=None, conserve: bool = False) -> Detachment:
-    """Keep the given numbers of stations at both ends. Raises InputError when there are not so many."""
+def keep_stations(assembly: StuckAssembly, pairs: ContactTable, ends: tuple[int, int], follow: np.ndarray,
+                  options: DetachmentOptions = DEFAULT) -> Detachment:
+    """Keep the given numbers of stations at both ends, (front, back). Raises InputError when there are not so many."""
     stations = int(pairs.station.max()) + 1
-    if front + back > stations:
-        raise InputError(f"{front} + {back} stations are to be kept, the sides have {stations}")
-    kept = keep_ends(pairs, front, back, conserve=conserve)
-    step = _step(StuckAssembly(model), kept, follow, springs, front, back)
+    if sum(ends) > stations:
+        raise InputError(f"{ends[0]} + {ends[1]} stations are to be kept, the sides have {stations}")
+    kept, step = _kept(assembly, pairs, ends, follow, options)
     return Detachment(kept, step, (step,), None)
 
 
-def _step(assembly, kept, follow, springs, front, back):
+def _kept(assembly, pairs, ends, follow, options):
+    """The pairs with all but the two ends detached, and their step."""
+    kept = keep_ends(pairs, *ends, conserve=options.conserve)
     if not kept.carrying.any():
         raise InputError("no contact pairs are left: a free damper needs some on both sides")
-    modes = assembly.modes(kept, follow, extra=springs(kept) if springs else None)
-    return Step(front, back, modes.tracked_hz, modes.likeness)
+    modes = assembly.modes(kept, follow, extra=options.springs(kept) if options.springs else None)
+    return kept, Step(*ends, modes.tracked_hz, modes.mac)

@@ -4,7 +4,7 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from static_contact.rigid_motions import TAKEN_UP
+from static_contact.rigid_motions import SETTINGS, RigidMotionSettings
 
 
 def side_normals(pairs: ContactTable) -> dict[str, np.ndarray]:
@@ -16,7 +16,7 @@ def side_normals(pairs: ContactTable) -> dict[str, np.ndarray]:
     return normals
 
 
-def side_forces(normals: dict[str, np.ndarray], pull) -> dict[str, float]:
+def side_forces(normals: dict[str, np.ndarray], pull, settings: RigidMotionSettings = SETTINGS) -> dict[str, float]:
     """Force N on each side from sum_s N_s n_s = pull, with the pull (3,) N on the damper.
 
     The blade pushes the damper by -N n. Raises InputError when the sides leave more than 1e-3 of the pull, or one
@@ -29,7 +29,7 @@ def side_forces(normals: dict[str, np.ndarray], pull) -> dict[str, float]:
     size = np.linalg.norm(pull)
     if np.linalg.matrix_rank(A, tol=1e-6) < A.shape[1]:
         raise InputError(f"sides {', '.join(normals)}: their normals are not independent, the split is not determined")
-    if np.linalg.norm(left) > TAKEN_UP * size:
+    if np.linalg.norm(left) > settings.taken_up * size:
         raise InputError(f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without friction: "
                          f"{np.linalg.norm(left):.3g} N along {np.round(left / np.linalg.norm(left), 3).tolist()} stay")
     for name, value in zip(normals, force, strict=True):

@@ -13,6 +13,7 @@ the last.
 
 from dataclasses import dataclass
 from numbers import Integral
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
@@ -20,15 +21,33 @@ import scipy.linalg as sl
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.preload import finite_values, reference_stiffness
-from static_contact.rigid_motions import free_motions, rigid_motions
+from static_contact.free_motions import free_motions
+from static_contact.preload import check_pairs, finite_values, reference_stiffness
+from static_contact.rigid_motions import rigid_motions
 
-_ITERATIONS = 40
-_TOLERANCE = 1e-11      # of the relative motion
-_LARGEST_RESIDUAL = 1e-8
-_FAR = 1e6              # a step that many times the motion has met a singular matrix
-_DASHPOT_STEPS = 60
-_HALVINGS = 4           # of an increment that does not converge
+
+@dataclass(frozen=True)
+class FrictionSettings:
+    """Of the increments of a history and of Newton's method in each of them."""
+
+    iterations: int = 40
+    tolerance: float = 1e-11    # of the relative motion
+    residual: float = 1e-8      # of the largest load of the history, in the equilibrium of a state that converged
+    far: float = 1e6            # a step that many times the motion has met a singular matrix
+    dashpot_steps: int = 60     # in which the dashpots of an increment fade
+    halvings: int = 4           # of an increment that does not converge
+
+
+SETTINGS = FrictionSettings()
+
+
+class _Outcome(NamedTuple):
+    """How an increment ended; time - loads passed so far; scale : N, largest |F| of the history"""
+
+    time: float
+    scale: float
+    iterations: int
+    converged: bool
 
 
 @dataclass(frozen=True)
@@ -73,10 +92,10 @@ class FrictionalContact:
     Raises InputError when even stuck pairs leave a motion free.
     """
 
-    def __init__(self, model: ReducedModel, pairs: ContactTable, *, coupled: bool = False):
-        if not len(pairs) or not pairs.carrying.any():
-            raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
-        self.model, self.pairs, self.coupled = model, pairs, coupled
+    def __init__(self, model: ReducedModel, pairs: ContactTable, *, coupled: bool = False,
+                 settings: FrictionSettings = SETTINGS):
+        check_pairs(pairs)
+        self.model, self.pairs, self.coupled, self.settings = model, pairs, coupled, settings
         self.B = relative_motion(model, pairs).toarray()
         self.k0, self.rigid = stuck_springs(model, pairs, self.B)
         self.kn, self.kt = self.k0[2::3], self.k0[::3]
@@ -113,11 +132,11 @@ class FrictionalContact:
                 now = target if time + size >= target - 1e-12 else time + size
                 load = _at(loads, now)
                 found, iterations = self._increment(load, _at(loads, time), z, w, gap)
-                if found is None and size > (1 / steps) * 0.5**_HALVINGS:
+                if found is None and size > (1 / steps) * 0.5**self.settings.halvings:
                     size /= 2
                     continue
                 z = z if found is None else found
-                states.append(self._state(z, w, gap, load, now, scale, iterations, found is not None))
+                states.append(self._state(z, w, gap, load, _Outcome(now, scale, iterations, found is not None)))
                 if not states[-1].converged:
                     return tuple(states)
                 w, time = states[-1].slider, now
@@ -133,7 +152,7 @@ class FrictionalContact:
         at = z + u0 - self.B @ sl.cho_solve(self.factor, before)
         found, total = self._equilibrium(u0, at, w, gap)
         share, at = 1.0, z
-        for _ in range(_DASHPOT_STEPS):
+        for _ in range(self.settings.dashpot_steps):
             if found is not None:
                 break
             moved, steps = self._equilibrium(u0, at, w, gap, share)
@@ -157,12 +176,12 @@ class FrictionalContact:
             return u - u0 + self.G @ (f - k * u - share * self.k0 * start), tangent
 
         F, tangent = residual(z)
-        for step in range(1, _ITERATIONS + 1):
+        for step in range(1, self.settings.iterations + 1):
             norm = np.linalg.norm(F)
-            if norm <= _TOLERANCE * size:
+            if norm <= self.settings.tolerance * size:
                 return z, step
             dz = self._newton(F, tangent, k)
-            if not np.linalg.norm(dz) <= _FAR * size:
+            if not np.linalg.norm(dz) <= self.settings.far * size:
                 break
             for part in (1.0, 0.5, 0.25, 0.125, 1.0):       # where none of these helps the full step is taken
                 G, tangent = residual(z + part * dz)
@@ -189,7 +208,7 @@ class FrictionalContact:
         dz[rows] = y
         return dz
 
-    def law(self, z, w, gap):
+    def law(self, z: np.ndarray, w: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Forces (3P,), tangents (P, 3, 3) and slipping pairs (P,) at the motion z (3P,) from the sliders w (P, 2)."""
         u = z.reshape(-1, 3)
         N = np.maximum(self.kn * (u[:, 2] - gap), 0.0)
@@ -210,12 +229,12 @@ class FrictionalContact:
             J[:, :2, :2] += turn[:, None, None] * (np.eye(2) - along[:, :, None] * along[:, None, :])
         return f.ravel(), J, slips.any(axis=1)
 
-    def _state(self, z, w, gap, load, time, scale, iterations, converged):
+    def _state(self, z, w, gap, load, outcome):
         f, _, slips = self.law(z, w, gap)
         u = z - self.slack * f
         q = sl.cho_solve(self.factor, load - self.B.T @ (f - self.k0 * u))
         left = np.linalg.norm(self.model.K @ q + self.B.T @ f - load)
-        residual = float(left / scale) if scale > 0 else float(left)
+        residual = float(left / outcome.scale) if outcome.scale > 0 else float(left)
         f, motion, z = f.reshape(-1, 3), u.reshape(-1, 3), z.reshape(-1, 3)
         reach = np.divide(f[:, :2], self.kt[:, None], out=np.zeros((len(f), 2)), where=self.kt[:, None] > 0)
         slider = np.where(slips[:, None], z[:, :2] - reach, w)
@@ -225,11 +244,11 @@ class FrictionalContact:
         open_by = gap - motion[:, 2]
         preload = np.where(self.rigid[2::3] | (f[:, 2] > 0), f[:, 2], -self.kn * open_by)
         return FrictionState(self.pairs.replace(preload=preload, gap=gap), np.where(f[:, 2] > 0, 0.0, open_by),
-                             f[:, :2].copy(), slider, slips & (f[:, 2] > 0), q, load, float(time), residual,
-                             iterations, converged and residual <= _LARGEST_RESIDUAL)
+                             f[:, :2].copy(), slider, slips & (f[:, 2] > 0), q, load, float(outcome.time), residual,
+                             outcome.iterations, outcome.converged and residual <= self.settings.residual)
 
 
-def stuck_springs(model, pairs, B):
+def stuck_springs(model: ReducedModel, pairs: ContactTable, B: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(3P,) N/m the springs of stuck pairs, t1, t2, n pair by pair, and (3P,) bool - rigid ones, for which the bodies'
     own stiffness at the pair stands in, the same for both tangents."""
     given = np.column_stack([pairs.kt, pairs.kt, pairs.kn])

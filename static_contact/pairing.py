@@ -9,24 +9,26 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from modal.mesh import Mesh, boundary_faces, node_normals
 
-# a round side meets a flat one along a line, where both normals agree to the angle that a face of the mesh spans
-_LARGEST_ANGLE = 20.0
+# degrees; a round side meets a flat one along a line, where both normals agree to the angle that a face of it spans
+LARGEST_ANGLE = 20.0
 
 
 @dataclass(frozen=True)
 class Side:
-    """One contact side of the damper: its name, and the node groups of the two meshes that meet there."""
+    """One contact side of the damper: its name, the node groups of the two meshes that meet there, and the names of the
+    two bodies."""
 
     name: str
     blade: str
     damper: str
+    blade_body: str = "blades"
+    damper_body: str = "damper"
 
 
-def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body: str, axis, pull,
-         tolerance: float) -> ContactTable:
+def pair(blade: Mesh, damper: Mesh, side: Side, *, axis, pull, tolerance: float) -> ContactTable:
     """Match the nodes of both groups one to one within `tolerance` m and give each pair its frame.
 
-    kn, kt, mu and gap of the table are still 0: they come from the study or from `halfspace`.
+    kn, kt, mu and gap of the table are still 0: they come from the study or from `stiffness`.
 
     axis (3,): along the damper; pull (3,): direction of Fc, which orders the rows: row 0 is the one farthest against
     it (the lower edge). Raises InputError with the number of unmatched nodes and the tolerance that would match
@@ -48,8 +50,8 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, blade_body: str, damper_body:
     order = np.lexsort((row, station))
     P = len(order)
     full = np.full
-    return ContactTable(side=full(P, side.name), station=station, row=row, blade_body=full(P, blade_body),
-                        blade_node=b_nodes, damper_body=full(P, damper_body), damper_node=d_nodes,
+    return ContactTable(side=full(P, side.name), station=station, row=row, blade_body=full(P, side.blade_body),
+                        blade_node=b_nodes, damper_body=full(P, side.damper_body), damper_node=d_nodes,
                         position=position, frame=frame, gap=np.zeros(P), kn=np.zeros(P), kt=np.zeros(P),
                         mu=np.zeros(P), preload=np.zeros(P), weight=np.ones(P)).select(order)
 
@@ -63,7 +65,7 @@ def offsets(pairs: ContactTable, blade: Mesh, damper: Mesh) -> np.ndarray:
 
 def join(*tables: ContactTable) -> ContactTable:
     """The sides below each other in one table."""
-    return ContactTable(**{f.name: np.concatenate([getattr(t, f.name) for t in tables])
+    return ContactTable(**{f.name: np.concatenate([vars(t)[f.name] for t in tables])
                            for f in fields(ContactTable)})
 
 
@@ -91,9 +93,9 @@ def _shared_normal(blade, damper, side, number):
     cosine = blade @ damper.T
     i, j = np.unravel_index(cosine.argmin(), cosine.shape)
     angle = np.degrees(np.arccos(np.clip(-cosine[i, j], -1, 1)))
-    if angle > _LARGEST_ANGLE:
+    if angle > LARGEST_ANGLE:
         raise InputError(f"side '{side.name}', blade node {number}: normals of the two faces must oppose each other, "
-                         f"they are {180 - angle:.0f} degrees apart (180 wanted, {_LARGEST_ANGLE:.0f} allowed off)")
+                         f"they are {180 - angle:.0f} degrees apart (180 wanted, {LARGEST_ANGLE:.0f} allowed off)")
     return -blade[i]
 
 

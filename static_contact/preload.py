@@ -15,20 +15,24 @@ import scipy.linalg as sl
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.complementarity import Normal, NotHeld, closed_pairs
-from static_contact.refinement import Apart, refined
-from static_contact.rigid_motions import (
-    FACING,
-    FREE_STIFFNESS,
-    floating,
-    free_motions,
-    name_of_drift,
-    rigid_motions,
-    unstressed,
-)
+from static_contact.complementarity import NoEquilibrium, NormalContact, solve_complementarity
+from static_contact.free_motions import free_motions, name_of_drift
+from static_contact.refinement import RigidSplit, refined
+from static_contact.rigid_motions import SETTINGS as RIGID
+from static_contact.rigid_motions import RigidMotionSettings, floating, rigid_motions
+from static_contact.unloaded import unstressed
 
-_LARGEST_RESIDUAL = 1e-8  # of the load
-_ROUNDING = 1e-10          # of the load's reach: below it nothing is reported
+
+@dataclass(frozen=True)
+class StaticSettings:
+    """Of the static solution."""
+
+    residual: float = 1e-8      # of the load: what may stay unbalanced
+    reported: float = 1e-10     # of the load's reach along a free motion: smaller constraint reactions are rounding
+    rigid: RigidMotionSettings = RIGID
+
+
+SETTINGS = StaticSettings()
 
 
 @dataclass(frozen=True)
@@ -48,11 +52,11 @@ class Preload:
     """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening of open ones (0
     where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
     displacement : (r,) m; motions - free ones and the load along each
-    held : {name: amount} - of loads and contact forces along free motions, in their units, taken up in the reference
+    reactions : {name: N or N m} - of loads and contact forces along free motions, taken up in the reference
     state; empty where that is no more than 1e-8 of the load
-    residual - |K q + B' N - f| / |f|, f without what is held; without load / ||B|' N|
-    balance - |sum of contact forces, loads and what is held| / |sum of loads| on the floating dampers, None where none
-    floats
+    residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
+    balance - |sum of contact forces, loads and constraint reactions| / |sum of loads| on the floating dampers, None
+    where none floats
     iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
     or sets that cycled, 'unloaded' where no load acts and the bodies fit without any force
     """
@@ -61,8 +65,8 @@ class Preload:
     force: np.ndarray
     opening: np.ndarray
     displacement: np.ndarray
-    motions: tuple
-    held: dict
+    motions: tuple[Motion, ...]
+    reactions: dict[str, float]
     residual: float
     balance: float | None
     iterations: int
@@ -72,70 +76,66 @@ class Preload:
 class StaticContact:
     """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
 
-    def __init__(self, model: ReducedModel, pairs: ContactTable, *, facing: float = FACING):
-        """facing : of a rigid motion, how far a normal must face it to hold it; what exact coordinates allow to lower.
-        """
-        if not len(pairs) or not pairs.carrying.any():
-            raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
-        self.model, self.pairs = model, pairs
+    def __init__(self, model: ReducedModel, pairs: ContactTable, settings: StaticSettings = SETTINGS):
+        """settings.rigid.facing : what exact coordinates allow to lower. Raises InputError without pairs, and where a
+        motion that is not known to be rigid meets no stiffness."""
+        check_pairs(pairs)
+        self.model, self.pairs, self.settings = model, pairs, settings
         self.B = relative_motion(model, pairs)[2::3].toarray()
         self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
         k0 = reference_stiffness(model.K, self.B, self.kn)
         K = model.K + self.B.T * k0 @ self.B
-        self.rigid = rigid_motions(model)
-        self.motions = free_motions(self.rigid, model, self.B[k0 > 0], facing)
-        self.free, self.names = self.motions.shape, self.motions.names
-        self.idle = np.linalg.qr(self.free)[0]
+        self.rigid = rigid_motions(model, settings.rigid)
+        self.motions = free_motions(self.rigid, model, self.B[k0 > 0], settings.rigid)
+        self.idle = np.linalg.qr(self.motions.shape)[0]
         try:
-            # the gauge makes the free motions definite; what it carries is part of `held`
+            # the gauge makes the free motions definite; what it carries is part of the constraint reactions
             self.gauge = np.median(K.diagonal()[K.diagonal() > 0]) * (self.idle @ self.idle.T)
             self.factor = sl.cho_factor(K + self.gauge)
         except np.linalg.LinAlgError:
             raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
                              "precision, and is not a rigid motion of a body whose node positions are known that "
                              "nothing holds: the model's K is singular") from None
-        self.apart = Apart.of(self.rigid, model.K)
+        self.split = RigidSplit.of(self.rigid, model.K)
         self.by_pair = sl.cho_solve(self.factor, self.B.T)
-        G = self.B @ self.by_pair
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
-        self.normal = Normal(G, k0, c, pairs.carrying & (self.kn > 0))
+        self.normal = NormalContact(self.B @ self.by_pair, k0, c, pairs.carrying & (self.kn > 0))
 
-    def solve(self, load: np.ndarray, *, gap=None, hold: bool = False) -> Preload:
+    def solve(self, load: np.ndarray, *, gap=None, constrain: bool = False) -> Preload:
         """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
 
         A load along a motion that no contact resists raises InputError with its amount; below 1e-3 of what the load
-        could do along it, as inexact meshes leave it, or with hold=True, it is taken up in the reference state
-        instead, and reported. Raises InputError when the load lifts the damper off, and when the solution leaves more
-        than 1e-8 of the load unbalanced.
+        could do along it, as inexact meshes leave it, or with constrain=True, a constraint takes it up in the reference
+        state instead, and its reaction is reported. Raises InputError when the load lifts the damper off, and when the
+        solution leaves more than 1e-8 of the load unbalanced.
         """
         load = finite_values("load", load, self.model.size, "dofs of the model")
         gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
-        along = self.free.T @ load
-        if not hold:
+        along = self.motions.shape.T @ load
+        if not constrain:
             self.motions.refuse(along, load)
         taken = self.motions.taken_up(along)
         q, elastic, u, force, closed, iterations, method = self._contact(load - taken, gap)
-        contact = self.B.T @ force
         scale = load if load.any() else np.abs(self.B).T @ np.abs(force)
-        left, held = elastic + contact - load, {}
-        if _ratio(left, scale) > _LARGEST_RESIDUAL:
+        left, reaction = elastic + self.B.T @ force - load, {}
+        if _ratio(left, scale) > self.settings.residual:
             # the gauge carries what nearly free motions take of the contact forces: tilted normals slide a little
             taken -= self.idle @ (self.idle.T @ (left + taken))
             left += taken
-            amounts = self.free.T @ taken
-            if not hold:
+            amounts = self.motions.shape.T @ taken
+            if not constrain:
                 self.motions.refuse(amounts, scale)
-            held = self.motions.held(amounts, scale, _ROUNDING)
-        if not _ratio(left, scale) <= _LARGEST_RESIDUAL:
+            reaction = self.motions.reactions(amounts, scale, self.settings.reported)
+        if not _ratio(left, scale) <= self.settings.residual:
             raise InputError(f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced (allowed: "
-                             f"{_LARGEST_RESIDUAL:g}): the model's K is too ill-conditioned")
+                             f"{self.settings.residual:g}): the model's K is too ill-conditioned")
         spring = np.where(np.isinf(self.kn), 0.0, self.kn)
         return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
                        force=force, opening=np.where(closed, 0.0, gap - u), displacement=q,
                        motions=tuple(Motion(*name, float(amount)) for name, amount
-                                     in zip(self.names, along, strict=True)),
-                       held=held, residual=_ratio(left, scale),
-                       balance=self._balance(load - taken if held else load, force), iterations=iterations,
+                                     in zip(self.motions.names, along, strict=True)),
+                       reactions=reaction, residual=_ratio(left, scale),
+                       balance=self._balance(load - taken if reaction else load, force), iterations=iterations,
                        method=method)
 
     def _contact(self, applied, gap):
@@ -143,21 +143,21 @@ class StaticContact:
         """
         if not applied.any():
             may_close = self.normal.free
-            loose = self.rigid @ floating(self.rigid, self.model.K)
+            loose = self.rigid @ floating(self.rigid, self.model.K, settings=self.settings.rigid)
             q = unstressed(loose, self.B[may_close], gap[may_close])
             if q is not None:
                 nothing = np.zeros(len(gap))
                 return q, self.model.K @ q, self.B @ q, nothing, nothing > 0, 0, "unloaded"
         start = sl.cho_solve(self.factor, applied)
         try:
-            u, force, closed, iterations, method = closed_pairs(self.normal, self.B @ start, gap)
-        except NotHeld as error:
+            found = solve_complementarity(self.normal, self.B @ start, gap)
+        except NoEquilibrium as error:
             if error.drift is None:
                 raise
-            name = name_of_drift(self.rigid, self.model.K, self.B, error.drift)
-            raise NotHeld(f"{error}, the load leaves it free to move: {name}", error.drift) from None
-        q = start - self.by_pair @ (force - self.normal.k0 * u)
-        return *refined(self, applied, q, u, force, closed), closed, iterations, method
+            name = name_of_drift(self.rigid, self.model.K, self.B, error.drift, self.settings.rigid)
+            raise NoEquilibrium(f"{error}, the load leaves it free to move: {name}", error.drift) from None
+        q = start - self.by_pair @ (found.N - self.normal.k0 * found.u)
+        return *refined(self, applied, q, found), found.closed, found.sets, found.method
 
     def _balance(self, load, force):
         """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""
@@ -165,13 +165,19 @@ class StaticContact:
         for body in dict.fromkeys(self.pairs.damper_body.tolist()):
             motions = np.array([(self.model.body == body) & (self.model.direction == d) for d in "xyz"], dtype=float).T
             stiffness = np.abs(self.model.K @ motions).max(initial=0.0)
-            if motions.any() and stiffness < FREE_STIFFNESS * np.abs(self.model.K).max():
+            if motions.any() and stiffness < self.settings.rigid.free_stiffness * np.abs(self.model.K).max():
                 total += np.linalg.norm(motions.T @ load) ** 2
                 left += np.linalg.norm(motions.T @ (load - self.B.T @ force)) ** 2
         return float(np.sqrt(left / total)) if total > 0 else None
 
 
-def reference_stiffness(K, B, spring) -> np.ndarray:
+def check_pairs(pairs: ContactTable) -> None:
+    """InputError where no pair carries."""
+    if not len(pairs) or not pairs.carrying.any():
+        raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
+
+
+def reference_stiffness(K: np.ndarray, B: np.ndarray, spring: np.ndarray) -> np.ndarray:
     """(P,) N/m: the pair's own spring, but no stiffer than the bodies at the pair, so that the sum stays well scaled.
 
     K (r, r); B (P, r) one row for each pair; spring (P,) N/m, may be inf, 0 where nothing acts.
@@ -183,12 +189,12 @@ def reference_stiffness(K, B, spring) -> np.ndarray:
     return np.minimum(spring, np.where(local > 0, local, finite.max(initial=1.0)))
 
 
-def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, hold: bool = False) -> Preload:
+def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, constrain: bool = False) -> Preload:
     """One load case of `StaticContact`."""
-    return StaticContact(model, pairs).solve(load, hold=hold)
+    return StaticContact(model, pairs).solve(load, constrain=constrain)
 
 
-def finite_values(name, given, size, of):
+def finite_values(name: str, given, size: int, of: str) -> np.ndarray:
     """The numbers (size,), all finite; InputError otherwise."""
     values = np.asarray(given, dtype=float)
     if values.shape != (size,) or not np.isfinite(values).all():

@@ -6,26 +6,27 @@ from hbm.errors import InputError
 from modal.mesh import Mesh
 
 
-def pull_forces(mesh: Mesh, group: str, axis, direction, *, shares=(), positions=()) -> tuple[np.ndarray, np.ndarray]:
+def pull_forces(mesh: Mesh, group: str, axis, direction, *, weights=(), positions=()
+                ) -> tuple[np.ndarray, np.ndarray]:
     """Node numbers (n,) and forces (n, 3) N of a pull of 1 N.
 
-    shares : part of each load point, ordered along the axis; default equal
-    positions : 0..1 along the damper; each takes an equal share (or its own of `shares`) on the mesh nodes beside it
-    on the line through the load points. Raises InputError when shares do not match or do not add to 1.
+    axis, direction (3,); weights : part of each load point, ordered along the axis; default equal
+    positions : 0..1 along the damper; each takes an equal part (or its own of `weights`) on the mesh nodes beside it
+    on the line through the load points. Raises InputError when weights do not match or do not add to 1.
     """
     axis = np.asarray(axis, float) / np.linalg.norm(axis)
     points = mesh.group(group)
     points = points[np.argsort(mesh.position[mesh.index(points)] @ axis)]
     count = len(positions) or len(points)
-    shares = np.asarray(shares if len(shares) else np.full(count, 1 / count), dtype=float)
-    if len(shares) != count or abs(shares.sum() - 1) > 1e-9:
-        raise InputError(f"[damper] shares = {shares.tolist()}: {count} numbers that add to 1 are needed")
+    weights = np.asarray(weights if len(weights) else np.full(count, 1 / count), dtype=float)
+    if len(weights) != count or abs(weights.sum() - 1) > 1e-9:
+        raise InputError(f"[damper] shares = {weights.tolist()}: {count} numbers that add to 1 are needed")
     if len(positions):
-        points, shares = _on_line(mesh, points, axis, np.asarray(positions, float), shares)
-    return points, shares[:, None] * np.asarray(direction, float)
+        points, weights = _on_line(mesh, points, axis, np.asarray(positions, float), weights)
+    return points, weights[:, None] * np.asarray(direction, float)
 
 
-def _on_line(mesh, points, axis, positions, shares):
+def _on_line(mesh, points, axis, positions, weights):
     """Lever rule between the two nodes beside each position, on the line through the load points."""
     origin = mesh.position[mesh.index(points)].mean(axis=0)
     arm = mesh.position - origin
@@ -36,13 +37,13 @@ def _on_line(mesh, points, axis, positions, shares):
         raise InputError("[damper] positions: the load points do not lie on one line of nodes along the axis")
     along = mesh.position[line] @ axis
     low, high = (mesh.position @ axis).min(), (mesh.position @ axis).max()
-    weight = np.zeros(len(line))
-    for place, share in zip(low + positions * (high - low), shares, strict=True):
+    found = np.zeros(len(line))
+    for place, weight in zip(low + positions * (high - low), weights, strict=True):
         if not along[0] - 1e-9 <= place <= along[-1] + 1e-9:
             raise InputError(f"[damper] positions: {place:.4g} m lies off the line of nodes through the load points")
         k = int(np.clip(np.searchsorted(along, place) - 1, 0, len(line) - 2))
         t = (place - along[k]) / (along[k + 1] - along[k])
-        weight[k] += (1 - t) * share
-        weight[k + 1] += t * share
-    used = weight != 0
-    return mesh.node[line[used]], weight[used]
+        found[k] += (1 - t) * weight
+        found[k + 1] += t * weight
+    used = found != 0
+    return mesh.node[line[used]], found[used]

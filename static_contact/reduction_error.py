@@ -11,7 +11,8 @@ from modal.truncation import Truncation, error_bound, join
 from static_contact.detachment import stuck_rows
 
 
-def stuck_error_bound(model: ReducedModel, truncation: Truncation, pairs: ContactTable, hz, *, extra=None):
+def stuck_error_bound(model: ReducedModel, truncation: Truncation, pairs: ContactTable, hz, *, extra=None
+                      ) -> np.ndarray:
     """(n,) largest possible f_reduced / f_full - 1 of the lowest stuck frequencies hz (n,); inf where nothing can be
     said. extra (m, r): rows e with springs e'e (declared roll springs), or None."""
     return error_bound(_stuck_stiffness(model, pairs, extra), model.M, truncation, 2 * np.pi * np.asarray(hz))

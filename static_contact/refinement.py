@@ -1,25 +1,44 @@
-"""The last digits of a balance where bodies move far: soft springs hold them, or pairs much softer than they are.
+"""Iterative refinement of a static balance in which bodies move far: soft springs hold them, or soft pairs.
 
 The small elastic part of a displacement loses its digits beside a large rigid one, and with them the forces K q.
 Kept apart, q = rigid c + near, both keep theirs; what the balance then lacks is solved for again.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
 
-from static_contact.complementarity import NotHeld
-from static_contact.rigid_motions import WEAK, floating
-
-_ZERO = 1e-13              # of the largest entry of K: forces of a rigid motion that are rounding
-_REFINED = 1e-11           # of the load: what rounding leaves above it is solved for again,
-_AGAIN = 4                 # so often
-_LOST = 1e3                # rounding of K q in eps |K| |q|: what is left above it is no rounding
+from static_contact.complementarity import NoEquilibrium
+from static_contact.rigid_motions import SETTINGS as RIGID
+from static_contact.rigid_motions import floating
 
 
 @dataclass(frozen=True)
-class Apart:
+class RefinementSettings:
+    """When the balance is solved for again."""
+
+    rounding: float = 1e-13     # of the largest entry of K: forces of a rigid motion that are rounding
+    enough: float = 1e-11       # of the load: a smaller rest stays
+    repeats: int = 4
+    lost: float = 1e3           # times eps |K| |q|, the rounding of K q: a larger rest is an error, not rounding
+
+
+SETTINGS = RefinementSettings()
+
+
+class Balance(NamedTuple):
+    """q, elastic : (r,) displacement m and K q N; u, force : (P,) motion m and force N of the pairs"""
+
+    q: np.ndarray
+    elastic: np.ndarray
+    u: np.ndarray
+    force: np.ndarray
+
+
+@dataclass(frozen=True)
+class RigidSplit:
     """rigid : (r, m) - orthonormal basis of the rigid motions that the bodies resist weakly or not
     resisted : (r, m) N/m - K rigid, columns of zeros where that is no more than rounding"""
 
@@ -27,43 +46,45 @@ class Apart:
     resisted: np.ndarray
 
     @classmethod
-    def of(cls, rigid, K) -> "Apart":
-        """rigid (r, 6 b) as from `free_motions.rigid_motions`; K (r, r)."""
-        basis = np.linalg.qr(rigid @ floating(rigid, K, WEAK))[0]
+    def of(cls, rigid: np.ndarray, K: np.ndarray, settings: RefinementSettings = SETTINGS) -> "RigidSplit":
+        """rigid (r, 6 b) as from `rigid_motions.rigid_motions`; K (r, r)."""
+        basis = np.linalg.qr(rigid @ floating(rigid, K, RIGID.weak))[0]
         resisted = K @ basis
-        return cls(basis, resisted * (np.abs(resisted).max(axis=0, initial=0.0) > _ZERO * np.abs(K).max()))
+        return cls(basis, resisted * (np.abs(resisted).max(axis=0, initial=0.0) > settings.rounding * np.abs(K).max()))
 
 
-def refined(statics, applied, q, u, force, closed):
-    """q and K q (r,), motion and force of the pairs (P,) on the set `closed` that balance the forces `applied` (r,) to
-    the last digits. statics - a `preload.StaticContact`.
+def refined(statics, applied: np.ndarray, start: np.ndarray, contact, settings: RefinementSettings = SETTINGS
+            ) -> Balance:
+    """The balance of the forces `applied` (r,) on the closed set of the solution `contact` to the last digits, from the
+    displacement `start` (r,).
 
-    More than rounding is not solved for again: it is an error of the factor, and stays to be seen. Where a step leaves
-    no less than the one before, that one is the answer.
+    statics - a `preload.StaticContact`; contact - its ContactSolution. More than rounding is not solved for again: it
+    is an error of the factor, and stays to be seen. Where a step leaves no less than the one before, that one is the
+    answer.
     """
-    K, apart = statics.model.K, statics.apart
-    far = apart.rigid.T @ q
-    near = q - apart.rigid @ far
-    most = _LOST * np.finfo(float).eps * np.abs(K).max() * np.linalg.norm(q)
-    least = _REFINED * np.linalg.norm(applied)
-    best, fewest = None, np.inf
-    for again in range(_AGAIN + 1):
-        elastic = K @ near + apart.resisted @ far
+    K, split, q, u, force = statics.model.K, statics.split, start, contact.u, contact.N
+    far = split.rigid.T @ q
+    near = q - split.rigid @ far
+    most = settings.lost * np.finfo(float).eps * np.abs(K).max() * np.linalg.norm(q)
+    enough = settings.enough * np.linalg.norm(applied)
+    best, smallest = None, np.inf
+    for again in range(settings.repeats + 1):
+        elastic = K @ near + split.resisted @ far
         left = applied - elastic - statics.gauge @ q - statics.B.T @ force
         size = np.linalg.norm(left)
-        if best is not None and not size < fewest:
+        if best is not None and not size < smallest:
             break
-        best, fewest = (q, elastic, u, force), size
-        if again == _AGAIN or not least < size < most:
+        best, smallest = Balance(q, elastic, u, force), size
+        if again == settings.repeats or not enough < size < most:
             break
         more = sl.cho_solve(statics.factor, left)
         try:
-            du, dN = statics.normal.on_set(closed, statics.B @ more, np.zeros(len(u)))
-        except NotHeld:                                     # anchors hold this answer
+            du, dN = statics.normal.solve_set(contact.closed, statics.B @ more, np.zeros(len(u)))
+        except NoEquilibrium:                                     # anchors hold this answer
             break
         dq = more - statics.by_pair @ (dN - statics.normal.k0 * du)
         u, force = u + du, force + dN
-        step = apart.rigid.T @ dq
-        far, near = far + step, near + dq - apart.rigid @ step
-        q = apart.rigid @ far + near
+        step = split.rigid.T @ dq
+        far, near = far + step, near + dq - split.rigid @ step
+        q = split.rigid @ far + near
     return best

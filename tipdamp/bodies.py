@@ -112,9 +112,9 @@ def matched_pairs(study, meshes) -> ContactTable:
         pairs = own_pairs(study)
         check_positions(study, meshes, pairs)
         return pairs
-    pairs = join(*(pair(meshes[BLADES], meshes[DAMPER], Side(name, side["blade"], side["damper"]),
-                        blade_body=BLADES, damper_body=DAMPER, axis=damper["axis"], pull=damper["pull_direction"],
-                        tolerance=contact["tolerance"]) for name, side in study.sides.items()))
+    pairs = join(*(pair(meshes[BLADES], meshes[DAMPER], Side(name, side["blade"], side["damper"], BLADES, DAMPER),
+                        axis=damper["axis"], pull=damper["pull_direction"], tolerance=contact["tolerance"])
+                   for name, side in study.sides.items()))
     if contact["distance"] == "gap":
         pairs = pairs.replace(gap=offsets(pairs, meshes[BLADES], meshes[DAMPER]))
     return pairs
@@ -186,7 +186,7 @@ def reduced_model(study, store, tick) -> tuple:
     materials = side_materials(study, meshes, pairs)
     d = study[DAMPER]
     nodes, forces = pull_forces(meshes[DAMPER], d["load_points"], d["axis"], d["pull_direction"],
-                                shares=d["shares"], positions=d["positions"])
+                                weights=d["shares"], positions=d["positions"])
     loads = {body.name: {case: case_forces(study, case, body, meshes[body.name]) for case in study.loads}
              for body in (blades, damper)}
     loads[DAMPER]["pull"] = nodal_load(damper, nodes, forces)

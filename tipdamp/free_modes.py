@@ -14,7 +14,7 @@ from hbm.model import ReducedModel
 
 NAMES = ("out_of_phase", "in_phase")
 BOTH = 0.1               # a mode is of both blades when each moves at least this part of what the other does
-LIKENESS = 0.5           # below, the tracked mode is hardly the free one
+LOWEST_MAC = 0.5         # below, the tracked mode is hardly the free one
 BESIDE = (0.88, 1.14)    # default band of the free response: of the lower and of the upper of the two modes
 
 
@@ -85,7 +85,7 @@ def tracking_warnings(study, tune: dict) -> list[str]:
     labels = {"full_area": "on the whole area", "full_line": "on the whole line", "tuned": "on the kept stations"}
     found = [f"the tracked mode, stuck {labels[name]} ({tune['stuck_hz'][name]:.0f} Hz), resembles the free one by "
              f"{value:.2f} only: look at its shape before relying on its number"
-             for name, value in tune["likeness"].items() if value < LIKENESS]
+             for name, value in tune["mac"].items() if value < LOWEST_MAC]
     (low, high), hz = study["respond"]["band"], tune["stuck_hz"]["tuned"]
     if not low <= hz <= high:
         inside = [f"{f:.1f}" for f in tune["stuck_modes_hz"]["tuned"] if low <= f <= high]

@@ -41,7 +41,7 @@ def body_load(study, body, mesh) -> np.ndarray:
     stated = study.loads[case]["pull"] if case else None
     pull = study.driver["pull"] if stated is None else stated
     return force + pull * nodal_load(body, *pull_forces(mesh, d["load_points"], d["axis"], d["pull_direction"],
-                                                        shares=d["shares"], positions=d["positions"]))
+                                                        weights=d["shares"], positions=d["positions"]))
 
 
 def static_shape(body, model, q, force) -> np.ndarray:

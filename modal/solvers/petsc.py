@@ -42,3 +42,12 @@ def matrix(PETSc, A):
     A.sort_indices()
     index = [i.astype(PETSc.IntType, copy=False) for i in (A.indptr, A.indices)]
     return PETSc.Mat().createAIJWithArrays(A.shape, (*index, A.data.astype(float, copy=False)), comm=PETSc.COMM_SELF)
+
+
+def matrix_of_rows(PETSc, rows, comm):
+    """PETSc matrix over the ranks of `comm` from a CSR matrix (own rows, n) of the rows that this rank holds."""
+    own, size = rows.shape
+    rows.sort_indices()
+    index = PETSc.IntType
+    return PETSc.Mat().createAIJ(((own, size), (own, size)), comm=comm, csr=(
+        rows.indptr.astype(index), rows.indices.astype(index), rows.data))

@@ -3,17 +3,14 @@
 import numpy as np
 import scipy.sparse as sp
 
-from static_contact.complementarity import Normal, NotHeld, closed_pairs
+from static_contact.complementarity import no_equilibrium, solve_complementarity, wrong_pairs
 
 
 class FullSets:
-    """The problem of `newton._Newton` as sets of closed pairs, in the form that `closed_pairs` asks for: one factor
-    for each set.
+    """The problem of `newton.ContactNewton` as a `complementarity.ContactProblem`: one factor for each set.
 
     B : (P, n) motion of the pairs, without the multipliers of hard ones; free : (P,) bool - pairs that may close
     """
-
-    wrong = Normal.wrong          # the conditions are the same
 
     def __init__(self, newton, B, free):
         self.newton, self.free, self.k0, self.factored = newton, free, newton.k, 0
@@ -22,16 +19,21 @@ class FullSets:
         self.B, self.B_own = B, B[:, low:high].tocsr()
         self.found = {}
 
-    def solve(self):
+    def solve(self) -> tuple[np.ndarray, float]:
         """k (C x - gap) of closed pairs and k (u - gap) of open ones as motions C x, and the residual."""
         gap = self.newton.gap
-        u, N, closed, *_ = closed_pairs(self, None, gap)
+        u, N, closed, *_ = solve_complementarity(self, None, gap)
         residual = self.found[u.tobytes()]
         return gap + np.divide(np.where(closed, N, self.k0 * (u - gap)), self.k0, out=np.zeros(len(gap)),
                                where=self.k0 > 0), residual
 
-    def on_set(self, closed, _, gap, anchor=0.0, at=0.0):
-        """u, N (P,) on a set, as `complementarity.Normal.on_set`."""
+    def wrong(self, closed, u, N, gap) -> np.ndarray:
+        """(P,) bool - closed pairs that pull, open pairs that overlap."""
+        return wrong_pairs(self, closed, u, N, gap)
+
+    def solve_set(self, closed, u0, gap, anchor=0.0, at=0.0) -> tuple[np.ndarray, np.ndarray]:
+        """u, N (P,) on a set, as `complementarity.NormalContact.solve_set`; the load stands in the equations, not in
+        u0."""
         newton, k = self.newton, self.k0
         anchors = anchor * (self.B_own.T @ sp.diags(k) @ self.B)
         newton.set_closed(newton.tangent, closed.astype(float), anchors)
@@ -45,11 +47,11 @@ class FullSets:
             ksp.solve(right, x)
             newton.tangent.mult(x, F)
             F.axpy(-1.0, right)
-            held = F.norm() <= 1e-8 * right.norm()        # not so where it is no number
+            solved = F.norm() <= newton.settings.set_residual * right.norm()        # not so where it is no number
         except newton.PETSc.Error:
-            held = False
-        if not held:
-            raise NotHeld(f"the {int(closed.sum())} pairs that stay closed do not hold the damper")
+            solved = False
+        if not solved:
+            raise no_equilibrium(closed)
         u = newton.comm.tompi4py().allreduce(self.B_own @ x.getArray(readonly=True))
         N = np.where(closed, k * (newton.motion(x) - gap), 0.0)
         newton.residual(None, x, F)

@@ -6,7 +6,7 @@ Nothing is condensed: the dofs of all bodies are the unknowns, shared out over t
 pairs. Their second line is the augmented Lagrangian of the unilateral condition: its solution does not depend on
 k > 0, and Newton's matrix stays symmetric, though indefinite. Where SNES ends without an answer, because a set of
 closed pairs on its way holds nothing or the sets cycle, pivoting and the proximal point method of `complementarity.py`
-go on with the same matrices. Every rank needs only its own rows of K (`shares.py`);
+go on with the same matrices. Every rank needs only its own rows of K (`ranks.py`);
 factors and vectors are distributed (CHOLMOD alone; MUMPS under MPI and for hard pairs).
 """
 
@@ -16,47 +16,60 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from hbm.contact import ContactTable
+from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from modal.body import Body
 from modal.solvers import petsc
+from static_contact.free_motions import unresisted
+from static_contact.full.assembled import AssembledBodies
 from static_contact.full.closed_sets import FullSets
 from static_contact.full.ranks import own_rows
-from static_contact.full.stuck_modes import sparse_relative_motion
-from static_contact.rigid_motions import moving, unfaced, unstressed
+from static_contact.rigid_motions import moving
+from static_contact.unloaded import unstressed
 
-_RESIDUAL = 1e-10      # of the load
-_ITERATIONS = 60
-_HELD = 1e-8           # of the load's reach: what is held along free motions above it is reported
+
+@dataclass(frozen=True)
+class FullSettings:
+    """Of Newton's method on the full model."""
+
+    tolerance: float = 1e-10    # of the load, at which SNES stops
+    iterations: int = 60
+    residual: float = 1e-8      # of the load, in an answer that is accepted
+    set_residual: float = 1e-8  # of the right-hand side, in the solve on one set of closed pairs
+    reported: float = 1e-8      # of the load's reach along a free motion: smaller constraint reactions are rounding
+
+
+SETTINGS = FullSettings()
 
 
 @dataclass(frozen=True)
 class FullPreload:
     """pairs - with the preload, the same on every rank (hard pairs: the contact force, 0 = open); force : (P,) N
     iterations - Newton steps, or matrices factored where these did not end; residual - of the equations, of |f|
-    held : {name: N or N m} - of loads and contact forces along motions that no contact resists, as inexact
-    coordinates leave them; as `preload.Preload.held`."""
+    reactions : {name: N or N m} - of loads and contact forces along motions that no contact resists, as
+    inexact coordinates leave them; as in `preload.Preload`."""
 
     pairs: ContactTable
     force: np.ndarray
     iterations: int
     residual: float
-    held: dict
+    reactions: dict[str, float]
 
 
-def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPreload:
+def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict[str, np.ndarray],
+                 settings: FullSettings = SETTINGS) -> FullPreload:
     """Signed preload of every pair under nodal forces {body: (d,) N}; to be called on all ranks.
 
-    bodies - whole, or with the rows of this rank only (`shares.shared_bodies`). Raises InputError when forces do more
-    than 1e-3 of what the load could along a motion that no contact resists, NotHeld (an InputError) when the load lifts
-    the damper off, and RuntimeError when the residual stays above 1e-8 of the load. Without load, contact forces (of
-    overlaps that no motion of the damper takes back) are what both are measured against.
+    bodies - whole, or with the rows of this rank only (`ranks.distributed_bodies`). Raises InputError when forces do
+    more than 1e-3 of what the load could along a motion that no contact resists, NoEquilibrium (an InputError) when the
+    load lifts the damper off, and RuntimeError when the residual stays above 1e-8 of the load. Without load both are
+    measured against the contact forces (of overlaps that no motion of the damper takes back).
     """
     PETSc = petsc.start()
     if PETSc is None:
         raise InputError("the full Newton route needs petsc4py")
     f = np.concatenate([loads.get(b.name, np.zeros(b.dofs)) for b in bodies])
-    B = sparse_relative_motion(bodies, pairs, len(f))[2::3].tocsr()
+    B = relative_motion(AssembledBodies(bodies), pairs)[2::3].tocsr()
     hard = np.flatnonzero(np.isinf(pairs.kn) & pairs.carrying)
     size = len(f) + len(hard)
     low, high = own_rows(PETSc.COMM_WORLD, size)
@@ -71,36 +84,37 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict) -> FullPr
         q = unstressed(rigid @ moving(rigid), B[may_close], pairs.gap[may_close])
         if q is not None:
             return _result(pairs, k * (B @ q - pairs.gap), np.zeros(len(pairs)), 0, 0.0, {})
-    motions = unfaced(rigid, moving(rigid), B[may_close], np.repeat([b.name for b in bodies], [b.dofs for b in bodies]))
+    motions = unresisted(rigid, moving(rigid), B[may_close],
+                         np.repeat([b.name for b in bodies], [b.dofs for b in bodies]))
     work = motions.shape.T @ f
     motions.refuse(work, f)
     added = np.concatenate([_pins(motions, diagonal), -k[hard]])
     K = (K + sp.diags(added, format="csr")[low:high]).tocsr()
     applied = np.concatenate([f - motions.taken_up(work), np.zeros(len(hard))])
-    u, iterations, residual = _solved(_Newton(PETSc, (low, high), K, C, k, pairs.gap, applied,
-                                              definite=not len(hard)), B, may_close)
+    equations = Equations(K, C, k, pairs.gap, applied, definite=not len(hard))
+    u, iterations, residual = _solved(ContactNewton(PETSc, (low, high), equations, settings), B, may_close)
     signed = k * (u - pairs.gap)
     force = np.maximum(signed, 0.0)
-    held = motions.shape.T @ (f - B.T @ force)
+    reaction = motions.shape.T @ (f - B.T @ force)
     scale = f if f.any() else abs(B).T @ force
-    motions.refuse(held, scale)
-    return _result(pairs, signed, force, iterations, residual, motions.held(held, scale, _HELD))
+    motions.refuse(reaction, scale)
+    return _result(pairs, signed, force, iterations, residual, motions.reactions(reaction, scale, settings.reported))
 
 
-def _result(pairs, signed, force, iterations, residual, held):
+def _result(pairs, signed, force, iterations, residual, reaction):
     return FullPreload(pairs.replace(preload=np.where(np.isinf(pairs.kn), force, signed)), force, iterations, residual,
-                       held)
+                       reaction)
 
 
 def _solved(system, B, carrying):
     """Motion of the pairs, Newton steps or matrices factored, residual; the system is destroyed."""
     u, iterations, residual = system.solve()
-    if not residual <= 1e-8:
+    if not residual <= system.settings.residual:
         pivoting = FullSets(system, B, carrying)
         u, residual = pivoting.solve()
         iterations += pivoting.factored
     system.destroy()
-    if not residual <= 1e-8:
+    if not residual <= system.settings.residual:
         raise RuntimeError(f"Newton on the full model ended at a residual of {residual:.1e} of the load")
     return u, iterations, residual
 
@@ -122,26 +136,36 @@ def _pins(motions, diagonal):
     return pins
 
 
-class _Newton:
-    """K x + C' max(0, k (C x - g)) = f with the rows low..high on this rank; the motions C x of the pairs on all."""
+@dataclass(frozen=True)
+class Equations:
+    """K x + C' max(0, k (C x - gap)) = f; K : this rank's rows; C : (P, n); k, gap : (P,) N/m, m; f : (n,) N
+    definite - without multipliers of hard pairs"""
 
-    def __init__(self, PETSc, own, K, C, k, gap, f, *, definite):
-        self.PETSc, self.comm = PETSc, PETSc.COMM_WORLD
-        self.K, self.C, self.k, self.gap, self.definite = K, C, k, gap, definite
+    K: sp.csr_matrix
+    C: sp.csr_matrix
+    k: np.ndarray
+    gap: np.ndarray
+    f: np.ndarray
+    definite: bool
+
+
+class ContactNewton:
+    """The equations with the rows low..high on this rank; the motions C x of the pairs on all."""
+
+    def __init__(self, PETSc, own: tuple[int, int], equations: Equations, settings: FullSettings = SETTINGS):
+        self.PETSc, self.comm, self.settings = PETSc, PETSc.COMM_WORLD, settings
+        self.K, self.C, self.k, self.gap = equations.K, equations.C, equations.k, equations.gap
+        f, C, k, gap, self.definite = equations.f, self.C, self.k, self.gap, equations.definite
         own = slice(*own)
         self.x = PETSc.Vec().createMPI((own.stop - own.start, len(f)), comm=self.comm)
         self.f = f[own]
         overlap = k * np.maximum(-gap, 0.0)
         self.load = np.linalg.norm(f) if f.any() else np.linalg.norm(abs(C).T @ overlap)
         self.C_own = C[:, own].tocsr()
-        self.base, self.tangent = self._matrix(K), self._matrix(self._rows(0.5))      # a half: no entry cancels
+        self.base, self.tangent = self._matrix(self.K), self._matrix(self._rows(0.5))      # a half: no entry cancels
 
     def _matrix(self, rows):
-        own, size = rows.shape
-        rows.sort_indices()
-        index = self.PETSc.IntType
-        A = self.PETSc.Mat().createAIJ(((own, size), (own, size)), comm=self.comm, csr=(
-            rows.indptr.astype(index), rows.indices.astype(index), rows.data))
+        A = petsc.matrix_of_rows(self.PETSc, rows, self.comm)
         A.setOption(self.PETSc.Mat.Option.SYMMETRIC, True)
         if self.definite:
             A.setOption(self.PETSc.Mat.Option.SPD, True)
@@ -158,19 +182,21 @@ class _Newton:
         ksp.getPC().setFactorSolverType("cholmod" if self.comm.size == 1 and self.definite else "mumps")
         return ksp
 
-    def motion(self, x):
+    def motion(self, x) -> np.ndarray:
         """C x of all pairs, on every rank."""
         return self.comm.tompi4py().allreduce(self.C_own @ x.getArray(readonly=True))
 
-    def residual(self, _, x, F):
+    def residual(self, _, x, F) -> None:
+        """K x + C' max(0, k (C x - gap)) - f in F."""
         self.base.mult(x, F)
         force = np.maximum(self.k * (self.motion(x) - self.gap), 0.0)
         F.getArray()[:] += self.C_own.T @ force - self.f
 
-    def jacobian(self, _, x, J, __):
+    def jacobian(self, _, x, J, __) -> None:
+        """The derivative of `residual` in J."""
         self.set_closed(J, self.motion(x) > self.gap)
 
-    def set_closed(self, J, closed, more=None):
+    def set_closed(self, J, closed, more=None) -> None:
         """New values in the old pattern: what is open, or cancels, stays there as zero. more - rows to be added."""
         rows = self._rows(closed) if more is None else (self._rows(closed) + more).tocsr()
         rows.sort_indices()
@@ -179,7 +205,7 @@ class _Newton:
         J.setValuesCSR(rows.indptr.astype(index), rows.indices.astype(index), rows.data)
         J.assemble()
 
-    def solve(self):
+    def solve(self) -> tuple[np.ndarray, int, float]:
         """Motion of the pairs (P,), Newton steps, residual; from the state with every pair closed."""
         snes = self.PETSc.SNES().create(self.comm)
         snes.setOptionsPrefix("tipdamp_full_")
@@ -189,7 +215,8 @@ class _Newton:
         snes.setType("newtonls")
         self.PETSc.Options()["tipdamp_full_snes_linesearch_type"] = "basic"
         snes.setFromOptions()
-        snes.setTolerances(rtol=0.0, atol=_RESIDUAL * self.load, stol=0.0, max_it=_ITERATIONS)
+        snes.setTolerances(rtol=0.0, atol=self.settings.tolerance * self.load, stol=0.0,
+                           max_it=self.settings.iterations)
         ksp = self.direct(snes.getKSP())
         start = F.duplicate()
         start.getArray()[:] = self.f + self.C_own.T @ (self.k * self.gap)
@@ -207,6 +234,7 @@ class _Newton:
             one.destroy()
         return out
 
-    def destroy(self):
+    def destroy(self) -> None:
+        """Free what PETSc holds."""
         for one in (self.x, self.base, self.tangent):
             one.destroy()

@@ -1,9 +1,10 @@
-"""Bodies of which each rank of an mpirun holds its own rows only, so that memory falls as ranks are added.
+"""Row partition: bodies of which each rank of an mpirun holds its own rows only, so that memory falls with the ranks.
 
 A rank assembles the cells that touch its nodes: their rows of K and M are then complete. Meshes, dof tables and vectors
 are whole on every rank; they are small beside the matrices.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,17 +23,17 @@ class Part:
     mesh: Mesh
     material: Material
     name: str
-    clamp: tuple = ()
+    clamp: Sequence[str] = ()
     free: bool = False
     other_materials: dict = field(default_factory=dict)
 
     @property
-    def held(self) -> np.ndarray:
+    def clamped(self) -> np.ndarray:
         """(n,) bool - clamped nodes."""
-        held = np.zeros(len(self.mesh.node), dtype=bool)
+        clamped = np.zeros(len(self.mesh.node), dtype=bool)
         for group in self.clamp:
-            held[self.mesh.index(self.mesh.group(group))] = True
-        return held
+            clamped[self.mesh.index(self.mesh.group(group))] = True
+        return clamped
 
 
 def own_rows(comm, size: int) -> tuple[int, int]:
@@ -42,12 +43,12 @@ def own_rows(comm, size: int) -> tuple[int, int]:
     return low, low + each + (comm.rank < more)
 
 
-def shared_bodies(parts: list[Part], comm, extra: int = 0) -> list[Body]:
+def distributed_bodies(parts: list[Part], comm, extra: int = 0) -> list[Body]:
     """The bodies with the rows of this rank; the others are empty. comm : of PETSc or mpi4py
 
     extra : unknowns behind the dofs of the bodies (hard pairs), which shift the layout.
     """
-    dofs = [3 * int((~part.held).sum()) for part in parts]
+    dofs = [3 * int((~part.clamped).sum()) for part in parts]
     low, high = own_rows(comm, sum(dofs) + extra)
     first = np.cumsum([0, *dofs])
     return [_rows(part, max(low - a, 0), max(min(high - a, n), 0)) for part, a, n in zip(parts, first, dofs,
@@ -57,7 +58,7 @@ def shared_bodies(parts: list[Part], comm, extra: int = 0) -> list[Body]:
 def _rows(part, low, high):
     """The body with its rows low..high."""
     mesh, count = part.mesh, len(part.mesh.node)
-    keep = np.flatnonzero(np.repeat(~part.held, 3))
+    keep = np.flatnonzero(np.repeat(~part.clamped, 3))
     mine = np.zeros(count, dtype=bool)
     mine[keep[low:high] // 3] = True
     body = Body(name=part.name, node=mesh.node, position=mesh.position, dof_node=keep // 3, dof_direction=keep % 3,

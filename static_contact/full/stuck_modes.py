@@ -1,16 +1,29 @@
-"""Stuck modes of the full finite-element model: the second opinion on every reduced frequency."""
+"""Stuck modes of the full finite-element model: the cross-check of every reduced frequency."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.contact import GROUND, ContactTable
+from hbm.contact import ContactTable, relative_motion
 from modal.body import Body
 from modal.eigen import Factor
 from modal.solvers import petsc
 from modal.solvers.inertia import mumps_inertia
+from static_contact.full.assembled import AssembledBodies
+from static_contact.full.ranks import own_rows
 
-_BEYOND = 4    # modes beyond those asked for, to see a gap above them
-_TRIALS = 4
+
+@dataclass(frozen=True)
+class StuckModeSettings:
+    """Of the modes over the ranks of an mpirun."""
+
+    beyond: int = 4             # modes beyond those asked for, to see a gap above them
+    trials: int = 4             # bases tried where the inertia counts more modes than were found
+    residual: float = 1e-6      # of the stiffness force of a mode, and of the load of the solve that backs a count
+
+
+SETTINGS = StuckModeSettings()
 
 
 def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs=(), *, together=False) -> np.ndarray:
@@ -18,22 +31,22 @@ def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs=(
 
     springs : RollSpring records on rows of `pairs`; together : all ranks of an mpirun share the work on one problem.
     """
-    size = sum(b.dofs for b in bodies)
     K = sp.block_diag([b.K for b in bodies], format="csr")
     M = sp.block_diag([b.M for b in bodies], format="csr")
-    B = sparse_relative_motion(bodies, pairs, size)
+    B = relative_motion(AssembledBodies(bodies), pairs)
     k = (np.column_stack([pairs.kt, pairs.kt, pairs.kn]) * pairs.weight[:, None]).ravel()
     K = K + B.T @ sp.diags(k) @ B
     for s in springs:
         row = (B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance
         K = K + s.k * (row.T @ row)
     if together:
-        return _shared_modes(K.tocsr(), M.tocsr(), count) / (2 * np.pi)
+        return modes_over_ranks(K.tocsr(), M.tocsr(), count) / (2 * np.pi)
     omega, _ = Factor(K.tocsr()).lowest_modes(M, count)
     return omega / (2 * np.pi)
 
 
-def _shared_modes(K, M, count):
+def modes_over_ranks(K: sp.csr_matrix, M: sp.csr_matrix, count: int,
+                     settings: StuckModeSettings = SETTINGS) -> np.ndarray:
     """omega (count,) rad/s with matrices and factor distributed over the ranks; counted by inertia, as on one process.
 
     Raises RuntimeError when a mode is missed or its residual exceeds 1e-6 of its stiffness force.
@@ -42,16 +55,16 @@ def _shared_modes(K, M, count):
 
     PETSc = petsc.start()
     A, B = (distributed(PETSc, matrix) for matrix in (K, M))
-    asked = count + _BEYOND
-    for _ in range(_TRIALS):
+    asked = count + settings.beyond
+    for _ in range(settings.trials):
         lam, shapes = slepc.lowest(A, B, asked)
         gaps = lam[count:] / lam[count - 1:-1]
         top = count + int(gaps.argmax())                 # modes below the widest gap above those asked for
         shift = np.sqrt(lam[top - 1] * lam[top])
-        there = _modes_below(PETSc, A, B, shift)
+        there = _modes_below(PETSc, A, B, shift, settings.residual)
         if there == top:
             break
-        asked += max(there - top, 0) + _BEYOND           # a larger basis finds them, in general
+        asked += max(there - top, 0) + settings.beyond           # a larger basis finds them, in general
     else:
         raise RuntimeError(f"{top} modes found below {np.sqrt(shift) / (2 * np.pi):g} Hz, where the inertia counts "
                            f"{there}")
@@ -60,12 +73,13 @@ def _shared_modes(K, M, count):
         size = rest.norm()
         rest.axpy(-float(value), B * shape)
         residual = rest.norm() / size
-        if residual > 1e-6:
-            raise RuntimeError(f"the residual of a mode is {residual:.1e} of its stiffness force, allowed 1e-6")
+        if residual > settings.residual:
+            raise RuntimeError(f"the residual of a mode is {residual:.1e} of its stiffness force, allowed "
+                               f"{settings.residual:g}")
     return np.sqrt(lam[:count])
 
 
-def _modes_below(PETSc, A, B, lam):
+def _modes_below(PETSc, A, B, lam, residual):
     """Modes of (A, B) with omega^2 below lam, by the signs of a factor over all ranks."""
     shifted = A.copy()
     shifted.setOption(PETSc.Mat.Option.SPD, False)
@@ -77,7 +91,7 @@ def _modes_below(PETSc, A, B, lam):
     if x is not None:
         shifted.mult(x, left)
     left.axpy(-1.0, right)
-    trusted = negative is not None and left.norm() <= 1e-6 * right.norm()
+    trusted = negative is not None and left.norm() <= residual * right.norm()
     for one in (right, x, left, shifted):
         if one is not None:
             one.destroy()
@@ -87,36 +101,10 @@ def _modes_below(PETSc, A, B, lam):
     return negative
 
 
-def distributed(PETSc, matrix, comm=None):
-    """PETSc matrix of a CSR matrix that every rank holds: each takes its rows."""
+def distributed(PETSc, matrix: sp.csr_matrix, comm=None):
+    """Positive definite PETSc matrix of a CSR matrix that every rank holds: each takes its rows."""
     comm = comm or PETSc.COMM_WORLD
-    size = matrix.shape[0]
-    low, high = PETSc.Vec().createMPI(size, comm=comm).getOwnershipRange()
-    rows = matrix[low:high].tocsr()
-    rows.sort_indices()
-    index = PETSc.IntType
-    A = PETSc.Mat().createAIJ(((high - low, size), (high - low, size)), comm=comm,
-                              csr=(rows.indptr.astype(index), rows.indices.astype(index), rows.data))
+    low, high = own_rows(comm, matrix.shape[0])
+    A = petsc.matrix_of_rows(PETSc, matrix[low:high].tocsr(), comm)
     A.setOption(PETSc.Mat.Option.SPD, True)
     return A
-
-
-def sparse_relative_motion(bodies, pairs, size):
-    """B (3P, dofs of all bodies); a clamped direction simply has no column."""
-    start = np.concatenate([[0], np.cumsum([b.dofs for b in bodies])])
-    table = {}
-    for body, first in zip(bodies, start, strict=False):
-        number = body.node[body.dof_node]
-        for dof in np.flatnonzero(np.isin(number, np.concatenate([pairs.blade_node, pairs.damper_node]))):
-            table[body.name, int(number[dof]), int(body.dof_direction[dof])] = first + dof
-    rows, columns, values = [], [], []
-    for i in range(len(pairs)):
-        for name, node, sign in ((pairs.damper_body[i], pairs.damper_node[i], 1.0),
-                                 (pairs.blade_body[i], pairs.blade_node[i], -1.0)):
-            for d in range(3):
-                column = table.get((str(name), int(node), d)) if name != GROUND else None
-                if column is not None:
-                    rows += [3 * i, 3 * i + 1, 3 * i + 2]
-                    columns += [column] * 3
-                    values += list(sign * pairs.frame[i, :, d])
-    return sp.csr_matrix((values, (rows, columns)), shape=(3 * len(pairs), size))

@@ -21,9 +21,8 @@ def corner():
     """(bodies, model, pairs): kn = kt = 1e6 N/m, no gaps; masters are the nodes of the pairs, no modes."""
     steel = Material(207e9, 0.3, 7850.0)
     blades, damper = corner_study.blades(), corner_study.damper()
-    pairs = join(*(pair(blades, damper, Side(name, f"touch_{name}", face), blade_body="blades", damper_body="damper",
-                        axis=(0, 1, 0), pull=PULL, tolerance=1e-6) for name, face in (("one", "face_x"),
-                                                                                       ("two", "face_z"))))
+    sides = (Side("one", "touch_one", "face_x"), Side("two", "touch_two", "face_z"))
+    pairs = join(*(pair(blades, damper, side, axis=(0, 1, 0), pull=PULL, tolerance=1e-6) for side in sides))
     pairs = pairs.replace(kn=np.full(len(pairs), 1e6), kt=np.full(len(pairs), 1e6))
     bodies = [elastic_body(blades, steel, "blades", clamp=["clamp_one", "clamp_two"]),
               elastic_body(damper, steel, "damper", free=True)]

@@ -10,14 +10,16 @@ from scipy.spatial.transform import Rotation
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
+from static_contact.complementarity import ContactSolution
 from static_contact.friction import FrictionalContact
 from static_contact.pairing import join
-from static_contact.preload import StaticContact
+from static_contact.preload import StaticContact, StaticSettings
 from static_contact.refinement import refined
-from static_contact.rigid_motions import floating, rigid_motions
+from static_contact.rigid_motions import RigidMotionSettings, floating, rigid_motions
 from tests.static_contact.beams import beam, supports
 
 S = np.sqrt(0.5)
+LOWER = StaticSettings(rigid=RigidMotionSettings(facing=1e-3))
 ALONG = np.linspace(0.0, 1.0, 7)
 TURNS = (np.eye(3), *Rotation.random(3, random_state=5).as_matrix())
 
@@ -63,17 +65,17 @@ def test_nodes_on_one_line(size, turn, place):
     up and reported. The pull of 40 N: 40 / (2 sin 45) on each side."""
     model, table = damper_on_two_lines(size, turn, place)
     statics = StaticContact(model, table)
-    assert [name for name, _ in statics.names] == [f"slide along {'xyz'[np.abs(turn[:, 0]).argmax()]}"]
+    assert [name for name, _ in statics.motions.names] == [f"slide along {'xyz'[np.abs(turn[:, 0]).argmax()]}"]
     load = np.zeros((63, 3))
     load[:21] = np.tile(turn / 7, (7, 1))                     # columns: 1 N along the line, across it, into the V
     found = statics.solve(load @ [0, 0, 40.0])
     for side in ("left", "right"):
         assert found.force[table.side == side].sum() == pytest.approx(20 / S, rel=1e-9)
-    assert found.residual < 1e-9 and not found.held
+    assert found.residual < 1e-9 and not found.reactions
     amount = 2.0 / np.abs(turn[:, 0]).max()                   # per unit along the axis that names it
     with pytest.raises(InputError, match=f"slide along . is loaded: {amount:.3g} N"):
         statics.solve(load @ [2.0, 0, 40.0])
-    (held,) = statics.solve(load @ [1e-4, 0, 40.0]).held.values()
+    (held,) = statics.solve(load @ [1e-4, 0, 40.0]).reactions.values()
     assert abs(held) == pytest.approx(1e-4 / np.abs(turn[:, 0]).max(), rel=1e-6)      # small, not rounding
 
 
@@ -103,7 +105,7 @@ def test_single_nodes_do_not_turn():
                          position=np.tile(place, (2, 1)), frame=frame, gap=np.zeros(P), kn=full(P, 1e6),
                          kt=full(P, 1e6), mu=np.zeros(P), preload=np.zeros(P), weight=np.ones(P))
     statics = StaticContact(model, table)
-    assert statics.names == [("slide along x", "N")]
+    assert statics.motions.names == [("slide along x", "N")]
     assert statics.solve(np.array([0, 0, 10.0])).force == pytest.approx(5 / S, rel=1e-12)
 
 
@@ -130,12 +132,12 @@ def test_soft_springs_to_ground_hold(turn, soft):
     model, table = damper_on_two_lines(0.07, turn, 3.0)
     k = soft * model.K.diagonal()[:21].max()
     statics = StaticContact(replace(model, K=model.K + sl.block_diag(k * np.eye(21), np.zeros((42, 42)))), table)
-    assert statics.names == []
+    assert statics.motions.names == []
     load = np.zeros((63, 3))
     load[:21] = np.tile(turn / 7, (7, 1))
     found = statics.solve(load @ [2.0, 0, 40.0])
     slide = np.tile(turn[:, 0], 7) / 7 @ found.displacement[:21]
-    assert slide == pytest.approx(2 / (7 * k), rel=1e-15 / soft + 1e-8) and not found.held
+    assert slide == pytest.approx(2 / (7 * k), rel=1e-15 / soft + 1e-8) and not found.reactions
     for side in ("left", "right"):                                   # 3e-5 of the pull goes into springs of 1e-6
         assert found.force[table.side == side].sum() == pytest.approx(20 / S, rel=30 * soft)
 
@@ -149,7 +151,7 @@ def test_soft_pairs_hold_what_they_face(kn):
     load = np.zeros(31)
     load[[15, 16]] = 30.0, 20.0
     statics = StaticContact(beam(x, 10.0), table)
-    assert statics.names == []
+    assert statics.motions.names == []
     found = statics.solve(load)
     assert found.force == pytest.approx([30.0, 20.0], rel=1e-12) and found.residual < 1e-12
 
@@ -161,7 +163,7 @@ def test_a_slender_damper_is_one_body():
     bends = np.flatnonzero((model.body == "damper") & (model.direction != "x"))
     K[np.ix_(bends, bends)] *= 1e-6
     statics = StaticContact(replace(model, K=K), table)
-    assert statics.names == [("slide along x", "N")]
+    assert statics.motions.names == [("slide along x", "N")]
     load = np.zeros(63)
     load[2:21:3] = 40 / 7
     assert statics.solve(load).force[:7].sum() == pytest.approx(20 / S, rel=1e-9)
@@ -182,9 +184,9 @@ def test_normals_that_hardly_face_a_motion():
 
     with pytest.raises(InputError, match=r"slide along x is loaded: 0.07.* N, .*by 1..e-03.*above facing = 0.003"):
         StaticContact(model, turned(2e-3)).solve(load)
-    for statics in (StaticContact(model, turned(2e-3), facing=1e-3), StaticContact(model, turned(1e-2))):
+    for statics in (StaticContact(model, turned(2e-3), LOWER), StaticContact(model, turned(1e-2))):
         found = statics.solve(load)
-        assert statics.names == [] and not found.held and found.residual < 1e-9
+        assert statics.motions.names == [] and not found.reactions and found.residual < 1e-9
         assert found.force @ statics.pairs.normal[:, 0] == pytest.approx(0.06, rel=1e-6)
 
 
@@ -221,18 +223,18 @@ def test_rounding_is_no_load(turn, other, link):
     taken, and nothing of it reported. 0.1 N along that slide are refused."""
     model, table = two_dampers((turn, other), link=link)
     statics = StaticContact(model, table)
-    assert len(statics.names) == 2
+    assert len(statics.motions.names) == 2
     if not link:                                              # one damper in each of them, to the last bit
-        assert [np.unique(model.body[shape != 0]).tolist() for shape in statics.free.T] in (
+        assert [np.unique(model.body[shape != 0]).tolist() for shape in statics.motions.shape.T] in (
             [["damper0"], ["damper1"]], [["damper1"], ["damper0"]])
     load = np.zeros(126)
     load[:21] = np.tile(turn @ [0, 0, 40 / 7], 7)
-    statics.motions.refuse(statics.free.T @ load, load)
-    assert not statics.motions.held(statics.free.T @ load, load, 1e-10)
+    statics.motions.refuse(statics.motions.shape.T @ load, load)
+    assert not statics.motions.reactions(statics.motions.shape.T @ load, load, 1e-10)
     if link:
         load[63:84] = np.tile(other @ [0, 0, 1e-3 / 7], 7)    # keeps the second where it is
     found = statics.solve(load)
-    assert not found.held and found.residual < 1e-8
+    assert not found.reactions and found.residual < 1e-8
     load[63:84] += np.tile(other @ [0.1 / 7, 0, 0], 7)
     with pytest.raises(InputError, match="slide along . is loaded"):
         statics.solve(load)
@@ -257,11 +259,11 @@ def test_soft_springs_hold_bodies_whose_positions_do_not_quite_fit(soft, error):
     assert shapes.shape[1] == 4
     assert np.linalg.norm(slide @ np.linalg.qr(shapes)[0][:21]) < 1e-3
     statics = StaticContact(replace(model, K=K, position=position), table)
-    assert statics.names == []
+    assert statics.motions.names == []
     K = model.K.copy()
     K[21:42, 21:42] += (k - 1e7) * blade[:21, :21]
     statics = StaticContact(replace(model, K=K, position=position), table)
-    assert statics.names == [("slide along x", "N")]
+    assert statics.motions.names == [("slide along x", "N")]
     load = np.zeros(63)
     load[2:21:3] = 40 / 7
     assert statics.solve(load).force[:7].sum() == pytest.approx(20 / S, rel=1e-6)
@@ -279,12 +281,10 @@ def test_refinement_returns_the_best():
     def left(q, elastic, u, force):
         return np.linalg.norm(load - elastic - statics.B.T @ force) / np.linalg.norm(load)
 
-    closed = found.force > 0
     start = found.displacement * (1 + 1e-9)
     one = load - model.K @ start - k * np.pad(start[:21], (0, 42)) - statics.B.T @ found.force
     assert 1e-11 < np.linalg.norm(one) / np.linalg.norm(load) < 1e-6
-    good = refined(statics, load, start, statics.B @ start, found.force, closed)
-    assert left(*good) < 1e-11
+    contact = ContactSolution(statics.B @ start, found.force, found.force > 0, 1, "newton")
+    assert left(*refined(statics, load, start, contact)) < 1e-11
     statics.factor = (statics.factor[0] / 2, statics.factor[1])           # solves a quarter of the matrix
-    assert left(*refined(statics, load, start, statics.B @ start, found.force, closed)) <= 1.001 * (
-        np.linalg.norm(one) / np.linalg.norm(load))
+    assert left(*refined(statics, load, start, contact)) <= 1.001 * np.linalg.norm(one) / np.linalg.norm(load)

@@ -6,7 +6,7 @@ import pytest
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.friction import FrictionalContact
+from static_contact.friction import FrictionalContact, FrictionSettings
 from static_contact.preload import preload
 
 KN, KT, MU = 1.03e6, 0.94e6, 0.6
@@ -154,7 +154,7 @@ def test_rig_with_friction_carries_less(rig_results):
     assert found[1].force == pytest.approx(found[0].force, abs=1e-8 * 113)
 
 
-def test_rig_remembers_its_history(rig_results, monkeypatch):
+def test_rig_remembers_its_history(rig_results):
     """Pulled to 113 N and let down to 60 N it is wedged: more side force than pulled to 60 N. With random gaps plain
     Newton fails on the way, and what the dashpots find is an equilibrium."""
     model = ReducedModel.load(rig_results.path("model.npz"))
@@ -165,8 +165,8 @@ def test_rig_remembers_its_history(rig_results, monkeypatch):
     up = problem.solve([60 * pull], steps=10, gap=gap)
     assert all(s.converged and s.residual < 1e-8 for s in (*down, *up))
     assert down[-1].force.sum() > 1.2 * up[-1].force.sum()
-    monkeypatch.setattr("static_contact.friction._DASHPOT_STEPS", 0)
-    assert not problem.solve([60 * pull], steps=10, gap=gap)[-1].converged
+    plain = FrictionalContact(model, pairs, settings=FrictionSettings(dashpot_steps=0))
+    assert not plain.solve([60 * pull], steps=10, gap=gap)[-1].converged
 
 
 def test_load_beyond_friction_ends_the_history():

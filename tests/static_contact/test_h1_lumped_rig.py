@@ -86,7 +86,7 @@ def test_frequencies_of_every_set(case):
 def test_target_within_reach():
     target = H1["tuning_targets"]["2300.0"]
     model = lumped_rig()
-    found = detach_until(model, pairs_of(range(P["n"])), 2300.0, out_of_phase(model), rows=rows)
+    found = detach_until(StuckAssembly(model, rows), pairs_of(range(P["n"])), 2300.0, out_of_phase(model))
     assert found.chosen.hz == pytest.approx(target["f"], rel=1e-6)
     assert found.chosen.front + found.chosen.back == P["n"] - target["best_removed"]
     assert found.chosen.hz - 2300.0 == pytest.approx(target["miss_Hz"], abs=1e-2)
@@ -96,4 +96,4 @@ def test_target_out_of_reach():
     model = lumped_rig()
     highest = H1["results"][0]["oop_f"]
     with pytest.raises(InputError, match=rf"target 4000 Hz is not reachable: \d+\.\.{highest:.0f} Hz"):
-        detach_until(model, pairs_of(range(P["n"])), 4000.0, out_of_phase(model), rows=rows)
+        detach_until(StuckAssembly(model, rows), pairs_of(range(P["n"])), 4000.0, out_of_phase(model))

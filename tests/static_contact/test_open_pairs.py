@@ -17,7 +17,7 @@ def test_the_response_about_the_preload_is_that_of_the_gaps(level):
     model, pairs, tip = small_rig(stations=3)
     load = relative_motion(model, pairs)[2::3].T @ pairs.preload
     gap = np.where(np.arange(len(pairs)) == 1, 3, 0) * np.median(pairs.preload / pairs.kn)
-    rest = StaticContact(model, pairs).solve(load, gap=gap, hold=True)
+    rest = StaticContact(model, pairs).solve(load, gap=gap, constrain=True)
     assert (rest.pairs.preload < 0).sum() == 1
     sliders = (relative_motion(model, pairs) @ rest.displacement).reshape(-1, 3)[:, :2]
     more = dict(law=DryFriction2T(), forcing=level * tip, band=(300, 340), harmonics=3, damping_ratio=0.02,

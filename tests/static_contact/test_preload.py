@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from static_contact.complementarity import NotHeld
+from static_contact.complementarity import NoEquilibrium
 from static_contact.friction import FrictionalContact
 from static_contact.pairing import join
 from static_contact.preload import StaticContact, preload
@@ -158,6 +158,6 @@ def test_balance_on_the_last_support(number, kn):
             assert eps <= 1e-8
             assert found.force == pytest.approx(np.r_[50.0, np.zeros(number - 1)], abs=1e-8 * 50 * (number - 1))
             assert found.residual <= 1e-8
-        except NotHeld as error:
+        except NoEquilibrium as error:
             assert eps >= 1e-8, eps
             assert "do not hold the damper" in str(error) and str(error).endswith("free to move: roll about y")

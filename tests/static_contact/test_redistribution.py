@@ -5,7 +5,7 @@ import pytest
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from static_contact.redistribution import balancing_forces, carry_scaled, carry_tangential
+from static_contact.redistribution import balancing_forces, redistribute, redistribute_friction
 
 S = np.sqrt(0.5)
 MU, STATIONS = 0.3, 7
@@ -38,14 +38,15 @@ def test_kept_stations_balance_the_pull(seed):
     whole, T, load = map_with_friction(np.random.default_rng(seed))
     kept = whole.select(np.isin(whole.station, [0, 1, 2, 3]))
     forces = balancing_forces(whole, kept, T, load, (0, 1, 0))
-    done = carry_scaled(whole, kept, forces, (0, 1, 0))
-    friction = carry_tangential(whole, T, done)
+    done = redistribute(whole, kept, forces, (0, 1, 0))
+    friction = redistribute_friction(whole, T, done)
     assert np.linalg.norm(total(done.pairs, friction) - load) < 1e-12 * np.linalg.norm(load)
     assert (np.abs(friction) <= MU * done.pairs.preload[:, None] * (1 + 1e-12)).all()
     # the side sums of the whole map would not: they miss the load by per cent
     sums = {s: whole.preload[whole.side == s].sum() for s in whole.sides}
-    plain = carry_scaled(whole, kept, sums, (0, 1, 0))
-    assert np.linalg.norm(total(plain.pairs, carry_tangential(whole, T, plain)) - load) > 0.01 * np.linalg.norm(load)
+    plain = redistribute(whole, kept, sums, (0, 1, 0))
+    left = total(plain.pairs, redistribute_friction(whole, T, plain)) - load
+    assert np.linalg.norm(left) > 0.01 * np.linalg.norm(load)
 
 
 def test_open_rows_of_a_station_keep_their_opening():
@@ -55,11 +56,11 @@ def test_open_rows_of_a_station_keep_their_opening():
     both = ContactTable(**{name: np.concatenate([getattr(one, name) for one in (whole, upper)])
                            for name in whole.__dataclass_fields__})
     forces = {s: 2 * whole.preload[whole.side == s].sum() for s in whole.sides}
-    done = carry_scaled(both, both, forces, (0, 1, 0)).pairs
+    done = redistribute(both, both, forces, (0, 1, 0)).pairs
     assert done.preload == pytest.approx(np.r_[2 * whole.preload, upper.preload])
     lower = both.row == 0
-    assert carry_scaled(both, both.select(lower), forces, (0, 1, 0)).pairs.preload == pytest.approx(2 * whole.preload)
-    friction = carry_tangential(both, np.vstack([T, 0 * T]), carry_scaled(both, both, forces, (0, 1, 0)))
+    assert redistribute(both, both.select(lower), forces, (0, 1, 0)).pairs.preload == pytest.approx(2 * whole.preload)
+    friction = redistribute_friction(both, np.vstack([T, 0 * T]), redistribute(both, both, forces, (0, 1, 0)))
     assert friction == pytest.approx(np.vstack([2 * T, 0 * T]))
 
 

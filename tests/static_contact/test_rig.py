@@ -9,7 +9,7 @@ from hbm.model import ReducedModel
 from static_contact.detachment import StuckAssembly, detach_until, keep_ends
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
-from static_contact.redistribution import carry_scaled
+from static_contact.redistribution import redistribute
 from static_contact.reduction_error import stuck_error_bound
 
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # Fc / (2 sin 45): frictionless balance between faces at 45 degrees
@@ -68,8 +68,8 @@ def test_edge_line_alone_leaves_the_roll_unbalanced(model, whole):
     statics = StaticContact(model, line)
     with pytest.raises(InputError, match="roll about y is loaded: 0.0639 N m"):
         statics.solve(113 * model.loads["pull"])
-    held = statics.solve(113 * model.loads["pull"], hold=True)
-    assert abs(held.held["roll about y"]) == pytest.approx(EACH_SIDE * 0.8e-3, rel=1e-4)
+    held = statics.solve(113 * model.loads["pull"], constrain=True)
+    assert abs(held.reactions["roll about y"]) == pytest.approx(EACH_SIDE * 0.8e-3, rel=1e-4)
     # a pure couple is taken up: the sides still balance the pull
     assert held.residual < 1e-8 and held.balance < 1e-9
     for side in ("left", "right"):
@@ -88,7 +88,7 @@ def test_crown_opens_the_middle(model, whole):
 def test_carried_preload_is_the_whole_pull(whole):
     kept = keep_ends(whole.replace(weight=(whole.row == 0).astype(float)), 5, 4)
     kept = kept.select(kept.carrying)
-    done = carry_scaled(whole, kept, {"left": EACH_SIDE, "right": EACH_SIDE}, [0, 1, 0])
+    done = redistribute(whole, kept, {"left": EACH_SIDE, "right": EACH_SIDE}, [0, 1, 0])
     for side in ("left", "right"):
         assert done.pairs.preload[kept.side == side].sum() == pytest.approx(EACH_SIDE, rel=1e-12)
         assert 1.5 < done.scale[side] < 3
@@ -98,11 +98,11 @@ def test_carried_preload_is_the_whole_pull(whole):
 
 def test_detachment_is_monotone_and_meets_a_target(model, whole, follow):
     line = whole.replace(weight=(whole.row == 0).astype(float))
-    every = detach_until(model, line, 2500.0, follow)
+    every = detach_until(StuckAssembly(model), line, 2500.0, follow)
     hz = [s.hz for s in every.history]
     assert len(hz) == 30 and (np.diff(hz) < 0).all()
     middle = every.history[20]
-    found = detach_until(model, line, middle.hz + 1.0, follow)
+    found = detach_until(StuckAssembly(model), line, middle.hz + 1.0, follow)
     assert (found.chosen.front, found.chosen.back) == (middle.front, middle.back)
     assert found.chosen.front - found.chosen.back in (0, 1)
     kept = found.pairs.station[found.pairs.carrying & (found.pairs.side == "left")]
@@ -116,7 +116,7 @@ def test_target_out_of_reach(model, whole, follow, target):
     assembly = StuckAssembly(model)
     low, high = (assembly.modes(keep_ends(line, *ends), follow).tracked_hz for ends in ((1, 1), (16, 15)))
     with pytest.raises(InputError, match=rf"not reachable: {low:.0f}\.\.{high:.0f} Hz with 2..31 stations"):
-        detach_until(model, line, target, follow)
+        detach_until(StuckAssembly(model), line, target, follow)
 
 
 def test_removing_a_pair_never_raises_a_stuck_frequency(model, whole, follow):

@@ -185,7 +185,7 @@ def test_stuck_curve_by_a_second_route(rig_results, rig):
     from scipy.linalg import eigh
 
     from static_contact.detachment import stuck_rows
-    from static_contact.redistribution import with_springs
+    from static_contact.roll_springs import with_springs
 
     model = with_springs(model, table, terms.declared_springs(study, table))
     rows = stuck_rows(model, table)

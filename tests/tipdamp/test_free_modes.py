@@ -66,12 +66,12 @@ def test_reduce_and_tune_warn_in_the_terminal(tmp_path, capsys):
     assert main(["inspect", str(path), "--quiet"]) == 0
 
 
-def test_tune_warns_of_low_likeness_and_of_a_mode_outside_of_the_band(tmp_path):
+def test_tune_warns_of_low_mac_and_of_a_mode_outside_of_the_band(tmp_path):
     study = load_study(corner_study.write(tmp_path))       # band 20 to 40 kHz
-    tune = {"likeness": {"full_area": 0.9, "full_line": 0.8, "tuned": 0.49}, "stuck_modes_hz": {"tuned": [25e3, 26e3]},
+    tune = {"mac": {"full_area": 0.9, "full_line": 0.8, "tuned": 0.49}, "stuck_modes_hz": {"tuned": [25e3, 26e3]},
             "stuck_hz": {"full_area": 3e4, "full_line": 3e4, "tuned": 3e4}}
     assert [w[:59] for w in tracking_warnings(study, tune)] == [
         "the tracked mode, stuck on the kept stations (30000 Hz), re"]
-    tune["likeness"]["tuned"], tune["stuck_hz"]["tuned"] = 0.9, 5e4
+    tune["mac"]["tuned"], tune["stuck_hz"]["tuned"] = 0.9, 5e4
     assert "lies outside of [respond] band = 20000 to 40000 Hz, where there are stuck modes at 25000.0, 26000.0 Hz" in \
         tracking_warnings(study, tune)[0]

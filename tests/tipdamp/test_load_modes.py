@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from hbm.contact import relative_motion
-from static_contact.full.stuck_modes import sparse_relative_motion
+from static_contact.full.assembled import AssembledBodies
 from tests.tipdamp import corner_study
 from tipdamp import bodies
 from tipdamp.cli import main
@@ -30,7 +30,7 @@ def compliance(folder, change):
     f = model.loads["pull"]
     reduced = f @ np.linalg.solve(model.K + (B.T @ springs(pairs) @ B).toarray(), f)
     whole = bodies.assemble_bodies(study, bodies.read_meshes(study), lambda *_: None)
-    B = sparse_relative_motion(whole, pairs, sum(b.dofs for b in whole))
+    B = relative_motion(AssembledBodies(whole), pairs)
     K = sp.block_diag([b.K for b in whole]) + B.T @ springs(pairs) @ B
     damper = whole[1]
     nodal = np.zeros((len(damper.node), 3))

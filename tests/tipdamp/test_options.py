@@ -85,7 +85,7 @@ def test_the_in_phase_mode_can_be_followed(run):
     other = read(run("tune"), "tune.json")["stuck_hz"]["tuned"]
     found = read(run("tune", ("[tune]", '[tune]\nfollow = "in_phase"')), "tune.json")
     # the damper mostly rolls: the mode keeps its shape and nearly its frequency [Zucca 2016, section 5]
-    assert found["likeness"]["tuned"] > 0.7 and found["stuck_hz"]["tuned"] < 0.7 * other
+    assert found["mac"]["tuned"] > 0.7 and found["stuck_hz"]["tuned"] < 0.7 * other
 
 
 def test_tuning_to_a_target(run):
@@ -269,16 +269,16 @@ def line_mesh():
     return Mesh(np.arange(11, 18), position, {}, {"load_points": np.array([11, 13, 15, 17])}, source="line")
 
 
-@pytest.mark.parametrize("options, place", [({}, 0.03), ({"shares": (0.4, 0.3, 0.2, 0.1)}, 0.02),
+@pytest.mark.parametrize("options, place", [({}, 0.03), ({"weights": (0.4, 0.3, 0.2, 0.1)}, 0.02),
                                             ({"positions": (0.25, 0.6)}, 0.0255),
-                                            ({"positions": (0.1, 0.9), "shares": (0.75, 0.25)}, 0.018)])
+                                            ({"positions": (0.1, 0.9), "weights": (0.75, 0.25)}, 0.018)])
 def test_pull_has_the_resultant_and_the_place_that_is_asked_for(options, place):
     nodes, forces = pull_forces(line_mesh(), "load_points", (0, 1, 0), (0, 0, 1), **options)
     assert forces.sum(axis=0) == pytest.approx([0, 0, 1])
     assert forces[:, 2] @ line_mesh().position[nodes - 11, 1] == pytest.approx(place)
 
 
-@pytest.mark.parametrize("options", [{"shares": (0.5, 0.5)}, {"shares": (0.4, 0.3, 0.2, 0.2)}])
+@pytest.mark.parametrize("options", [{"weights": (0.5, 0.5)}, {"weights": (0.4, 0.3, 0.2, 0.2)}])
 def test_shares_must_match_and_add_up(options):
     with pytest.raises(InputError, match="numbers that add to 1 are needed"):
         pull_forces(line_mesh(), "load_points", (0, 1, 0), (0, 0, 1), **options)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from hbm.contact import ContactTable
+from hbm.contact import ContactTable, relative_motion
 from modal.elasticity import Material, elastic_body
 from modal.stress import nodal_stress, von_mises
-from static_contact.full.stuck_modes import sparse_relative_motion
+from static_contact.full.assembled import AssembledBodies
 from tests.tipdamp import corner_study
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
@@ -33,7 +33,7 @@ def test_stress_under_the_preload_is_that_of_the_whole_model(tmp_path, case):
     pairs = ContactTable.load(store.path("loads/heavy.csv" if case else "preload.csv"))
     blades = elastic_body(corner_study.blades(), STEEL, "blades", clamp=["clamp_one", "clamp_two"])
     damper = elastic_body(corner_study.damper(), STEEL, "damper", free=True)
-    B = sparse_relative_motion([blades, damper], pairs, blades.dofs + damper.dofs)[2::3]
+    B = relative_motion(AssembledBodies([blades, damper]), pairs)[2::3]
     closed = (pairs.preload > 0) * pairs.kn
     K = (sp.block_diag([blades.K, damper.K]) + B.T @ sp.diags(closed) @ B).toarray()
     pull = np.zeros(damper.dofs)

@@ -53,7 +53,7 @@ def open_pair(files):
     (damage("tune", "carried", value={"held": {"roll about y": 0.05}}), "along 'roll about y'"),
     (damage("tune", "tuned_pairs", "front", value=3), "keeps 3 + 2 stations, the reference is 2 + 2"),
     (damage("tune", "history", 0, "hz", value=2700.0), "not monotone: with 3 + 2"),
-    (damage("tune", "likeness", "full_area", value=0.3), "by 0.30 only"),
+    (damage("tune", "mac", "full_area", value=0.3), "by 0.30 only"),
     (damage("tune", "target_hz", value=2700.0), "misses the target of 2700 Hz by +3.7 %"),
     (open_pair, "1 of 8 kept pairs are open at rest: left 0"),
     (damage("responses", 1, "complete", value=False), "Fe = 20 N, H = 1 is incomplete, 0 failed points: reached"),

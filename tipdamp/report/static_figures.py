@@ -161,8 +161,8 @@ def tuning(results: Results) -> Figure:
     """Stuck frequency against the number of kept stations, where a target was met by detaching."""
     tune, reference = results["tune"], results.study.reference
     steps = sorted(tune["history"], key=lambda s: s["front"] + s["back"])
-    count, hz, likeness = (np.array(v, dtype=float) for v in zip(
-        *((s["front"] + s["back"], s["hz"], s["likeness"]) for s in steps), strict=True))
+    count, hz, mac = (np.array(v, dtype=float) for v in zip(
+        *((s["front"] + s["back"], s["hz"], s["mac"]) for s in steps), strict=True))
     chosen = tune["tuned_pairs"]
     at = chosen["front"] + chosen["back"]
     label = f"{chosen['front']} + {chosen['back']}: {hertz(tune['stuck_hz']['tuned'])} Hz"
@@ -180,11 +180,11 @@ def tuning(results: Results) -> Figure:
     low, high = min(seen) - 0.12 * np.ptp(seen), max(seen) + 0.06 * np.ptp(seen)
     mode = results.study["tune"]["follow"].replace("_", "-")
     caption = (f"Detaching stations from the middle: frequency of the {mode} mode of the stuck assembly, and its "
-               "likeness to the mode without damper (MAC of the blades times their share of the kinetic energy), by "
-               "which it is tracked through changes of order. A dip in the likeness marks a crossing with another "
-               "mode." + results.beside_paper("Corresponds to the tuning in section 8"))
+               "energy-weighted MAC with the mode without damper (MAC of the blades times their part of the kinetic "
+               "energy), by which it is tracked through changes of order. A dip in the MAC marks a crossing with "
+               "another mode." + results.beside_paper("Corresponds to the tuning in section 8"))
     return Figure("tuning", "Tuning by detachment", caption, (
         Panel("", "kept stations on each side", "stuck frequency (Hz)", tuple(items),
               y_range=(low, high)),
-        Panel("", "kept stations on each side", "likeness", (Curve(count, likeness, "", BLUE),
-              Marks(count, likeness, "", BLUE, size=5)), y_range=(0, 1))))
+        Panel("", "kept stations on each side", "energy-weighted MAC", (Curve(count, mac, "", BLUE),
+              Marks(count, mac, "", BLUE, size=5)), y_range=(0, 1))))

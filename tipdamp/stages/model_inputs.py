@@ -8,7 +8,7 @@ from hbm.model import ReducedModel
 from static_contact.detachment import conserve_total
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
-from static_contact.redistribution import roll_springs
+from static_contact.roll_springs import roll_springs
 from tipdamp import loads
 from tipdamp.bodies import BLADES, DAMPER
 

@@ -28,7 +28,7 @@ def preload(study, store, tick):
     else:
         result = statics.solve(loads.at_rest(study, model))
         found = {"balance": result.balance, "method": result.method, "motions": result.motions,
-                 "held": result.held}
+                 "held": result.reactions}
     pulled = preload_map(result, pairs)
     with store.writing("preload.csv") as path:
         pulled.save(path)
@@ -70,7 +70,7 @@ def load_case(study, store, statics: StaticContact, pairs: ContactTable, name: s
                                                    load_on_damper(statics.model, load)), {}
         else:
             result = statics.solve(load)
-            balance, held = result.balance, result.held
+            balance, held = result.balance, result.reactions
     except InputError as error:
         raise InputError(f"{study.path}: [loads.{name}]: {error}") from None
     with store.writing(f"loads/{name}.csv") as path:

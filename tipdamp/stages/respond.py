@@ -10,7 +10,7 @@ from hbm.laws import DryFriction2T
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.response import follow_band
-from static_contact.redistribution import with_springs
+from static_contact.roll_springs import with_springs
 from tipdamp import friction
 from tipdamp.stages.model_inputs import declared_springs, excitation, outputs, ratio
 

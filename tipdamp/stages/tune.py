@@ -6,9 +6,10 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.truncation import Truncation
-from static_contact.detachment import Detachment, StuckAssembly, detach_until, keep_stations
-from static_contact.redistribution import balancing_forces, carry_scaled, carry_tangential, spring_rows
+from static_contact.detachment import Detachment, DetachmentOptions, StuckAssembly, detach_until, keep_stations
+from static_contact.redistribution import balancing_forces, redistribute, redistribute_friction
 from static_contact.reduction_error import stuck_error_bound
+from static_contact.roll_springs import spring_rows
 from tipdamp import bodies, friction, loads
 from tipdamp import visualization as pictures
 from tipdamp.bodies import BLADES, CHECK_BELOW_HZ
@@ -41,13 +42,11 @@ def tune(study, store, tick):
     def report(step, share):
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
+    assembly, options = StuckAssembly(model), DetachmentOptions(springs=rows, conserve=conserves(study))
     if study["tune"]["stations"]:
-        front, back = ends_kept(study, line)
-        found = keep_stations(model, line, front, back, follow, springs=rows, conserve=conserves(study))
+        found = keep_stations(assembly, line, ends_kept(study, line), follow, options)
     else:
-        found = detach_until(model, line, study["tune"]["target_hz"], follow, springs=rows, progress=report,
-                             conserve=conserves(study))
-    assembly = StuckAssembly(model)
+        found = detach_until(assembly, line, study["tune"]["target_hz"], follow, options, report)
     sets = {"full_area": whole, "full_line": line, "tuned": found.pairs}
     stuck = {name: assembly.modes(pairs, follow, above_hz=2 * CHECK_BELOW_HZ, extra=rows(pairs))
              for name, pairs in sets.items()}
@@ -93,7 +92,7 @@ def tuning_figures(found: Detachment, stuck: dict) -> dict:
     return {"target_hz": found.target_hz, "tuned_pairs": {"front": found.chosen.front, "back": found.chosen.back},
             "history": [vars(s) for s in found.history],
             "stuck_hz": {name: modes.tracked_hz for name, modes in stuck.items()},
-            "likeness": {name: modes.likeness for name, modes in stuck.items()},
+            "mac": {name: modes.mac for name, modes in stuck.items()},
             "stuck_modes_hz": {name: modes.hz[modes.hz < 2 * CHECK_BELOW_HZ] for name, modes in stuck.items()}}
 
 
@@ -105,8 +104,8 @@ def kept_pairs(study, model, whole, found, tangential=None):
     if study["tune"]["preload"] == "resolved":
         statics = static_contact(study, model, found.pairs)
         if tangential is None:
-            result = statics.solve(held, hold=True)
-            facts, balance = {"held": result.held, "residual": result.residual}, result.balance
+            result = statics.solve(held, constrain=True)
+            facts, balance = {"held": result.reactions, "residual": result.residual}, result.balance
         else:
             result = friction.solve(study, model, statics.pairs, friction.history(study, model))
             facts, tangential = friction.facts(result), result.tangential
@@ -117,7 +116,7 @@ def kept_pairs(study, model, whole, found, tangential=None):
         if tangential is not None:
             forces = balancing_forces(whole, found.pairs.select(carrying), tangential, pull(study, model),
                                       study.driver["axis"])
-        done = carry_scaled(whole, found.pairs.select(carrying), forces, study.driver["axis"])
+        done = redistribute(whole, found.pairs.select(carrying), forces, study.driver["axis"])
         preload = found.pairs.preload.copy()
         preload[carrying] = done.pairs.preload
         kept, facts = found.pairs.replace(preload=preload), {"scale": done.scale, "moment_Nm": done.moment}
@@ -125,7 +124,7 @@ def kept_pairs(study, model, whole, found, tangential=None):
             balance = balance_error(kept.select(carrying), pull(study, model))
         else:
             whole_T, tangential = tangential, np.zeros_like(tangential)
-            tangential[carrying] = carry_tangential(whole, whole_T, done)
+            tangential[carrying] = redistribute_friction(whole, whole_T, done)
     kept_only = kept.select(kept.carrying)
     if tangential is not None:
         balance = friction.balance_error(kept_only, tangential[kept.carrying], pull(study, model))
@@ -137,10 +136,10 @@ def kept_case(study, model, pairs: ContactTable, name: str) -> dict:
     {refused} with the reason."""
     try:
         result = static_contact(study, model, pairs).solve(loads.total(study, name, model, study.driver["pull"]),
-                                                           hold=True)
+                                                           constrain=True)
     except InputError as error:
         return {"refused": str(error)}
     mine = {s: (pairs.side == s) & pairs.carrying for s in pairs.sides}
     return {"sides": {s: {"sum_N": result.force[m].sum(), "max_N": result.force[m].max(initial=0.0),
                           "detached": int((result.force[m] <= 0).sum())} for s, m in mine.items()},
-            "held": result.held, "residual": result.residual}
+            "held": result.reactions, "residual": result.residual}

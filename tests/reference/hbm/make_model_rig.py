@@ -17,7 +17,7 @@ from hbm.contact import ContactTable
 from hbm.laws import DryFriction2T
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
-from static_contact.redistribution import spring_rows, with_springs
+from static_contact.roll_springs import spring_rows, with_springs
 from tipdamp.stages import model_inputs as terms
 from tipdamp.study.study import load_study
 

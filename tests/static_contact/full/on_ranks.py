@@ -9,7 +9,7 @@ import numpy as np  # noqa: E402
 
 from modal.elasticity import Material  # noqa: E402
 from static_contact.full.newton import full_preload  # noqa: E402
-from static_contact.full.ranks import Part, shared_bodies  # noqa: E402
+from static_contact.full.ranks import Part, distributed_bodies  # noqa: E402
 from static_contact.full.stuck_modes import full_stuck_hz  # noqa: E402
 from static_contact.pull import pull_forces  # noqa: E402
 from tipdamp import bodies, stiffness  # noqa: E402
@@ -36,7 +36,7 @@ def shares(meshes, study, extra=0):
     """The same bodies with the rows of this rank only."""
     from mpi4py import MPI
 
-    return shared_bodies(parts(meshes, study), MPI.COMM_WORLD, extra)
+    return distributed_bodies(parts(meshes, study), MPI.COMM_WORLD, extra)
 
 
 def stuck_hz(path, together=False):

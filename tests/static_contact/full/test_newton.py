@@ -16,9 +16,9 @@ pytest.importorskip("petsc4py")
 from hbm.contact import ContactTable  # noqa: E402
 from hbm.errors import InputError  # noqa: E402
 from hbm.model import ReducedModel  # noqa: E402
-from static_contact.complementarity import NotHeld  # noqa: E402
+from static_contact.complementarity import NoEquilibrium  # noqa: E402
 from static_contact.full.newton import full_preload  # noqa: E402
-from static_contact.full.ranks import own_rows, shared_bodies  # noqa: E402
+from static_contact.full.ranks import distributed_bodies, own_rows  # noqa: E402
 from static_contact.preload import StaticContact  # noqa: E402
 from tests.static_contact.corner import SHARES, corner, pulls, random_pairs  # noqa: E402
 from tests.static_contact.full.on_ranks import crown, parts, solve, stuck_hz, with_hard_pairs  # noqa: E402
@@ -77,7 +77,7 @@ def test_random_corners_by_both_routes(name):
         other = full_preload(both, case, {"damper": full})
         assert other.force == pytest.approx(found.force, abs=1e-7 * found.force.max()), i
     for kn in (1e6, np.inf):
-        with pytest.raises(NotHeld, match="do not hold the damper"):
+        with pytest.raises(NoEquilibrium, match="do not hold the damper"):
             full_preload(both, case.replace(kn=np.full(len(case), kn)), {"damper": -full})
 
 
@@ -87,7 +87,7 @@ def test_rows_of_a_share_are_those_of_the_whole(rig):
     both, meshes, _, study = rig_parts(rig / "rig.toml")
     for rank in range(3):
         comm = SimpleNamespace(rank=rank, size=3)
-        held = shared_bodies(parts(meshes, study), comm, 5)
+        held = distributed_bodies(parts(meshes, study), comm, 5)
         low, high = own_rows(comm, sum(b.dofs for b in both) + 5)
         for label in ("K", "M"):
             whole = sp.block_diag([getattr(b, label) for b in both], format="csr")

@@ -39,7 +39,7 @@ def test_nodes_on_one_line(turn):
     other = full_preload(bodies_of(model), table, {"damper": (load @ [0, 0, 40.0])[:21]})
     for side in ("left", "right"):
         assert other.force[table.side == side].sum() == pytest.approx(20 / S, rel=1e-9)
-    assert other.force == pytest.approx(found.force, abs=1e-8 * found.force.max()) and not other.held
+    assert other.force == pytest.approx(found.force, abs=1e-8 * found.force.max()) and not other.reactions
     with pytest.raises(InputError, match="slide along . is loaded: .* N, and no contact resists it"):
         full_preload(bodies_of(model), table, {"damper": (load @ [2.0, 0, 40.0])[:21]})
 
@@ -51,7 +51,7 @@ def test_without_load(kn, gap):
     model, table = damper_on_two_lines(0.07, TURNS[1], 0.0)
     table = table.replace(kn=np.full(14, kn), gap=gap * np.linspace(0.5, 1, 14))
     found = full_preload(bodies_of(model), table, {})
-    assert (found.force == 0).all() and not found.held and found.iterations == 0
+    assert (found.force == 0).all() and not found.reactions and found.iterations == 0
     assert found.pairs.preload.max() <= 1e-11 * 1e6           # 1e-11 m of overlap is none, as for the condensed route
     assert (StaticContact(model, table).solve(np.zeros(63)).force == 0).all()
 
@@ -69,6 +69,6 @@ def test_wedged_without_load(tilt):
     other = full_preload(bodies_of(model), table, {})
     assert found.force.min() > 0 and other.residual < 1e-8
     assert other.force == pytest.approx(found.force, abs=1e-6 * found.force.max())
-    assert set(other.held) == ({"slide along x"} if tilt else set()) == set(found.held)
-    for name, amount in found.held.items():
-        assert other.held[name] == pytest.approx(amount, rel=1e-3)
+    assert set(other.reactions) == ({"slide along x"} if tilt else set()) == set(found.reactions)
+    for name, amount in found.reactions.items():
+        assert other.reactions[name] == pytest.approx(amount, rel=1e-3)

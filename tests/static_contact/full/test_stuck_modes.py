@@ -22,7 +22,7 @@ def body(request):
 def test_modes_are_those_of_the_dense_pencil(body):
     K, M = body
     exact = np.sqrt(sl.eigh(K.toarray(), M.toarray(), eigvals_only=True, subset_by_index=(0, 7)))
-    assert full._shared_modes(K, M, 8) == pytest.approx(exact, rel=1e-10)
+    assert full.modes_over_ranks(K, M, 8) == pytest.approx(exact, rel=1e-10)
 
 
 @pytest.mark.parametrize("lost", [0, 3])
@@ -35,7 +35,7 @@ def test_a_mode_that_the_solver_misses_is_noticed(body, monkeypatch, lost):
 
     monkeypatch.setattr(slepc, "lowest", misses_one)
     with pytest.raises(RuntimeError, match=r"(\d+) modes found below .* Hz, where the inertia counts \d+"):
-        full._shared_modes(*body, 8)
+        full.modes_over_ranks(*body, 8)
 
 
 def test_a_mode_that_is_missed_at_first_is_found(body, monkeypatch):
@@ -50,5 +50,5 @@ def test_a_mode_that_is_missed_at_first_is_found(body, monkeypatch):
 
     monkeypatch.setattr(slepc, "lowest", misses_once)
     exact = np.sqrt(sl.eigh(K.toarray(), M.toarray(), eigvals_only=True, subset_by_index=(0, 7)))
-    assert full._shared_modes(K, M, 8) == pytest.approx(exact, rel=1e-10)
+    assert full.modes_over_ranks(K, M, 8) == pytest.approx(exact, rel=1e-10)
     assert len(asked) == 2 and asked[1] > asked[0]

@@ -1,0 +1,168 @@
+"""Rigid motions that neither the bodies nor the contact resist: found, named, and refused where they are loaded.
+
+Contact pairs resist a motion that their normals face by more than the errors of coordinates. How stiff the springs are
+does not matter: soft ones resist as well as stiff ones.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from hbm.errors import InputError
+from hbm.model import ROTATIONS, ReducedModel
+from static_contact.rigid_motions import SETTINGS, RigidMotionSettings, floating
+
+_LABELS = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
+
+
+@dataclass(frozen=True)
+class FreeMotions:
+    """Rigid motions that neither the bodies nor the pairs resist.
+
+    rigid : (r, 6 b), coefficients : (6 b, m) - each motion in its columns; names - m of (name, unit)
+    owner : (r,) str - the body of each dof; faced : (m,) - largest motion of a pair, of the largest one of a node
+    """
+
+    rigid: np.ndarray
+    coefficients: np.ndarray
+    names: Sequence[tuple[str, str]]
+    owner: np.ndarray
+    faced: np.ndarray
+    settings: RigidMotionSettings = SETTINGS
+
+    @cached_property
+    def shape(self) -> np.ndarray:
+        """(r, m) the motions themselves."""
+        return self.rigid @ self.coefficients
+
+    @cached_property
+    def _nodal(self):
+        """(r,) bool - dofs of nodes: what loads the modes of a body is no force."""
+        return self.rigid.any(axis=1)
+
+    def reach(self, load: np.ndarray) -> np.ndarray:
+        """(m,) What the load (r,) on the bodies that take part in each motion could do at most along it, N or N m."""
+        return sum((np.abs(self.shape[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
+                    for mine in (self._nodal & (self.owner == body) for body in sorted(set(self.owner.tolist())))),
+                   np.zeros(len(self.names)))
+
+    def _exceeds(self, amounts, load, share):
+        """(m,) bool - amounts above a share of the reach of the load, and above rounding of all of it."""
+        everything = np.abs(self.shape).max(axis=0, initial=0.0) * np.abs(load[self._nodal]).sum()
+        return np.abs(amounts) > np.maximum(share * self.reach(load), self.settings.rounding * everything)
+
+    def refuse(self, amounts: np.ndarray, load: np.ndarray) -> None:
+        """InputError where forces do more along a motion than inexact meshes explain: amounts (m,) of load (r,)."""
+        too_much = self._exceeds(amounts, load, self.settings.taken_up)
+        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it" + (
+                      f" (the normals face it by {faced:.1e} of its size, which counts as held above facing = "
+                      f"{self.settings.facing:g})" if faced > self.settings.mentioned else "")
+                  for (name, unit), amount, faced, much in zip(self.names, amounts, self.faced, too_much, strict=True)
+                  if much]
+        if loaded:
+            raise InputError("; ".join(loaded))
+
+    def taken_up(self, along: np.ndarray) -> np.ndarray:
+        """(r,) nodal forces that do the work `along` (m,): pure couples against rolls, pure forces against slides, so
+        that the balance of forces on the normals stays what it was."""
+        taken = np.zeros(len(self.rigid))
+        for (_, unit), amount, coefficients in zip(self.names, along, self.coefficients.T, strict=True):
+            lead = np.tile(np.repeat([unit == "N", unit == "N m"], 3), len(coefficients) // 6)
+            part = np.where(lead, coefficients, 0.0)
+            resultant = amount * part / (part @ part)
+            taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
+        return taken
+
+    def reactions(self, amounts: np.ndarray, load: np.ndarray, above: float) -> dict[str, float]:
+        """{name: N or N m} constraint reactions: the amounts (m,) above a share of what the load (r,) could do."""
+        return {name: float(amount) for (name, _), amount, much in zip(
+            self.names, amounts, self._exceeds(amounts, load, above), strict=True) if much}
+
+
+def free_motions(rigid: np.ndarray, model: ReducedModel, B: np.ndarray,
+                 settings: RigidMotionSettings = SETTINGS) -> FreeMotions:
+    """Of a model; B (P, r) the motions of the pairs that springs act on, however soft."""
+    return unresisted(rigid, floating(rigid, model.K, settings=settings), B, model.body, settings, _lengths(model))
+
+
+def unresisted(rigid: np.ndarray, coefficients: np.ndarray, B, owner: np.ndarray,
+               settings: RigidMotionSettings = SETTINGS, weight=1.0) -> FreeMotions:
+    """Those of the motions `coefficients` (6 b, m) of bodies that float which no normal faces by more than `facing`.
+
+    B (P, r) normal motion of the pairs; owner (r,) body of each dof; weight : (r,) m - turns displacements into metres.
+    Motions that no body and no pair has in common are kept apart.
+    """
+    weight = np.broadcast_to(weight, len(rigid))[:, None]
+    together = [coefficients[:, :0]]
+    for columns in _in_common(coefficients, B @ (rigid @ coefficients)):
+        part = coefficients[:, columns]
+        _, amount, way = np.linalg.svd(weight * (rigid @ part), full_matrices=False)
+        part = part @ (way / amount[:, None]).T
+        part = part @ np.linalg.svd(B @ (rigid @ part))[2].T
+        together.append(part[:, _faced(B, rigid @ part, weight) <= settings.facing])
+    reduced, names = name_motions(rigid, np.hstack(together).T)
+    return FreeMotions(rigid, reduced.T, names, owner, _faced(B, rigid @ reduced.T, weight), settings)
+
+
+def _in_common(coefficients, faced):
+    """Index arrays of motions (6 b, m) that move the same bodies, or the same pairs, faced (P, m)."""
+    if not coefficients.shape[1]:
+        return []
+    bodies = coefficients.reshape(-1, 6, coefficients.shape[1]).any(axis=1)
+    touched = sp.csr_matrix(np.vstack([bodies, faced != 0]), dtype=float)
+    count, label = connected_components(touched.T @ touched, directed=False)
+    return [np.flatnonzero(label == one) for one in range(count)]
+
+
+def _faced(B, motions, weight):
+    """(m,) largest motion of a pair over the largest motion of a node, column by column."""
+    return np.abs(B @ motions).max(axis=0, initial=0.0) / np.abs(weight * motions).max(axis=0)
+
+
+def _lengths(model):
+    """(r,) m: what turns displacements into metres: 1, and of rotations the size of the body."""
+    out = np.ones(model.size)
+    for body in set(model.body.tolist()):
+        mine = model.body == body
+        at = model.position[mine & model.moves]
+        out[mine & np.isin(model.direction, ROTATIONS)] = np.ptp(at, axis=0).max(initial=0.0) or 1.0
+    return out
+
+
+def name_motions(rigid: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, list[tuple[str, str]]]:
+    """Unit rigid motions (m, 6 b) that span the free ones, each named after the slide or rotation that leads it.
+
+    Row reduction of coefficients (m, 6 b) with complete pivoting, rotations weighed by the size of the body.
+    """
+    if not len(coefficients):
+        return coefficients, []
+    size = np.linalg.norm(rigid.reshape(len(rigid), -1, 2, 3), axis=(0, 3))
+    weight = np.repeat(size / size[:, :1], 3)                   # 1, 1, 1, arm, arm, arm of each body
+    rows, names = coefficients.copy(), {}
+    while len(names) < len(rows):
+        left = [i for i in range(len(rows)) if i not in names]
+        i, j = np.unravel_index(np.abs(rows[left] * weight).argmax(), (len(left), rows.shape[1]))
+        i = left[i]
+        names[i] = _LABELS[j % 6]
+        rows[i] /= rows[i, j]
+        for other in range(len(rows)):
+            if other != i:
+                rows[other] -= rows[other, j] * rows[i]
+    return rows, [names[i] for i in range(len(rows))]
+
+
+def name_of_drift(rigid: np.ndarray, K: np.ndarray, B: np.ndarray, drift: np.ndarray,
+                  settings: RigidMotionSettings = SETTINGS) -> str:
+    """The rigid motion of the floating bodies that comes nearest to the motion of the pairs drift (P,): the roll that
+    leads it, or a slide where it hardly rolls. rigid and K as in `floating`; B (P, r) normal motion of the pairs."""
+    ways = floating(rigid, K, settings=settings)
+    coefficients = ways @ np.linalg.lstsq(B @ rigid @ ways, drift, rcond=None)[0]
+    amount = np.abs(coefficients) * np.linalg.norm(rigid, axis=0)
+    rolls = np.tile(np.repeat([False, True], 3), len(amount) // 6)
+    if amount[rolls].max(initial=0.0) > settings.roll * amount.max(initial=0.0):
+        amount[~rolls] = 0.0
+    return _LABELS[amount.argmax() % 6][0] if amount.any() else "motion of its own"
