@@ -4,16 +4,21 @@
     follow_parameter(problem, F, 930.0, ContactSetting("kt", contacts=(3,)), ...)    of one contact
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from hbm.balance.residual import HarmonicBalance
+from hbm.balance.residual import HarmonicBalance, by_level
 from hbm.continuation.corrector import solve_fixed
 from hbm.errors import InputError, nearest
+from hbm.laws.records import Contacts
+from hbm.validation import brief
 
 SETTINGS = ("preload", "mu", "kn", "kt")
+SMALLEST = 1e-9          # value below which nothing is evaluated
+DIFFERENCE = 1e-6        # step of the central differences, relative to the value
 
 
 class Parameter:
@@ -92,46 +97,126 @@ class Level(Parameter):
 
     def evaluate(self, balance, x, w, p):
         """Linearisation at x (n,) and the factor p."""
-        return balance.evaluate(x, w, level=p, by="level")
+        return balance.evaluate(x, w, level=p, derivative=by_level)
 
 
 @dataclass(frozen=True)
 class ContactSetting(Parameter):
-    """A factor on kn, kt, mu or the preload of every contact."""
+    """A factor on kn, kt, mu or the preload of every contact, or of some.
 
-    name: str
+    setting : 'kn', 'kt', 'mu' or 'preload'; contacts : indices of these contacts of the problem, None takes all
+    """
+
+    setting: str
+    contacts: tuple | None = None
+    name: str = field(init=False)
 
     def __post_init__(self):
-        if self.name not in SETTINGS:
-            raise InputError(f"contact setting '{self.name}' is unknown; {nearest(self.name, SETTINGS)}")
+        if self.setting not in SETTINGS:
+            raise InputError(f"contact setting '{self.setting}' is unknown; {nearest(str(self.setting), SETTINGS)}")
+        some = "" if self.contacts is None else f" of contacts {', '.join(map(str, self.contacts))}"
+        object.__setattr__(self, "name", self.setting + some)
 
     def check(self, problem):
-        """Preloads are those of the preloaded origin."""
-        if self.name == "preload" and not problem.preloaded:
+        """Preloads are those of the preloaded origin, and the contacts those of the problem."""
+        if self.setting == "preload" and not problem.preloaded:
             raise InputError("parameter 'preload': the unloaded origin has gaps, not preloads; "
                              "use origin = 'preloaded'")
+        P, chosen = len(problem.pairs), np.asarray(() if self.contacts is None else self.contacts)
+        if chosen.size and (chosen.dtype.kind not in "iu" or chosen.min() < 0 or chosen.max() >= P):
+            raise InputError(f"contacts = {brief(self.contacts)}: must be indices from 0 to {P - 1}")
 
     def rebuild(self, problem, forces, value):
         """(problem, forces) at a value."""
-        contacts = {self.name: value * getattr(problem.pairs, self.name)}
-        if self.name == "kn" and not problem.preloaded:
-            contacts["preload"] = value * problem.pairs.preload          # -kn gap
-        other = replace(problem, pairs=replace(problem.pairs, **contacts))
-        if self.name in ("preload", "mu"):
-            other.__dict__["_receptance"] = problem.receptance()          # these do not change it
-        return other, forces
+        return problem.with_contacts(self.scaled(problem, value)), forces
 
     def evaluate(self, balance, x, w, p):
         """Linearisation at x (n,) and the factor p."""
-        # a long Newton step may ask for a negative stiffness: the settings end at zero
-        return balance.evaluate(x, w, factor=max(p, 1e-9), by=self.name)
+        value = max(p, SMALLEST)        # a long Newton step may ask for a negative stiffness: the settings end at zero
+
+        def derivative(balance, t):
+            return -balance.modal_response(t, self._force_rate(balance, t, value))
+
+        return balance.evaluate(x, w, contacts=self.scaled(balance.problem, value), derivative=derivative)
+
+    def chosen(self, problem) -> np.ndarray:
+        """(P,) bool, the contacts whose setting varies."""
+        return np.isin(np.arange(len(problem.pairs)), np.arange(len(problem.pairs)) if self.contacts is None
+                       else self.contacts)
+
+    def scaled(self, problem, value: float) -> Contacts:
+        """The settings of the contacts at a value."""
+        factor = np.where(self.chosen(problem), value, 1.0)
+        changed = {self.setting: factor * vars(problem.pairs)[self.setting]}
+        if self.setting == "kn" and not problem.preloaded:
+            changed["preload"] = factor * problem.pairs.preload          # -kn gap
+        return replace(problem.pairs, **changed)
+
+    def _force_rate(self, balance, t, value):
+        """(P, nd, nh) derivative of the contact forces by the factor at a given motion."""
+        problem = balance.problem
+        if self.setting == "preload" and t.forces.by_preload is not None:
+            rate = (problem.pairs.preload * self.chosen(problem))[:, None, None] * t.forces.by_preload
+            rate[:, :, 0] += balance.offset(problem.pairs) * self.chosen(problem)[:, None]
+            return rate
+        h = DIFFERENCE * max(value, 1e-3)
+        value = max(value, h)
+        after, before = (balance.contact_forces(t.u, t.w, self.scaled(problem, value + s)).g for s in (h, -h))
+        return (after - before) / (2 * h)
 
 
-BY_NAME = {"level": Level(), **{name: ContactSetting(name) for name in SETTINGS}}
+class Rebuilt(Parameter):
+    """A parameter that changes the linear system: the problem is made anew at each value, the derivative by central
+    differences."""
+
+    def evaluate(self, balance, x, w, p):
+        """Linearisation at x (n,) and the value p."""
+        value = max(p, SMALLEST)
+        h = DIFFERENCE * value
+        here, after, before = (self._at(balance, v).evaluate(x, w) for v in (value, value + h, value - h))
+        rate = (after.displacement() - before.displacement()) / (2 * h)
+        return replace(here, by_parameter=(after.residual - before.residual) / (2 * h),
+                       modal_rate=np.linalg.lstsq(here.balance.receptance.shapes, rate, rcond=None)[0])
+
+    def _at(self, balance, value):
+        return balance.rebuilt(*self.rebuild(balance.problem, balance.forces, value))
+
+
+@dataclass(frozen=True)
+class Damping(Rebuilt):
+    """A factor on the damping: on the damping ratios where the problem has these, else on C."""
+
+    name: str = "damping"
+
+    def rebuild(self, problem, forces, value):
+        """(problem, forces) at a value."""
+        if problem.damping_ratio is None:
+            return replace(problem, C=value * problem.C), forces
+        return replace(problem, damping_ratio=value * np.asarray(problem.damping_ratio)), forces
+
+
+@dataclass(frozen=True)
+class ModelParameter(Rebuilt):
+    """Any parameter of the problem, for example a stiffness K(p) or a setting of the law.
+
+    of_value : function (problem, value) -> problem; it must be defined a little beyond the ends of the branch too
+
+        ModelParameter("spring", lambda problem, k: replace(problem, K=K0 + k * K1))
+    """
+
+    name: str
+    of_value: Callable
+
+    def rebuild(self, problem, forces, value):
+        """(problem, forces) at a value."""
+        return self.of_value(problem, value), forces
+
+
+BY_NAME = {"level": Level(), "damping": Damping(), **{name: ContactSetting(name) for name in SETTINGS}}
 
 
 def as_parameter(parameter) -> Parameter:
-    """A Parameter itself, or the one of a name: level, preload, mu, kn, kt; InputError for anything else."""
+    """A Parameter itself, or the one of a name: level, damping, preload, mu, kn, kt; InputError for anything else."""
     if isinstance(parameter, Parameter):
         return parameter
     if parameter not in BY_NAME:
@@ -163,11 +248,7 @@ class Equation:
         """(balance, angular frequency) with the parameter fixed."""
         b, w = self.balance, self.parameter.angular_frequency(2 * np.pi * self.hz, p)
         problem, forces = self.parameter.rebuild(b.problem, b.forces, p / self.parameter.scale)
-        if problem is b.problem and forces is b.forces:
-            return b, w
-        other = HarmonicBalance(problem, forces, b.H, b.given_start, len(b.grid[0]) - 1)
-        other.on_call = b.on_call
-        return other, w
+        return (b if problem is b.problem and forces is b.forces else b.rebuilt(problem, forces)), w
 
     def solutions(self, p: float, ways, settings):
         """The solutions that ways(balance, w) yields with the parameter fixed, as points of the branch."""

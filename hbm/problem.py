@@ -1,19 +1,113 @@
-"""The contact problem: a model, its contacts and their law, as the harmonic balance takes them."""
+"""The contact problem: matrices, contacts and their law, as the harmonic balance takes them."""
 
 import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
+import scipy.sparse as sp
 
-from hbm.balance.receptance import describe_motion
-from hbm.balance.residual import ContactProblem
+from hbm.balance.receptance import Receptance, check_rest, describe_motion, stuck_receptance
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.errors import InputError
+from hbm.laws.base import ContactLaw
 from hbm.laws.records import Contacts
 from hbm.laws.shipped import check_law
-from hbm.model import ReducedModel
-from hbm.validation import check_kind
+from hbm.model import ReducedModel, check_damping, symmetric
+from hbm.validation import check_kind, numbers
 
-__all__ = ["ContactProblem", "contact_problem"]
+
+@dataclass(frozen=True, eq=False)
+class ContactProblem:
+    """M q'' + C q' + K q + B' f(B q) = F0 + Re sum F_k exp(i k w t), with a contact law f on P contacts.
+
+    M, C, K : (r, r) kg, N s/m, N/m, symmetric; C is None where damping_ratio is given
+    B : (P nd, r) dense or sparse - relative motion, the components of each contact in turn, in the order of the law
+    pairs : Contacts, the settings of the contacts
+    static : (r,) N or None - constant force beside the one that balances the preload
+    preloaded : True when q = 0 is the preloaded state (the static loads that hold the preloads are implied: open
+        contacts, of negative preload, carry nothing), False when q = 0 is the unloaded one and `static` carries all
+        static loads
+    damping_ratio : of the modes of the stuck system; None takes C
+    describe : motion (r,) -> NamedMotion for messages (see `hbm.balance.receptance.describe_motion`), or None
+    Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or damping feeds energy in.
+    """
+
+    M: np.ndarray
+    C: np.ndarray | None
+    K: np.ndarray
+    B: np.ndarray | sp.spmatrix
+    law: ContactLaw
+    pairs: Contacts
+    static: np.ndarray | None = None
+    preloaded: bool = True
+    damping_ratio: float | np.ndarray | None = None
+    describe: Callable | None = None
+
+    def __post_init__(self):
+        for name in "MCK":
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, symmetric(name, getattr(self, name)))
+        check_law(self.law)
+        check_kind("pairs", self.pairs, Contacts, "Contacts(kn, kt, mu, preload)")
+        nd, r = len(self.law.components), self.K.shape[0]
+        if any(matrix is not None and matrix.shape != (r, r) for matrix in (self.M, self.C)):
+            shapes = ", ".join(f"{name} is {np.shape(getattr(self, name))}" for name in "MCK")
+            raise InputError(f"{shapes}: all must have the same size")
+        self._check_signs()
+        if not len(self.pairs):
+            raise InputError("no contact pairs: use linear_response for a model without contact")
+        if np.shape(self.B) != (len(self.pairs) * nd, r):
+            raise InputError(f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.pairs)} pairs of a model with "
+                             f"{r} dofs needs ({len(self.pairs) * nd}, {r})")
+        numbers("B", self.B, "must be a real matrix")
+        self.law.check(self.pairs)
+        if self.static is not None:
+            static = numbers("static", self.static, f"must be {r} real numbers in N")
+            if static.shape != (r,) or not np.isfinite(static).all():
+                raise InputError(f"static load: must be finite with shape ({r},), got {static.shape}")
+
+    def _check_signs(self):
+        """Some dofs may be massless, but not all; damping must not feed energy in."""
+        if not self.M.any():
+            raise InputError("M is zero: at least one dof must have mass")
+        if (self.M.diagonal() < 0).any():
+            i = int(self.M.diagonal().argmin())
+            raise InputError(f"M has {self.M[i, i]:g} on its diagonal at dof {i}: masses must not be negative")
+        if self.C is not None:
+            check_damping(self.C)
+
+    @property
+    def stuck_stiffness(self) -> np.ndarray:
+        """(r, r) K + B' K_c B."""
+        k = self.law.stuck_stiffness(self.pairs).ravel()
+        B = self.B.toarray() if sp.issparse(self.B) else np.asarray(self.B, dtype=float)
+        return self.K + (B.T * k) @ B
+
+    def rest_force(self, contacts: Contacts) -> np.ndarray:
+        """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or with other settings."""
+        zero = np.zeros((len(contacts), len(self.law.components)))
+        return self.law.force_at_rest(contacts) if self.preloaded else zero
+
+    def receptance(self) -> Receptance:
+        """Of the stuck system, computed once; raises InputError when a motion is left free."""
+        return self._receptance
+
+    @cached_property
+    def _receptance(self):
+        if self.law.stuck_stiffness(self.pairs).any() and not self.law.stiffness_at_rest(self.pairs).any():
+            check_rest(self.K, None if self.preloaded else self.static, self.describe)
+        C = self.C if self.damping_ratio is None else None
+        return stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe)
+
+    def with_contacts(self, contacts: Contacts) -> "ContactProblem":
+        """With other settings of the contacts; the receptance is kept where these do not change it."""
+        other = replace(self, pairs=contacts)
+        stiffness = self.law.stuck_stiffness
+        if "_receptance" in self.__dict__ and np.array_equal(stiffness(contacts), stiffness(self.pairs)):
+            other.__dict__["_receptance"] = self._receptance
+        return other
 
 
 def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_ratio=None):
@@ -44,4 +138,4 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
         rows = ["t1", "t2", "n"]
         B = B[np.concatenate([[3 * i + rows.index(c) for c in law.components] for i in range(len(used))])]
     return ContactProblem(model.M, model.C if damping_ratio is None else None, model.K, B, law, settings, static,
-                          origin == "preloaded", damping_ratio, lambda v: describe_motion(model, v)), kept
+                          origin == "preloaded", damping_ratio, partial(describe_motion, model)), kept

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hbm import fourier
-from hbm.balance.residual import ContactProblem, HarmonicBalance
+from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
 from hbm.errors import InputError
 from hbm.parameter import Equation, Frequency, Parameter, as_parameter
 from hbm.peaks import refine_largest
-from hbm.problem import contact_problem
+from hbm.problem import ContactProblem, contact_problem
 from hbm.result import ForcedResponse, PeriodicSolution
 from hbm.starts import starts
 from hbm.tracing import record, trace

@@ -9,7 +9,7 @@ from hbm.continuation.crossings import crossings
 from hbm.continuation.point import Point
 from hbm.continuation.settings import DEFAULT
 from hbm.errors import InputError
-from hbm.parameter import Equation, Frequency, Parameter, as_parameter
+from hbm.parameter import BY_NAME, Equation, Frequency, Parameter
 from hbm.result import ForcedResponse
 
 
@@ -56,8 +56,10 @@ def time_history(curve: ForcedResponse, problem, name: str, value: float, which:
 
 def restored(curve: ForcedResponse, problem, parameter: Parameter | None = None) -> tuple[Equation, list[Point]]:
     """The equation of a curve and its points, from its arrays and the problem that it was made with."""
-    if parameter is None:
-        parameter = Frequency() if curve.parameter_name == "frequency" else as_parameter(curve.parameter_name)
+    known = {"frequency": Frequency(), **BY_NAME}
+    if parameter is None and curve.parameter_name not in known:
+        raise InputError(f"the curve runs over {curve.parameter_name}: give the `parameter` that it was made with")
+    parameter = known[curve.parameter_name] if parameter is None else parameter
     r, P, kept = problem.K.shape[0], len(problem.pairs), int(curve.carrying.sum())
     if not curve.unknowns.size:
         raise InputError("the curve holds no unknowns: it was measured, or made by another program")

@@ -63,7 +63,7 @@ class Linearisation:
         """
         b, hb = self.bracket, self.balance
         push = np.zeros((hb.n_components, hb.nh))
-        push[:, 0] = hb.trace(b) * away.reshape(-1, hb.nh)[:, 0]
+        push[:, 0] = hb.regularisation(b) * away.reshape(-1, hb.nh)[:, 0]
         rows = np.flatnonzero(push[:, 0])
         return self._respond(push, rows) if len(rows) else np.zeros_like(away)
 
@@ -140,7 +140,7 @@ class Linearisation:
         columns = (bracket.contacts[:, None] * nd + np.arange(nd)).ravel()
         left = bracket.D[moving] if n < a * nd else bracket.D.reshape(n, nh, nd, nh)
         owner = np.repeat(np.arange(a), moving.sum(axis=1))
-        G = hb.between(columns, rows, self.factors, self.w)
+        G = hb.contact_receptance.between(columns, rows, self.factors, self.w)
         DG = np.empty((n, nh, n, nh))
         for k in range(H + 1):
             Gk = G[k].reshape(a, nd, n)[owner]

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.balance.residual import ContactProblem, HarmonicBalance
+from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.errors import InputError
 from hbm.laws.uncoupled.law import CoulombFriction
+from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
 from hbm.solutions import points_at
 from hbm.time import shooting

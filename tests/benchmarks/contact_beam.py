@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as sl
 
-from hbm.balance.residual import ContactProblem
 from hbm.laws import Contacts, DryFriction2T, Jenkins1D
+from hbm.problem import ContactProblem
 from tests.hbm.cases import REFERENCE
 
 E, RHO, LENGTH, FIRST, PUSHED = 2.1e11, 7850.0, 0.10, 0.03, 0.05

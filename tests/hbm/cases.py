@@ -9,10 +9,11 @@ import numpy as np
 
 from hbm import fourier
 from hbm.balance.receptance import describe_motion
-from hbm.balance.residual import ContactProblem, HarmonicBalance
+from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.settings import Settings
 from hbm.laws import Contacts, DryFriction2T, Jenkins1D, UnilateralSpring
+from hbm.problem import ContactProblem
 from hbm.starts import first_point
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "hbm"

@@ -7,8 +7,8 @@ chatters on re-contact.
 
 import numpy as np
 
-from hbm.balance.residual import ContactProblem
 from hbm.laws import Contacts
+from hbm.problem import ContactProblem
 
 STIFFER = 3.0
 

@@ -14,12 +14,12 @@ import pytest
 from hbm.balance import receptance as linear
 from hbm.balance import residual
 from hbm.balance.receptance import free_receptance
-from hbm.balance.residual import ContactProblem
 from hbm.contact import relative_motion
 from hbm.continuation.settings import DEFAULT
 from hbm.errors import InputError
 from hbm.laws import ContactLaw, Contacts, CubicSpring, DryFriction2T, Jenkins1D, UnilateralSpring
 from hbm.model import ReducedModel
+from hbm.problem import ContactProblem
 from hbm.response import follow_band, forced_response
 from tests.hbm.small_rig import small_rig
 

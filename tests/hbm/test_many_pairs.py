@@ -10,10 +10,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hbm.balance.residual import ContactProblem
 from hbm.continuation.budget import TICK, Budget, BudgetExceeded
 from hbm.continuation.settings import DEFAULT
 from hbm.laws import Contacts, DryFriction2T
+from hbm.problem import ContactProblem
 from hbm.response import follow_band
 from hbm.solutions import points_at
 from hbm.time.comparison import _left

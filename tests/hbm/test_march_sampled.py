@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from hbm.balance.residual import ContactProblem
 from hbm.laws import ContactLaw, Contacts, CubicSpring, IsotropicFriction
+from hbm.problem import ContactProblem
 from hbm.time import shooting
 from hbm.time.exact import March
 from hbm.time.sampled import SampledMarch

@@ -1,12 +1,17 @@
 """Branches over the level of the force and over settings of the pairs: all that holds for a band holds for them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.settings import Settings
 from hbm.errors import InputError
+from hbm.laws import CubicSpring
+from hbm.parameter import ContactSetting, Damping, Frequency, ModelParameter
 from hbm.peaks import find_peaks
-from hbm.response import follow_band, follow_parameter
+from hbm.response import follow_band, follow_parameter, solve_at
 from hbm.solutions import solutions_at
 from tests.hbm.cases import beam, load, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
@@ -79,6 +84,68 @@ def test_the_peak_over_a_parameter_is_solved():
         beside = [follow_parameter(problem, 40 * force, 932.1, "mu", (v, 1.01 * v), harmonics=3, outputs=outputs)
                   .amplitude()[0, 0] for v in (value * (1 - 1e-4), value * (1 + 1e-4))]
         assert top >= max(beside) * (1 - 1e-9)
+
+
+LAWS_OWN = replace(unilateral(C1["parameters"])[0], law=CubicSpring(0.05))
+KINDS = {      # parameter, problem, force, and the problem at a value
+    "one contact": (ContactSetting("kt", (1,)), *beam("C8")[:2], lambda problem, v: replace(
+        problem, pairs=replace(problem.pairs, kt=problem.pairs.kt * np.where(np.arange(8) == 1, v, 1)))),
+    "preload of some": (ContactSetting("preload", (2, 5)), *beam("C8")[:2], lambda problem, v: replace(
+        problem, pairs=replace(problem.pairs, preload=problem.pairs.preload * np.where(np.isin(np.arange(8), (2, 5)),
+                                                                                       v, 1)))),
+    "damping": (Damping(), *beam("C8")[:2], lambda problem, v: replace(problem, C=v * problem.C)),
+    "stiffness": (ModelParameter("ground", lambda problem, v: replace(problem, K=v * problem.K)), *beam("C8")[:2],
+                  lambda problem, v: replace(problem, K=v * problem.K)),
+    "law": (ModelParameter("cubic", lambda problem, v: replace(problem, law=CubicSpring(0.05 * v))), LAWS_OWN,
+            unilateral(C1["parameters"])[1], lambda problem, v: replace(problem, law=CubicSpring(0.05 * v))),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_any_parameter_against_solutions_at_its_values(kind):
+    """Every point of the branch is the solution of the problem with that value, and so is one between them."""
+    parameter, problem, force, at = KINDS[kind]
+    hz, rows = (HZ, X) if kind == "law" else (932.1, {"tip": beam("C8")[2]["tip"]})
+    level = 1.0 if kind == "law" else 40.0
+    curve = follow_parameter(problem, level * force, hz, parameter, (1.0, 1.3), harmonics=3, outputs=rows)
+    assert curve.complete and curve.parameter_name == parameter.name and len(curve.frequency) > 4
+    beside = 0.5 * (curve.parameter[2] + curve.parameter[3])
+    between = solutions_at(curve, problem, beside, parameter)
+    for value, X_k in [*zip(curve.parameter[::3], curve.harmonics[::3], strict=True), (beside, between[0])]:
+        alone = solve_at(at(problem, value), level * force, hz, harmonics=3, outputs=rows)
+        assert alone.converged and np.abs(alone.harmonics - X_k).max() < 1e-7 * np.abs(X_k).max()
+    assert len(between) == 1 and np.abs(np.diff(curve.amplitude()[[0, -1], 0])) > 1e-4 * curve.amplitude().max()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_derivatives_by_a_parameter(kind):
+    """Against differences of the residual, of fourth order and away from a value of 1."""
+    parameter, problem, force, _ = KINDS[kind]
+    balance, w = HarmonicBalance(problem, {1: 40 * force}, 3), 2 * np.pi * (HZ if kind == "law" else 932.1)
+    x = 1.5 * balance.linear(w)
+    residuals = [parameter.evaluate(balance, x, w, 1.1 + k * 1e-3).residual for k in (-2, -1, 1, 2)]
+    slope = (residuals[0] - 8 * residuals[1] + 8 * residuals[2] - residuals[3]) / 12e-3
+    found = parameter.evaluate(balance, x, w, 1.1)
+    assert np.abs(found.by_parameter - slope).max() < 1e-5 * np.abs(slope).max() and np.abs(slope).max() > 0
+    moved = found.displacement() + (found.balance.receptance.shapes @ found.modal_rate) * 1e-3
+    again = parameter.evaluate(balance, x, w, 1.101).displacement()
+    assert np.abs(moved - again).max() < 1e-2 * np.abs(again - found.displacement()).max()
+
+
+def test_a_parameter_of_its_own_is_asked_for():
+    """A file does not hold the function: without it the curve cannot be solved anywhere."""
+    parameter, problem, force, _ = KINDS["stiffness"]
+    curve = follow_parameter(problem, force, 932.1, parameter, (1.0, 1.01), harmonics=1, outputs={"x": force})
+    with pytest.raises(InputError, match="runs over ground: give the `parameter`"):
+        solutions_at(curve, problem, 1.005)
+
+
+@pytest.mark.parametrize("parameter,message", [
+    (Frequency(), "use follow_band"), (ContactSetting("kt", (1,)), "contacts = .*from 0 to 0"),
+    (ContactSetting("kt", (-1,)), "contacts = .*from 0 to 0")])
+def test_a_parameter_that_does_not_fit(parameter, message):
+    with pytest.raises(InputError, match=message):
+        c1(parameter, (0.5, 2.0))
 
 
 @pytest.mark.parametrize("changes,message", [

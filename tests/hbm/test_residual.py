@@ -11,6 +11,7 @@ from hbm.balance.receptance import stuck_receptance
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.laws import DryFriction2T, IsotropicFriction, MixedLaw, UnilateralSpring
+from hbm.parameter import ContactSetting
 from hbm.problem import contact_problem
 from hbm.response import forced_response
 from tests.hbm.cases import coupled, load, with_damping_matrix
@@ -94,7 +95,7 @@ def test_pairs_that_stick_through_the_cycle_may_be_left_out_of_the_iteration(law
                 if everywhere:
                     iterate_on_all(changed)
                 with changed.context() as exact:
-                    exact.setattr(residual, "HELD", 0.0)        # the trace in the matrix, not in the equations
+                    exact.setattr(residual, "REGULARISATION", 0.0)     # in the matrix, not in the equations
                     e = balance.evaluate(guess, w)
                     step = *e.solve(row, corner, 0.3), e.direction(row, corner)[2]
                 point = solve_fixed(balance.evaluate, guess, w, balance.weights)
@@ -119,9 +120,9 @@ def test_a_branch_over_the_preload_needs_no_second_pass_where_the_law_knows_its_
     x = balance.linear(w) + 8e-6 * np.random.default_rng(0).normal(size=balance.n_components * 7) / 7
     evaluate = aft.evaluate
     monkeypatch.setattr(aft, "evaluate", lambda *a: done.append(1) or evaluate(*a))
-    e = balance.evaluate(x, w, by="preload", factor=0.7)
+    e = ContactSetting("preload").evaluate(balance, x, w, 0.7)
     assert len(done) == passes and len(e.bracket.contacts) > 0
-    at = [balance.evaluate(x, w, by="preload", factor=0.7 + k * 1e-3).residual for k in (-2, -1, 1, 2)]
+    at = [ContactSetting("preload").evaluate(balance, x, w, 0.7 + k * 1e-3).residual for k in (-2, -1, 1, 2)]
     slope = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / 12e-3
     assert np.abs(e.by_parameter - slope).max() < 1e-6 * np.abs(slope).max()
 
@@ -169,10 +170,10 @@ def test_general_damping_with_and_without_mass(dashpots):
 def test_high_poles_enter_the_jacobian_by_a_series():
     """102 dofs, general damping: the receptance between pairs, series and all, is that of all poles."""
     balance, w, _ = general_case()
-    factors = balance._factors(w)[0]
+    factors = balance.receptance.factors(w * np.arange(balance.H + 1))[0]
     every = np.arange(balance.n_components)
-    assert 0 < len(balance._series_terms(w)[0]) < balance.receptance.shapes.shape[1] / 2
-    G = balance.between(every, every, factors, w)
+    assert 0 < len(balance.contact_receptance.terms(w)[0]) < balance.receptance.shapes.shape[1] / 2
+    G = balance.contact_receptance.between(every, every, factors, w)
     for k in range(balance.H + 1):
         direct = (balance.shapes * factors[:, k]) @ balance.shapes.T
         assert np.abs(G[k] - direct).max() < 1e-10 * np.abs(direct).max()

@@ -5,9 +5,9 @@ import pytest
 
 from hbm import fourier, laws
 from hbm.balance import aft
-from hbm.balance.residual import ContactProblem
 from hbm.continuation.settings import Settings
 from hbm.laws import CubicSpring, IsotropicFriction, Motion, SliderStart
+from hbm.problem import ContactProblem
 from hbm.response import follow_band
 from tests.hbm.cases import load, solve
 
