@@ -36,3 +36,24 @@ class Dahl(ContactLaw):
         s = np.where(move.real > 0, 1.0, -1.0)
         T = s * L + (state[:, 0] - s * L) * np.exp(-contacts.kt * s * move / L)
         return T[:, None], np.stack([T, motion.u[:, 0]], axis=1)
+
+
+def main():
+    """Energy of a cycle of amplitude X: 4 L (X - L/kt tanh(kt X/L)), the area between the two branches of dT/du."""
+    from hbm.balance.residual import ContactProblem
+    from hbm.laws import Contacts
+    from hbm.response import follow_band
+
+    kt, mu, preload = 2.0, 0.5, 1.0
+    one = np.eye(1)
+    problem = ContactProblem(one, 0.05 * one, one, one, Dahl(), Contacts([0.0], [kt], [mu], [preload]))
+    curve = follow_band(problem, np.ones(1), (0.1, 0.4), harmonics=1, outputs={"x": [1.0]})      # one harmonic: a sine
+    X, L = curve.amplitude("harmonic")[:, 0], mu * preload
+    expected = 4 * L * (X - L / kt * np.tanh(kt * X / L))
+    top = X.argmax()
+    print(f"X = {X[top]:.4g} m: {curve.dissipated[top, 0]:.6g} J a cycle, in closed form {expected[top]:.6g} J")
+    assert np.allclose(curve.dissipated[:, 0], expected, rtol=1e-3)
+
+
+if __name__ == "__main__":
+    main()

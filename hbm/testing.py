@@ -1,0 +1,234 @@
+"""Conformance of a contact law with its contract: `check_law`, for laws of your own as for those shipped here."""
+
+import numpy as np
+
+from hbm import fourier
+from hbm.balance import aft
+from hbm.laws.records import Contacts, Motion
+from hbm.laws.sampled import projector
+
+ORDERS = 3               # harmonics of the motions that are tried
+PERIODS = 60             # in which the state must repeat
+
+
+def check_law(law, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0):
+    """Raise AssertionError with the first point in which a law breaks the contract of `ContactLaw`.
+
+    contacts : those of the law; by default 12, or one for each entry of its array parameters, with kn, kt around
+        1 N/m, mu around 0.5, and preloads from -0.3 to 1 N
+    amplitude : m, of the random motions that are tried; it should make contacts stick, slip and open
+    omega : rad/s, of the cycles
+    """
+    rng = np.random.default_rng(0)
+    if contacts is None:
+        contacts = _random_contacts(rng, max((np.size(v) for v in vars(law).values()), default=0))
+    P, nd = len(contacts), len(law.components)
+    decay = (1 + np.r_[0, np.repeat(np.arange(1, ORDERS + 1), 2)]) ** 2
+    x = amplitude * rng.normal(size=(P, nd, len(decay))) / decay
+    law.check(contacts)
+    for check in (_no_contacts, _tangents, _selection, _mirror, _cycle, _samples, _derivatives, _sums_of_derivatives,
+                  _sticking):
+        check(law, contacts, x, omega)
+
+
+def forces(law, contacts, x, omega=1.0, start="zero_slider", samples=None):
+    """ContactForces of a law at the relative motion x (P, nd, nh) m, with its own number of samples or with another."""
+    H = (x.shape[2] - 1) // 2
+    return law.harmonics(contacts, np.ascontiguousarray(x), aft.slider_start(start, len(contacts), law.sliders),
+                         aft.sample_grid(H, samples or law.default_samples(H)), omega)
+
+
+def total_force(law, contacts, x, f):
+    """(P, nd, nh) N, harmonics of the force out of its deviation from the stuck springs."""
+    total = f.g + law.stuck_stiffness(contacts)[:, :, None] * x
+    total[:, :, 0] += law.stuck_force(contacts)
+    return total
+
+
+def full_derivative(f, x):
+    """(P, nd, nh, nd, nh) N/m, derivative of g at x, zero for contacts that are not active."""
+    D = np.zeros((*x.shape, *x.shape[1:]))
+    D[f.contacts] = f.D
+    return D
+
+
+def history(law, contacts, x, omega=1.0, start="zero_slider", samples=1024, periods=1, repeats=None):
+    """(force (n, P, nd), state (n, P, ns), change) of a law over the last of some periods, by its step in a plain loop.
+
+    change : of the force since the period before; where `repeats` is given, it ends once that is smaller
+    """
+    (u, v), dt = _samples_of(x, samples), 2 * np.pi / (omega * samples)
+    state = law.initial_state(u[0], aft.slider_start(start, len(contacts), law.sliders), contacts)
+    force, states, change = np.zeros(u.shape), np.zeros((samples, *state.shape)), np.inf
+    for _ in range(periods):
+        before = force.copy()
+        for i in np.r_[1:samples, 0]:
+            force[i], state = law.step(Motion(u[i], omega * v[i], dt), state, contacts)
+            states[i] = state
+        change = np.abs(force - before).max(initial=0.0)
+        if repeats is not None and change <= repeats:
+            break
+    return force, states, change
+
+
+def _samples_of(x, n):
+    """u and du/dtau (n, P, nd) at n samples of a cycle."""
+    tau, H = 2 * np.pi * np.arange(n) / n, (x.shape[2] - 1) // 2
+    return [(x @ e(tau, H).T).transpose(2, 0, 1) for e in (fourier.basis, fourier.basis_rate)]
+
+
+def _random_contacts(rng, P):
+    P = P if P > 1 else 12
+    return Contacts(rng.uniform(0.5, 2, P), rng.uniform(0.5, 2, P), rng.uniform(0.1, 0.8, P), rng.uniform(-0.3, 1, P))
+
+
+def _require(law, holds, what):
+    if not holds:
+        raise AssertionError(f"law {law.name}: {what}")
+
+
+def _close(found, expected, tolerance, scale=None, but=0):
+    """Whether arrays agree but for the worst rows; relative to the largest entry, or to a scale."""
+    error = np.abs(found - expected).reshape(len(found), -1).max(axis=1, initial=0.0)
+    size = np.abs(expected).max(initial=0.0) + 1e-300 if scale is None else scale
+    return np.isfinite(error).all() and (np.sort(error)[:max(len(error) - but, 1)] <= tolerance * size).all()
+
+
+def _no_contacts(law, contacts, x, omega):
+    none = np.zeros(len(contacts), dtype=bool)
+    f = forces(law.select(none), contacts.select(none), x[none], omega)
+    _require(law, f.g.shape == x[none].shape and f.shares.shape == (0, 3), "harmonics of no contacts: wrong shape")
+
+
+def _tangents(law, contacts, x, omega):
+    """Of steps near a cycle, against central differences in motion, velocity, state and length of the step."""
+    n, P, h = 32, len(contacts), 1e-6
+    every, dt = np.tile(np.arange(P), n), 2 * np.pi / (omega * n)
+    u, v = (a.reshape(n * P, -1) for a in _samples_of(x, n))
+    states = history(law, contacts, x, omega, samples=n, periods=2)[1]
+    away = 0.05 * np.abs(states).max(axis=(0, 1), initial=0.0) * np.random.default_rng(3).normal(size=states.shape)
+    given = u, omega * v, np.roll(states + away, 1, axis=0).reshape(n * P, law.states), dt
+    law, contacts = law.select(every), contacts.select(every)
+
+    def stepped(u, v, state, dt):
+        return np.concatenate(law.step(Motion(u, v, dt), state, contacts), axis=1)
+
+    force, new, t = law.tangents(Motion(*given[:2], dt), given[2], contacts)
+    _require(law, _close(np.concatenate([force, new], axis=1), stepped(*given), 1e-12),
+             "tangents returns another force or state than step")
+    for k, (name, what) in enumerate(zip(("u", "v", "state", "dt"), ("motion", "velocity", "state before",
+                                                                     "length of the step"), strict=True)):
+        by = np.concatenate([vars(t)[f"force_{name}"], vars(t)[f"state_{name}"]], axis=1)
+        by = by[:, :, None] if by.ndim == 2 else by
+        for d in range(by.shape[2]):
+            along = h if k == 3 else h * np.eye(by.shape[2])[d]
+            ends = [stepped(*(a + s * along if j == k else a for j, a in enumerate(given))) for s in (1, -1)]
+            # a few steps end within the difference of a kink: stick to slip, closed to open
+            numeric, scale = (ends[0] - ends[1]) / (2 * h), max(np.abs(by).max(initial=0.0), 1e-3)
+            _require(law, _close(by[:, :, d], numeric, 1e-6, scale, but=4),
+                     f"tangents by the {what} differ from differences; is step analytic (no abs, real comparisons)?")
+
+
+def _selection(law, contacts, x, omega):
+    """Contacts do not know of each other, and parameters are cut with them."""
+    at = np.random.default_rng(1).permutation(len(contacts))[:len(contacts) // 2 + 1]
+    whole = forces(law, contacts, x, omega)
+    part = forces(law.select(at), contacts.select(at), x[at], omega)
+    scale = np.abs(whole.g).max() + 1e-300
+    _require(law, _close(part.g, whole.g[at], 1e-10, scale), "harmonics of some contacts depend on the others, or "
+             "select does not cut the parameters")
+    force, _, _ = history(law, contacts, x, omega, samples=32)
+    own, _, _ = history(law.select(at), contacts.select(at), x[at], omega, samples=32)
+    _require(law, _close(own, force[:, at], 1e-12), "step of some contacts depends on the others")
+
+
+def _mirror(law, contacts, x, omega):
+    """No direction in the tangential plane is preferred to its opposite."""
+    sign = np.array([-1.0 if name != "n" else 1.0 for name in law.components])[:, None]
+    there, mirrored = (forces(law, contacts, a, omega) for a in (x, sign * x))
+    _require(law, _close(mirrored.g, sign * there.g, 1e-10, np.abs(there.g).max() + 1e-300),
+             "mirrored tangential motion does not give mirrored tangential forces")
+
+
+def _cycle(law, contacts, x, omega):
+    """The state repeats, and the harmonics are those of step in a plain loop with many samples."""
+    for start in aft.STARTS:
+        f = forces(law, contacts, x, omega, start)
+        total = total_force(law, contacts, x, f)
+        size = np.abs(total).max() + 1e-300
+        force, _, change = history(law, contacts, x, omega, start, periods=PERIODS, repeats=1e-6 * size)
+        _require(law, change <= 1e-3 * size, f"the force does not repeat within {PERIODS} periods")
+        E = fourier.basis(2 * np.pi * np.arange(len(force)) / len(force), ORDERS)
+        expected = np.tensordot(force, projector(E), (0, 0))
+        _require(law, _close(total, expected, 2e-3, size), f"harmonics differ from those of step (start '{start}')")
+        _require(law, (f.shares >= -1e-12).all() and np.allclose(f.shares.sum(axis=1), 1),
+                 "the shares of stick, slip and open do not add up to 1")
+        _require(law, not full_derivative(f, x)[~f.active].any(), "a component that is not active has a derivative")
+
+
+def _samples(law, contacts, x, omega):
+    """Forces of an event-driven law do not depend on the samples; its table gives the force of its step."""
+    table = law.piecewise_linear(contacts)
+    if table is None:
+        return
+    coarse, fine = (forces(law, contacts, x, omega, samples=n).g for n in (64, 1024))
+    _require(law, _close(coarse, fine, 1e-12), "event-driven harmonics depend on the number of samples")
+    n = 1024
+    force, states, _ = history(law, contacts, x, omega, samples=n, periods=2)
+    u, v = _samples_of(x, n)
+    memory, state, at = states[0][:, :table.follows.shape[1]], table.initial, np.arange(len(contacts))
+    found = np.empty(force.shape)
+    for i in [*range(1, n), 0]:
+        state, memory = table.settled(u[i], omega * v[i], state, memory)
+        found[i] = (np.einsum("pij,pj->pi", table.stiffness[at, state], u[i]) + table.offset[at, state]
+                    + np.einsum("pim,pm->pi", table.by_memory[at, state], memory))
+    _require(law, _close(found, force, 2e-2, np.abs(force).max() + 1e-300), "the piecewise-linear table gives another "
+             "force than step")
+
+
+def _derivatives(law, contacts, x, omega):
+    """Of the harmonics by those of the motion, by omega and by the preload, against central differences."""
+    rng, h = np.random.default_rng(2), 1e-6
+    dx, few = np.abs(x).max() * rng.normal(size=x.shape), len(contacts) // 6       # that just come to rest: a kink
+    for start in aft.STARTS:
+        f = forces(law, contacts, x, omega, start)
+        D, scale = full_derivative(f, x), np.abs(f.D).max(initial=1e-3)
+        numeric = (forces(law, contacts, x + h * dx, omega, start).g
+                   - forces(law, contacts, x - h * dx, omega, start).g) / (2 * h)
+        _require(law, _close(np.einsum("pijkl,pkl->pij", D, dx), numeric, 1e-5, scale * np.abs(dx).max(), few),
+                 f"derivatives of harmonics by the motion differ from differences (start '{start}')")
+        numeric = (forces(law, contacts, x, omega + h, start).g
+                   - forces(law, contacts, x, omega - h, start).g) / (2 * h)
+        by = np.zeros(x.shape) if f.by_omega is None else f.by_omega
+        _require(law, _close(by, numeric, 1e-5, max(np.abs(by).max(), 1e-3 * scale * np.abs(x).max()), few),
+                 f"derivatives of harmonics by omega differ from differences (start '{start}')")
+        if f.by_preload is None:
+            continue
+        ends = [Contacts(contacts.kn, contacts.kt, contacts.mu, contacts.preload + s) for s in (h, -h)]
+        numeric = (forces(law, ends[0], x, omega, start).g - forces(law, ends[1], x, omega, start).g) / (2 * h)
+        _require(law, _close(f.by_preload, numeric, 1e-5, 1.0, few),
+                 f"derivatives of harmonics by the preload differ from differences (start '{start}')")
+
+
+def _sums_of_derivatives(law, contacts, x, omega):
+    """Summed along a path from rest to slip and lift-off they give the change of the force: no jump is missed."""
+    six = np.arange(min(6, len(contacts)))
+    n, law, contacts, x = 600, law.select(six), contacts.select(six), x[six][:, :, :5]
+    change = np.zeros(x.shape)
+    for s in (np.arange(n) + 0.5) / n:
+        D = full_derivative(forces(law, contacts, s * x, omega, samples=64), s * x)
+        change += np.einsum("pijkl,pkl->pij", D, x) / n
+    expected = forces(law, contacts, x, omega, samples=64).g - forces(law, contacts, 0 * x, omega, samples=64).g
+    # a sampled slider that only just slips goes to rest as a square root of the amplitude: steep, and hard to sum
+    tolerance = 5e-3 if law.piecewise_linear(contacts) is None else 2e-3
+    _require(law, _close(change, expected, tolerance), "the force jumps where its derivative does not tell")
+
+
+def _sticking(law, contacts, x, omega):
+    """Contacts that stick surely are springs."""
+    for scale in np.logspace(-3, 0, 7):
+        amplitude = scale * np.abs(x).sum(axis=2)
+        sure = law.sticks_surely(contacts, amplitude)
+        f = forces(law, contacts, scale * x, omega)
+        _require(law, sure.shape == (len(contacts),) and not (f.active[sure].any() or f.g[sure].any()),
+                 "a contact that sticks_surely does not stick")
