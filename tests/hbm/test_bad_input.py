@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+import hbm.problem
 from hbm.balance import receptance as linear
 from hbm.balance import residual
 from hbm.balance.receptance import free_receptance
@@ -184,7 +185,7 @@ def test_refused_by_forced_response(row, monkeypatch):
         raise AssertionError("something heavy has started")
     monkeypatch.setattr(residual.HarmonicBalance, "evaluate", heavy)
     if row not in FOUND_WITH_THE_STUCK_SYSTEM:
-        monkeypatch.setattr(residual, "stuck_receptance", heavy)
+        monkeypatch.setattr(hbm.problem, "stuck_receptance", heavy)
     else:
         monkeypatch.setattr(linear.la, "eigh", eigh_of_one(linear.la.eigh))
     with warnings.catch_warnings(), pytest.raises(InputError, match=message) as caught:
