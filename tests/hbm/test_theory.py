@@ -22,7 +22,7 @@ def test_the_examples_run(page, examples):
 @pytest.mark.parametrize("page", ["harmonic_balance", "time_integration"])
 def test_files_and_links_that_the_page_names_are_there(page):
     text = (THEORY / f"{page}.md").read_text(encoding="utf-8")
-    for name in re.findall(r"`([a-z_]+\.py)`", text):
-        assert (ROOT / "hbm" / name).exists(), name
+    for name in re.findall(r"`([a-z_/]+\.py)`", text):
+        assert any((ROOT / "hbm" / room / name).exists() for room in ("", "continuation")), name
     for link in re.findall(r"\]\(([^)]+)\)", text):
         assert (THEORY / link).exists(), link
