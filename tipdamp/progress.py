@@ -1,107 +1,167 @@
-"""Progress of whatever takes longer than a moment: a bar on a terminal, a line now and then elsewhere.
+"""Progress of whatever takes longer than a moment: bars on a terminal, a line now and then elsewhere.
 
-    with progress("respond Fe = 6 N, H = 5") as tick:
+    with display().job("respond") as tick:
         tick(0.58, "2850.1 Hz  step 34  3 it")
 
-Work that ends within PATIENCE leaves no trace; longer work closes with one line that says how long it took.
-Everything goes to stderr, so that results on stdout stay clean.
+Several jobs may be open at once, each with a bar of its own. A job that ends within PATIENCE leaves no trace; a longer
+one closes with a line that says how long it took. Everything goes to stderr, so that results on stdout stay clean.
 """
 
-import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
-PATIENCE = 2.0  # s before anything is shown
-REDRAW = 0.1  # s between two drawings of the bar
-LINE_EVERY = 5.0  # s between two plain lines when nobody watches
+PATIENCE = 2.0  # s before a job is shown
+LINE_EVERY = 5.0  # s between two lines of a job where there is no terminal
 BAR = 24  # characters
 
 Tick = Callable[[float | None, str], None]
 
 
-@contextmanager
-def progress(
-    title: str,
-    total: float | None = None,
-    *,
-    quiet: bool = False,
-    patience: float = PATIENCE,
-    stream: TextIO | None = None,
-    clock: Callable[[], float] = time.monotonic,
-) -> Iterator[Tick]:
-    """Yield `tick(done, figures)`: how far the work is and what to show beside it.
+class Job:
+    """A piece of work: share done (0..1, None where nobody knows) and figures to show beside it."""
 
-    title     what is being done
-    total     what `done` counts to; None where `done` is a fraction 0..1. `done` may be None when nobody knows.
-    quiet     show nothing at all
-    patience  s before the first drawing; 0 announces work that cannot tick, a factorisation say, at once
-    stream    where to write, stderr by default; `clock` returns seconds, for tests
-    """
-    display = _Display(title, total, patience, stream or sys.stderr, clock)
-    if quiet:
-        yield lambda done, figures="": None
-        return
-    if patience == 0:
-        display.tick(None)
-    try:
-        yield display.tick
-    except BaseException as error:
-        display.close("interrupted" if isinstance(error, KeyboardInterrupt) else "stopped")
-        raise
-    display.close("done")
+    def __init__(self, title: str, clock: Callable[[], float]) -> None:
+        self.title, self.clock, self.start = title, clock, clock()
+        self.share: float | None = None
+        self.figures = ""
+
+    @property
+    def elapsed(self) -> float:
+        """s since it began."""
+        return self.clock() - self.start
+
+    @property
+    def state(self) -> str:
+        """Share, figures and elapsed time."""
+        share = "" if self.share is None else f"{100 * self.share:3.0f} %"
+        return "  ".join(part for part in (share, self.figures, duration(self.elapsed)) if part)
+
+    def last_line(self, how: str) -> str:
+        """What remains of it: done, stopped or interrupted."""
+        if how != "done" and self.share is not None:
+            how += f" at {100 * self.share:.0f} %"
+        return "  ".join(part for part in (self.title, how, self.figures, duration(self.elapsed)) if part)
 
 
-class _Display:
-    """The last figures, and when they were last shown."""
+class Silence:
+    """Shows nothing."""
 
-    def __init__(self, title, total, patience, stream, clock):
-        self.title, self.total, self.stream, self.clock = title, total, stream, clock
-        self.terminal = stream.isatty()
-        self.start = clock()
-        self.due = self.start + patience  # when to draw next
-        self.shown = False
-        self.fraction, self.figures = None, ""
+    def update(self, job: Job) -> None:
+        """Show a job that is due."""
 
-    def tick(self, done: float | None, figures: str = "") -> None:
-        self.fraction = None if done is None else min(max(done / (self.total or 1.0), 0.0), 1.0)
-        self.figures = figures
-        now = self.clock()
-        if now < self.due:
-            return
-        self.due = now + (REDRAW if self.terminal else LINE_EVERY)
-        self._write(_line(self.title, self.fraction, figures, now - self.start, bar=self.terminal))
+    def close(self, job: Job, line: str) -> None:
+        """Remove a job; its last line stays, '' for a job that leaves no trace."""
 
-    def close(self, how: str) -> None:
-        elapsed = self.clock() - self.start
-        if not self.shown and elapsed < PATIENCE and how == "done":
-            return
-        if how != "done" and self.fraction is not None:
-            how += f" at {100 * self.fraction:.0f} %"
-        parts = [self.title, how, self.figures, duration(elapsed)]
-        self._write("  ".join(part for part in parts if part), last=True)
 
-    def _write(self, line: str, last: bool = False) -> None:
-        if self.terminal:
-            width = shutil.get_terminal_size().columns - 1
-            line = "\r\x1b[K" + line[:width] + ("\n" if last else "")
-        else:
-            line += "\n"
-        self.shown = True
-        self.stream.write(line)
+class Lines(Silence):
+    """A plain line for each job now and then."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+        self.due: dict[Job, float] = {}
+
+    def update(self, job: Job) -> None:
+        """A line, unless one was written a moment ago."""
+        if job.elapsed >= self.due.get(job, 0.0):
+            self.due[job] = job.elapsed + LINE_EVERY
+            self._write(f"{job.title}  {job.state}")
+
+    def close(self, job: Job, line: str) -> None:
+        """The last line."""
+        if line:
+            self._write(line)
+
+    def _write(self, line):
+        self.stream.write(line + "\n")
         self.stream.flush()
 
 
-def _line(title: str, fraction: float | None, figures: str, elapsed: float, bar: bool) -> str:
-    parts = [title]
-    if fraction is not None:
-        if bar:
-            filled = round(BAR * fraction)
-            parts.append("[" + "#" * filled + "-" * (BAR - filled) + "]")
-        parts.append(f"{100 * fraction:3.0f} %")
-    return "  ".join([*parts, *([figures] if figures else []), duration(elapsed)])
+class Bars(Silence):
+    """Bars of rich, one below the other; what is written to stderr meanwhile stands above them."""
+
+    def __init__(self, stream: TextIO) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn
+        from rich.table import Column
+
+        title, state = (TextColumn(text, markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
+                        for text in ("{task.fields[job].title}", "{task.fields[job].state}"))
+        self.bars = Progress(title, BarColumn(BAR), state, console=Console(file=stream), transient=True,
+                             redirect_stdout=False)
+        self.tasks: dict[Job, int] = {}
+
+    def update(self, job: Job) -> None:
+        """A bar, from the first time on; rich draws it anew ten times a second, with the elapsed time."""
+        if not self.tasks:
+            self.bars.start()
+        share = {"completed": job.share or 0.0, "total": None if job.share is None else 1.0}
+        if job in self.tasks:
+            self.bars.update(self.tasks[job], **share)
+        else:
+            self.tasks[job] = self.bars.add_task("", job=job, **share)
+
+    def close(self, job: Job, line: str) -> None:
+        """The bar is removed, the last line stands above the others."""
+        if job in self.tasks:
+            self.bars.remove_task(self.tasks.pop(job))
+            if not self.tasks:
+                self.bars.stop()
+        if line:
+            self.bars.console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+class Display:
+    """Jobs of one command, shown together."""
+
+    def __init__(self, sink: Silence, clock: Callable[[], float]) -> None:
+        self.sink, self.clock = sink, clock
+
+    @contextmanager
+    def job(self, title: str, total: float = 1.0, *, patience: float = PATIENCE) -> Iterator[Tick]:
+        """Yield `tick(done, figures)`: how far the work is, of `total` (None: unknown), and what to show beside it.
+
+        patience - s before the job is shown; 0 announces work that cannot tick, a factorisation say, at once
+        """
+        job = Job(title, self.clock)
+
+        def show() -> None:
+            if job.elapsed >= patience:
+                self.sink.update(job)
+
+        def tick(done: float | None, figures: str = "") -> None:
+            job.share = None if done is None else min(max(done / total, 0.0), 1.0)
+            job.figures = figures
+            show()
+
+        show()
+        try:
+            yield tick
+        except BaseException as error:
+            self.sink.close(job, job.last_line("interrupted" if isinstance(error, KeyboardInterrupt) else "stopped"))
+            raise
+        self.sink.close(job, job.last_line("done") if job.elapsed >= min(patience, PATIENCE) else "")
+
+
+def display(*, quiet: bool = False, stream: TextIO | None = None,
+            clock: Callable[[], float] = time.monotonic) -> Display:
+    """Bars where `stream` (stderr by default) is a terminal, plain lines elsewhere, nothing where quiet.
+
+    clock - returns seconds, for tests
+    """
+    stream = stream or sys.stderr
+    if quiet:
+        return Display(Silence(), clock)
+    return Display(Bars(stream) if stream.isatty() else Lines(stream), clock)
+
+
+@contextmanager
+def progress(title: str, *, quiet: bool = False) -> Iterator[Tick]:
+    """A single job on a display of its own."""
+    with display(quiet=quiet).job(title) as tick:
+        yield tick
 
 
 def duration(seconds: float) -> str:

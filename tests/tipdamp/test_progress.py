@@ -1,10 +1,11 @@
-"""The progress reporter under a clock of its own: what is shown, when, and what is not."""
+"""Progress under a clock of its own: what is shown, when, and what is not."""
 
 import io
+import re
 
 import pytest
 
-from tipdamp.progress import LINE_EVERY, duration, progress
+from tipdamp.progress import LINE_EVERY, display, duration
 
 
 class Terminal(io.StringIO):
@@ -20,14 +21,26 @@ class Clock:
         return self.now
 
 
-def work(stream, ticks, total=None, **options):
+@pytest.fixture(autouse=True)
+def wide_terminal(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "100")
+
+
+def work(stream, ticks, total=1.0, **options):
     """Run `ticks`, pairs of (seconds that pass before the tick, done), and return what was written."""
     clock = Clock()
-    with progress("respond", total, stream=stream, clock=clock, **options) as tick:
+    with display(stream=stream, clock=clock, **options).job("respond", total) as tick:
         for seconds, done in ticks:
             clock.now += seconds
             tick(done, f"{2300 + clock.now:.1f} Hz")
     return stream.getvalue()
+
+
+def plain(text):
+    """Lines as they stand on the screen, redrawn ones too."""
+    lines = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text).replace("\r", "\n").split("\n")
+    return [line.rstrip() for line in lines if line.strip()]
 
 
 def test_short_work_leaves_no_trace():
@@ -43,38 +56,52 @@ def test_plain_lines_are_rare_and_closed():
     assert not any("\r" in line or "\x1b" in line for line in lines)
 
 
-def test_terminal_redraws_one_line():
+def test_terminal_shows_a_bar():
     text = work(Terminal(), [(3.0, 5.0), (1.0, 10.0)], total=10.0)
-    assert text.count("\n") == 1 and text.endswith("\n")
-    first, second, last = text.split("\r\x1b[K")[1:]
-    assert "[############------------]   50 %" in first and "2403.0 Hz  3.0 s" in first
-    assert "100 %" in second
-    assert last == "respond  done  2404.0 Hz  4.0 s\n"
+    assert "━" in text and "50 %  2403.0 Hz  3.0 s" in text
+    assert plain(text)[-1] == "respond  done  2404.0 Hz  4.0 s"
 
 
-def test_long_lines_are_cut_to_the_terminal(monkeypatch):
+def test_several_bars_at_once():
+    stream, clock = Terminal(), Clock()
+    show = display(stream=stream, clock=clock)
+    with show.job("Fe = [6] N") as one, show.job("Fe = 12 N") as other:
+        clock.now += 3
+        one(0.25, "2800.0 Hz")
+        other(0.5, "2700.0 Hz")
+        show.sink.bars.refresh()
+        one_bar, other_bar = plain(stream.getvalue())[-2:]
+    assert one_bar.startswith("Fe = [6] N") and one_bar.endswith("25 %  2800.0 Hz  3.0 s")
+    assert other_bar.startswith("Fe = 12 N") and other_bar.endswith("50 %  2700.0 Hz  3.0 s")
+    done = [line for line in plain(stream.getvalue()) if "done" in line]
+    assert done == ["Fe = 12 N  done  2700.0 Hz  3.0 s", "Fe = [6] N  done  2800.0 Hz  3.0 s"]
+
+
+def test_bars_stay_within_a_narrow_terminal(monkeypatch):
     monkeypatch.setenv("COLUMNS", "30")
-    text = work(Terminal(), [(3.0, 0.5)])
-    assert all(len(line.rstrip("\n")) <= 29 for line in text.split("\r\x1b[K"))
+    drawn = [line for line in plain(work(Terminal(), [(3.0, 0.5)])) if "done" not in line]
+    assert drawn and all(len(line) <= 30 for line in drawn)
 
 
-def test_unknown_fraction_shows_figures_alone():
+def test_unknown_share_shows_figures_alone():
     assert work(io.StringIO(), [(3.0, None)]).splitlines()[0] == "respond  2403.0 Hz  3.0 s"
+    assert " %" not in work(Terminal(), [(3.0, None)])
 
 
-def test_quiet_shows_nothing():
-    assert work(io.StringIO(), [(30.0, 0.5)], quiet=True) == ""
+@pytest.mark.parametrize("stream", [io.StringIO(), Terminal()])
+def test_quiet_shows_nothing(stream):
+    assert work(stream, [(30.0, 0.5)], quiet=True) == ""
 
 
 def test_no_patience_announces_at_once():
     stream = io.StringIO()
-    with progress("factorise", patience=0, stream=stream, clock=Clock()):
+    with display(stream=stream, clock=Clock()).job("factorise", patience=0):
         assert stream.getvalue() == "factorise  0.0 s\n"
 
 
-def test_an_error_passes_and_says_where_it_stopped():
+def test_an_error_says_where_it_stopped():
     stream, clock = io.StringIO(), Clock()
-    with pytest.raises(ValueError, match="singular"), progress("reduce", stream=stream, clock=clock) as tick:
+    with pytest.raises(ValueError, match="singular"), display(stream=stream, clock=clock).job("reduce") as tick:
         clock.now += 1.0
         tick(0.4, "blade1")
         raise ValueError("singular")
