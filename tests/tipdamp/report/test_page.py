@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from tests.tipdamp.report_files import FULL, HOSTILE, artefacts, curve, damage, table, written
+from tests.tipdamp.report.files import FULL, HOSTILE, artefacts, curve, damage, table, written
 from tipdamp.report import figure, page, response_figures, static_figures
 from tipdamp.report.results import load_results
 from tipdamp.report.summary import summarise
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.tipdamp.report_files import artefacts, damage, written
+from tests.tipdamp.report.files import artefacts, damage, written
 from tipdamp.report.results import load_results
 from tipdamp.report.summary import summarise
 
