@@ -114,13 +114,11 @@ def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_
     """(ContactProblem of the carrying pairs, mask (P,) of these in the table).
 
     model, pairs, law, origin, damping_ratio : as in `hbm.response.forced_response`
-    static : (r,) N, constant loads of the unloaded origin
+    static : (r,) N - constant loads: all of them with the unloaded origin, those beside the preload's else
     Raises InputError on unusable input; warns where the model cannot move along the normal of a pair.
     """
     if origin not in ("preloaded", "unloaded"):
         raise InputError(f"origin = '{origin}': must be 'preloaded' or 'unloaded'")
-    if origin == "preloaded" and static is not None:
-        raise InputError("static: the preloaded state holds the static loads already; use origin = 'unloaded'")
     check_kind("model", model, ReducedModel, "ReducedModel.from_matrices, .from_files or .load")
     check_kind("pairs", pairs, ContactTable, "ContactTable.load or a contact detection")
     check_law(law)

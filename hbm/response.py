@@ -78,7 +78,10 @@ def forced_response(model, pairs, law, forcing, band, *, damping_ratio=None, ori
     options : `static`, and those of CurveOptions; `outputs` must be given
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays in the result.
     """
-    problem, kept = contact_problem(model, pairs, law, origin, options.pop("static", None), damping_ratio)
+    static = options.pop("static", None)
+    if origin == "preloaded" and static is not None:
+        raise InputError("static: the preloaded state holds the static loads already; use origin = 'unloaded'")
+    problem, kept = contact_problem(model, pairs, law, origin, static, damping_ratio)
     start = options.get("start")
     if start is not None and not isinstance(start, str):
         start = numbers("start", start, "must be 'zero_force', 'zero_slider' or slider positions (P, 2) in m")

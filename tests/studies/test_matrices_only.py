@@ -15,6 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "docs" / "studies" / "matrices_only"
 HEAVY = ("dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio")
@@ -69,7 +71,6 @@ def python(tmp_path_factory):
     return interpreter
 
 
-@pytest.mark.slow
 def test_what_pip_installs_is_light(python, tmp_path):
     installed = {line.split("==")[0].lower() for line in
                  run(python, "-m", "pip", "list", "--format=freeze", cwd=tmp_path).split()}
@@ -80,7 +81,6 @@ def test_what_pip_installs_is_light(python, tmp_path):
     assert "site-packages" in run(python, "-c", "import hbm; print(hbm.__file__)", cwd=tmp_path)
 
 
-@pytest.mark.slow
 def test_the_example_runs_from_its_files_alone(python, tmp_path):
     run(python, EXAMPLE / "make_matrices.py", cwd=tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["K.mtx", "M.mtx", "dofs.csv", "pairs.csv"]

@@ -10,6 +10,8 @@ from hbm.contact import ContactTable
 from tipdamp.stages.run import STAGES, results_folder, run_stage
 from tipdamp.study.study import load_study
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("dolfinx")
 FOLDER = Path(__file__).parents[2] / "docs" / "studies" / "two_blade_rig"
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # N, frictionless balance between faces at 45 degrees
@@ -33,7 +35,6 @@ def asymmetric(tmp_path_factory):
     return run(tmp_path_factory, "asymmetric", STAGES)
 
 
-@pytest.mark.slow
 def test_frequencies_beside_the_papers(asymmetric):
     """Fitted to the paper (sections 5 and 8): free modes 0.5 %, stuck 3 % (1 % is within reach)."""
     summary = asymmetric.read_json("summary.json")
@@ -93,7 +94,6 @@ def test_report_and_figures_are_there(asymmetric):
     assert "Two-blade rig, asymmetric damper" in page and len(list(asymmetric.path("figures").glob("*.png"))) >= 7
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("damper", ["wedge", "cylindrical"])
 def test_the_other_dampers_as_far_as_their_stuck_frequencies(tmp_path_factory, damper):
     store = run(tmp_path_factory, damper, ["inspect", "reduce", "preload", "tune"])
