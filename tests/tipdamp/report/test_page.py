@@ -9,13 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.tipdamp.report_files import FULL, HOSTILE, artefacts, curve, damage, table, written
 
 from hbm.errors import InputError
-<<<<<<< Updated upstream
 from tests.tipdamp.report.files import FULL, HOSTILE, artefacts, curve, damage, table, written
-=======
->>>>>>> Stashed changes
 from tipdamp.report import figure, page, response_figures, static_figures
 from tipdamp.report.results import load_results
 from tipdamp.report.summary import summarise

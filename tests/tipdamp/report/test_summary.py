@@ -3,13 +3,8 @@
 import json
 
 import pytest
-<<<<<<< Updated upstream
 
 from tests.tipdamp.report.files import artefacts, damage, written
-=======
-from tests.tipdamp.report_files import artefacts, damage, written
-
->>>>>>> Stashed changes
 from tipdamp.report.results import load_results
 from tipdamp.report.summary import summarise
 
