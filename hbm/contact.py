@@ -161,7 +161,7 @@ class ContactTable:
         missing = [c for c in COLUMNS if c not in header and c not in _DEFAULT]
         if missing:
             raise InputError(f"{path}: column '{missing[0]}' is missing; needed: {', '.join(COLUMNS)}")
-        columns = {c: [_DEFAULT[c]] * (len(lines) - 1) for c in _DEFAULT}
+        columns: dict = {c: [_DEFAULT[c]] * (len(lines) - 1) for c in _DEFAULT}
         for k, name in enumerate(header):
             columns[name] = [_parse(path, i + 2, name, line[k] if k < len(line) else "")
                              for i, line in enumerate(lines[1:])]
@@ -173,7 +173,9 @@ class ContactTable:
 
 def relative_motion(model: ReducedModel, pairs: ContactTable) -> sp.csr_matrix:
     """B (3P, r): rows t1, t2, n of each pair in turn, u = B q = frame @ (u_damper - u_blade)."""
-    rows, columns, values = [], [], []
+    rows: list[int] = []
+    columns: list[int] = []
+    values: list[float] = []
     for i in range(len(pairs)):
         for body, node, sign in ((pairs.damper_body[i], pairs.damper_node[i], 1.0),
                                  (pairs.blade_body[i], pairs.blade_node[i], -1.0)):

@@ -5,18 +5,16 @@ The matrices may come from `modal.craig_bampton` or from any other code; nothing
 
 import json
 import warnings
-import zipfile
-import zlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from hbm.errors import InputError, nearest, shown
+from hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
+from hbm.io.matrices_in import read_model
 from hbm.validation import numbers
 
-DIRECTIONS = ("x", "y", "z")
-ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches
 SYMMETRY_TOLERANCE = 1e-10
 NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding
 BUCKLED = 1e-8           # negative stiffness, as a share of the diagonal, that is more than rounding
@@ -106,9 +104,12 @@ class ReducedModel:
 
     @classmethod
     def from_files(cls, M, K, C=None, dofs=None, **more) -> "ReducedModel":
-        """One file per matrix and a dof table, in the formats of `hbm.io.matrices_in`; the rest as model_from_files."""
-        from hbm.io.matrices_in import model_from_files
-        return model_from_files(M, K, C, dofs, **more)
+        """One file per matrix and a dof table, in the formats of `hbm.io.matrices_in`.
+
+        more : body (name where the table has none), groups and loads beside those of the table
+        Raises InputError where a file cannot be read, or the files do not fit each other.
+        """
+        return cls.from_matrices(**read_model(M, K, C, dofs, **more))
 
     def dofs(self, body: str, node: int) -> np.ndarray:
         """Rows of the x, y, z displacement of a node, (3,) int; -1 where that direction is not in the model."""
@@ -174,28 +175,7 @@ class ReducedModel:
     @classmethod
     def load(cls, path) -> "ReducedModel":
         """Read what `save` wrote, or any .npz with M, K (and C, body, node, direction, position)."""
-        path = Path(path)
-        if not path.is_file():
-            raise InputError(f"reduced model not found: {path}")
-        try:
-            content = np.load(path, allow_pickle=False)
-        except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-            raise InputError(f"{path}: is not an .npz of plain arrays ({error})") from None
-        if not hasattr(content, "files"):
-            raise InputError(f"{path}: is a single array, an .npz with M and K is needed")
-        with content as z:
-            for key in ("M", "K"):
-                if key not in z.files:
-                    raise InputError(f"{path}: holds no matrix '{key}', only {', '.join(z.files)}")
-            try:
-                found = {k: z[k] for k in z.files}
-                groups = json.loads(str(found.get("groups", "{}")))
-                provenance = json.loads(str(found["provenance"])) if "provenance" in found else {"file": path.name}
-            except (ValueError, OSError, EOFError, zlib.error, zipfile.BadZipFile) as error:
-                raise InputError(f"{path}: is damaged ({error})") from None
-        optional = {k: found[k] for k in ("C", "body", "node", "direction", "position") if k in found}
-        loads = {k.removeprefix("load/"): v for k, v in found.items() if k.startswith("load/")}
-        return cls.from_matrices(found["M"], found["K"], groups=groups, loads=loads, provenance=provenance, **optional)
+        return cls.from_matrices(**read_npz(path))
 
 
 def symmetric(name: str, matrix) -> np.ndarray:

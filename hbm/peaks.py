@@ -55,8 +55,8 @@ def find_peaks(curve: ForcedResponse, problem, name: str, kind: str = "half_peak
     for begin, done in [(branch.points[i], solved[i]) for i in local_maxima(a, [p.parameter for p in points])]:
         top = begin if done else refinement.run(branch.points.index(begin))
         found.append((top.parameter / equation.parameter.scale, float(table[branch.points.index(top)][0])))
-    found = np.reshape(found, (-1, 2))
-    return found[np.argsort(-found[:, 1], kind="stable")]
+    table_of = np.reshape(found, (-1, 2))
+    return table_of[np.argsort(-table_of[:, 1], kind="stable")]
 
 
 def _refinement(equation, branch, table, output, settings):

@@ -82,7 +82,7 @@ class ContactProblem:
     def stuck_stiffness(self) -> np.ndarray:
         """(r, r) K + B' K_c B."""
         k = self.law.stuck_stiffness(self.pairs).ravel()
-        B = self.B.toarray() if sp.issparse(self.B) else np.asarray(self.B, dtype=float)
+        B = sp.csr_matrix(self.B).toarray()
         return self.K + (B.T * k) @ B
 
     def rest_force(self, contacts: Contacts) -> np.ndarray:

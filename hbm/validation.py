@@ -21,7 +21,7 @@ def check_harmonics(H):
 
 def positive(name, value, unit="") -> float:
     """One finite number above zero."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value < np.inf:
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) < np.inf:
         raise InputError(f"{name} = {value!r}: must be one positive number{' in' * bool(unit)}{unit}")
     return float(value)
 
@@ -105,7 +105,8 @@ def check_settings(settings: Settings | None, progress=None) -> Settings:
     for one in fields(Settings):
         value, whole = getattr(settings, one.name), isinstance(one.default, int)
         least = 0 if one.name in MAY_BE_ZERO else 1 if whole else np.finfo(float).tiny
-        if isinstance(value, bool) or not isinstance(value, Integral if whole else Real) or not least <= value < np.inf:
+        if isinstance(value, bool) or not isinstance(value, Integral if whole else Real) \
+                or not least <= float(value) < np.inf:
             raise InputError(f"settings: {one.name} = {brief(value)}: must be a {'whole ' if whole else ''}number, "
                              + (f"{least} or more" if whole or not least else "above 0"))
     return settings

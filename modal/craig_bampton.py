@@ -15,7 +15,8 @@ import numpy as np
 import scipy.linalg as sl
 
 from hbm.errors import InputError
-from hbm.model import DIRECTIONS, ReducedModel
+from hbm.io.dof_table import DIRECTIONS
+from hbm.model import ReducedModel
 from modal.body import Body, check_support
 from modal.eigen import Modes
 from modal.elasticity import Material

@@ -13,7 +13,8 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from hbm.errors import InputError
-from hbm.model import ROTATIONS, ReducedModel
+from hbm.io.dof_table import ROTATIONS
+from hbm.model import ReducedModel
 from static_contact.rigid_motions import SETTINGS, RigidMotionSettings, floating
 
 _LABELS = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]

@@ -10,7 +10,8 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from hbm.model import ROTATIONS, ReducedModel
+from hbm.io.dof_table import ROTATIONS
+from hbm.model import ReducedModel
 
 
 @dataclass(frozen=True)

@@ -87,6 +87,37 @@ def test_continuation_knows_nothing_of_vibration(path):
     assert all(module.startswith("hbm.continuation.") for module in ours)
 
 
+def circles(files):
+    """[names of modules that import each other in a circle, or lie between two such], imports in functions included."""
+    module = {path: path.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__")
+              for path in files}
+    uses = {module[path]: set() for path in files}
+    for path, name in module.items():
+        for found, _ in imports(path):
+            home = found if found in uses else found.rpartition(".")[0]
+            uses[name] |= {home} & uses.keys() - {name}
+    while leaves := {name for name, used in uses.items() if not used & uses.keys()}:
+        uses = {name: used for name, used in uses.items() if name not in leaves}
+    while roots := uses.keys() - {used for name in uses for used in uses[name]}:
+        uses = {name: used for name, used in uses.items() if name not in roots}
+    return sorted(uses)
+
+
+@pytest.mark.parametrize("package", [pytest.param(p, marks=[pytest.mark.xfail] * (p == "tipdamp")) for p in MAY_USE])
+def test_no_circle_of_imports(package):
+    assert circles([path for path in FILES if path.relative_to(ROOT).parts[0] == package]) == []
+
+
+def test_a_circle_is_found_inside_functions(tmp_path, monkeypatch):
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    (tmp_path / "hbm").mkdir()
+    texts = {"a": "from hbm.b import f\n", "b": "def f():\n    from hbm import c\n", "c": "from hbm.a import g\n",
+             "above": "import hbm.a\n", "below": "import numpy\n"}
+    for name, text in texts.items():
+        (tmp_path / "hbm" / f"{name}.py").write_text(text)
+    assert circles(sorted((tmp_path / "hbm").glob("*.py"))) == ["hbm.a", "hbm.b", "hbm.c"]
+
+
 @each_file
 def test_dolfinx_has_one_home(path):
     name = path.relative_to(ROOT).as_posix()

@@ -5,6 +5,7 @@ The derivative D of the bracket vanishes on pairs that stick through the cycle, 
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf as getrf
@@ -27,7 +28,7 @@ class Linearisation:
     by_parameter: np.ndarray
     bracket: ContactForces
     modal: np.ndarray          # (m, H+1) coordinates: q_k = shapes @ modal[:, k]
-    balance: object            # the HarmonicBalance
+    balance: Any               # the HarmonicBalance
     factors: np.ndarray        # (m, H+1)
     w: float
     modal_rate: np.ndarray     # (m, H+1) derivative of modal by the parameter while g stands

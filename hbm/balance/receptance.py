@@ -8,7 +8,7 @@ scaled to k_r = 1 so that massless dofs do no harm (to m_r = 1 where rigid motio
 damping matrix d_r(w) = 1/(i w - s_r) over the poles of the state-space pencil, diagonalised once.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.linalg as la
@@ -29,20 +29,20 @@ class Receptance:
     """q = shapes diag(d(w)) shapes.T f.
 
     shapes : (r, m), real with damping ratios, complex with a general damping matrix
-    stiffness, mass, ratio : (m,) modal k_r and m_r, and damping ratios - or None
-    poles : (m,) 1/s - or None
+    stiffness, mass, ratio : (m,) modal k_r and m_r, and damping ratios; empty with a general damping matrix
+    poles : (m,) 1/s with a general damping matrix, else empty
     """
 
     shapes: np.ndarray
-    stiffness: np.ndarray | None = None
-    mass: np.ndarray | None = None
-    ratio: np.ndarray | None = None
-    poles: np.ndarray | None = None
+    stiffness: np.ndarray = field(default_factory=lambda: np.empty(0))
+    mass: np.ndarray = field(default_factory=lambda: np.empty(0))
+    ratio: np.ndarray = field(default_factory=lambda: np.empty(0))
+    poles: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=complex))
 
     @property
     def frequencies(self) -> np.ndarray:
         """Natural frequencies in Hz, lowest first (with poles: |s|/2 pi of each)."""
-        if self.poles is not None:
+        if self.poles.size:
             return np.sort(np.abs(self.poles)) / (2 * np.pi)
         with np.errstate(divide="ignore"):
             return np.sort(np.sqrt(self.stiffness / self.mass)) / (2 * np.pi)
@@ -50,7 +50,7 @@ class Receptance:
     def factors(self, w: np.ndarray):
         """d and dd/dw, each (m, n) complex, at the angular frequencies w (n,)."""
         w = np.atleast_1d(np.asarray(w, dtype=float))
-        if self.poles is not None:
+        if self.poles.size:
             d = 1 / (1j * w - self.poles[:, None])
             return d, -1j * d * d
         a, b = self.mass[:, None], 2j * (self.ratio * np.sqrt(self.stiffness * self.mass))[:, None]
@@ -73,7 +73,7 @@ def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
     if (C is None) == (damping_ratio is None):
         both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
         raise InputError(f"damping: {both} given, exactly one is needed")
-    given = None if C is not None else _ratios(damping_ratio, r)
+    given = _ratios(damping_ratio, r) if C is None else np.empty(0)
     _check_held(K, describe)
     period2, shapes = la.eigh(M, K)
     if period2[0] < -1e-10 * period2[-1]:
@@ -236,8 +236,8 @@ class NamedMotion:
 
 def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis, or deforms."""
-    share = {body: np.sum(motion[model.body == body] ** 2) for body in dict.fromkeys(model.body.tolist())}
-    body = max(share, key=share.get)
+    share = {body: float(np.sum(motion[model.body == body] ** 2)) for body in dict.fromkeys(model.body.tolist())}
+    body = max(share, key=lambda name: share[name])
     rows = np.flatnonzero((model.body == body) & model.moves & np.isfinite(model.position[:, 0]))
     if len(rows) < 3:
         return NamedMotion(f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False)
@@ -250,7 +250,7 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     size = np.linalg.norm(rigid, axis=0)
     size[size == 0] = 1.0
     part = np.linalg.lstsq(rigid / size, motion[rows], rcond=None)[0]
-    left = np.linalg.norm(motion[rows] - (rigid / size) @ part) / max(np.linalg.norm(motion[rows]), 1e-300)
+    left = np.linalg.norm(motion[rows] - (rigid / size) @ part) / max(float(np.linalg.norm(motion[rows])), 1e-300)
     slide, turn = np.linalg.norm(part[:3]), np.linalg.norm(part[3:])
     turns = bool(turn > 0.3 * slide)              # rolling on an edge moves the centre too
     vector = (part / size)[3:] if turns else part[:3]

@@ -17,7 +17,7 @@ class ContactReceptance:
 
     def __init__(self, receptance: Receptance, shapes: np.ndarray, H: int):
         self.receptance, self.shapes, self.H = receptance, shapes, H
-        self._kept = None
+        self._kept: tuple = ()              # (reach, low modes, matrices)
 
     def between(self, to, at, factors, w: float) -> np.ndarray:
         """(H+1, len(to), len(at)) complex between components; factors (m, H+1) : of the modes at the orders of w."""
@@ -48,9 +48,9 @@ class ContactReceptance:
         if r.shapes.shape[1] < FEW:
             return slice(None), None
         top = w * max(self.H, 1)
-        if self._kept is None or not 0.5 * self._kept[0] <= top <= self._kept[0]:
+        if not self._kept or not 0.5 * self._kept[0] <= top <= self._kept[0]:
             reach = 1.1 * top
-            if r.poles is not None:
+            if r.poles.size:
                 self._kept = reach, *self._of_poles(np.abs(r.poles) > reach * REACH)
             else:
                 self._kept = reach, *self._of_modes((np.sqrt(r.mass) * reach * REACH < 1) & (r.ratio < 0.3))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm.continuation.point import Evaluate, Metric, Plane, Point
+from hbm.continuation.point import Evaluate, Linearised, Metric, Plane, Point, size
 from hbm.continuation.settings import DEFAULT, Settings
 
 
@@ -15,23 +15,24 @@ def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings
     again, and with the matrix of the step before where that is good enough [Deuflhard 2004, section 2.1].
     The first step removes what x has gained since `last` and R does not determine (`Linearised.restoring`).
     """
-    (x, p, row, corner), kept, first = plane, None, None
+    (x, p, row, corner), first = plane, None
+    kept: Linearised | None = None
     before, least, stalls = np.inf, np.inf, 0
     for iteration in range(1, settings.max_iterations + 1):
         e = evaluate(x, p)
         first = first or e
-        size = np.clip(np.linalg.norm(metric.weights * x), 1e-6 * metric.size, 10 * metric.size)
-        error = np.linalg.norm(e.residual) / size
+        unit = np.clip(size(metric.weights * x), 1e-6 * metric.size, 10 * metric.size)
+        error = size(e.residual) / unit
         if error <= settings.tolerance:
             return Point(x, p, True, iteration, e)
         stalls += error > 0.5 * least          # more than once: it alternates between the pieces of a kink
         if not np.isfinite(error) or error > 1e8 or stalls > 1:
             break
         rate = error / before if kept is not None else 1.0
-        chord = kept is not None and settings.safety * rate * error <= settings.tolerance
+        chord = kept if kept is not None and settings.safety * rate * error <= settings.tolerance else None
         value = -(row @ (x - plane.x) + corner * (p - plane.parameter))
         residual = e.residual + e.restoring(x - last) if iteration == 1 and last is not None else e.residual
-        dx, dp = (kept if chord else e).solve(row, corner, value, residual)
+        dx, dp = (chord or e).solve(row, corner, value, residual)
         x, p = x + dx, p + dp
         if not np.isfinite(p) or not np.isfinite(x).all():
             break
@@ -47,20 +48,20 @@ def solve_fixed(evaluate: Evaluate, x, p, weights, settings: Settings = DEFAULT,
     none = np.zeros(len(x))
     e = evaluate(x, p)
     calls = 1
-    reach = 1e3 * max(np.linalg.norm(x), np.linalg.norm(e.residual))     # a Jacobian near singular sends x far away
+    reach = 1e3 * max(size(x), size(e.residual))     # a Jacobian near singular sends x far away
     while calls < max_calls:
-        error = np.linalg.norm(e.residual)
-        if error <= settings.tolerance * min(max(np.linalg.norm(weights * x), 1e-300), reach):
+        error = size(e.residual)
+        if error <= settings.tolerance * min(max(size(weights * x), 1e-300), reach):
             return Point(x, p, True, calls, e)
         dx, _ = e.solve(none, 1.0, 0.0)
-        length = np.linalg.norm(dx)
-        if not np.isfinite(error + length) or np.linalg.norm(x) > 100 * reach:
+        length = size(dx)
+        if not np.isfinite(error + length) or size(x) > 100 * reach:
             break
         share = min(1.0, reach / length) if length else 1.0
         for _ in range(7):
             trial = evaluate(x + share * dx, p)
             calls += 1
-            if np.linalg.norm(trial.residual) < (1 - 0.1 * share) * error:
+            if size(trial.residual) < (1 - 0.1 * share) * error:
                 break
             share *= 0.5
         x, e = x + share * dx, trial
@@ -69,7 +70,7 @@ def solve_fixed(evaluate: Evaluate, x, p, weights, settings: Settings = DEFAULT,
 
 def between(evaluate: Evaluate, a: Point, b: Point, share: float, weights, settings: Settings = DEFAULT) -> Point:
     """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of it."""
-    metric = Metric(weights, max(np.linalg.norm(weights * a.x), np.linalg.norm(weights * b.x), 1e-300),
+    metric = Metric(weights, max(size(weights * a.x), size(weights * b.x), 1e-300),
                     max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2)
     dx, dp = b.x - a.x, b.parameter - a.parameter
     row, corner = metric.border(dx, dp)

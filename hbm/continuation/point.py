@@ -7,7 +7,7 @@ tells forward from backward where the direction itself jumps.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
@@ -50,7 +50,7 @@ class Point:
     """One point of a branch; x (n,) is NaN where the corrector failed.
 
     iterations : evaluations of the residual
-    detail : linearisation of the last evaluation; where the corrector failed, of the first
+    detail : Linearised of the last evaluation; where the corrector failed, of the first
     tangent : (dx, dp) along the branch, of any length
     """
 
@@ -58,8 +58,13 @@ class Point:
     parameter: float
     converged: bool
     iterations: int
-    detail: Linearised | None = None
+    detail: Any = None
     tangent: tuple | None = None
+
+
+def size(v) -> float:
+    """Euclidean norm of v (n,)."""
+    return float(np.linalg.norm(v))
 
 
 def failed(n: int, parameter: float, calls: int = 0) -> Point:
@@ -89,7 +94,7 @@ class Metric:
 
     def norm(self, dx, dp) -> float:
         """Length of a step."""
-        return float(np.hypot(np.linalg.norm(self.weights * dx) / self.size, dp / self.length))
+        return float(np.hypot(size(self.weights * dx) / self.size, dp / self.length))
 
     def border(self, dx, dp):
         """Row and corner of the unit plane normal to (dx, dp)."""

@@ -10,7 +10,6 @@ text names node and dof of each entry itself. What `ReducedModel.save` or `matri
 holds the table already: with M and K from such a file, `dofs` may be left out.
 """
 
-import csv
 import re
 from pathlib import Path
 
@@ -19,22 +18,19 @@ import scipy.io
 import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
-from hbm.model import DIRECTIONS, ROTATIONS, ReducedModel
+from hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
 
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
-ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z", "ROTX": "rx", "ROTY": "ry", "ROTZ": "rz"}
-TABLE = ("body", "node", "direction", "position")       # columns of a dof table inside a file
-ABAQUS_DOFS = dict(enumerate((*DIRECTIONS, *ROTATIONS), 1))
 
 
-def model_from_files(M, K, C=None, dofs=None, body="body", groups=None, loads=None) -> ReducedModel:
-    """ReducedModel from one file per matrix and a dof table; `body` names the body where the table does not.
+def read_model(M, K, C=None, dofs=None, body="body", groups=None, loads=None) -> dict:
+    """Keywords of ReducedModel.from_matrices from one file per matrix and a dof table.
 
-    groups, loads : as in ReducedModel, beside those of the dof table. Raises InputError where a file cannot be read or
-    they do not fit each other.
+    body : its name where the table has none; groups, loads : as in ReducedModel, beside those of the table
+    Raises InputError where a file cannot be read, or the files do not fit each other.
     """
     labels = None
-    matrices = {}
+    matrices: dict = {}
     for name, path in (("M", M), ("K", K), ("C", C)):
         if path is None:
             matrices[name] = None
@@ -43,15 +39,14 @@ def model_from_files(M, K, C=None, dofs=None, body="body", groups=None, loads=No
         if found is not None and labels is not None and found != labels:
             raise InputError(f"{path}: its nodes and dofs are not those of {M}")
         labels = labels or found
-    saved = _saved_table(M)
+    saved = saved_table(M)
     table = saved if dofs is None else read_dofs(dofs, body)
     if labels:
-        table = _table_of_labels(labels, body) if dofs is None else table
-        _check_labels(labels, table, dofs, M)
+        table = table_of_labels(labels, body) if dofs is None else table
+        check_labels(labels, table, dofs, M)
     for name, given in (("groups", groups), ("loads", loads)):
         table[name] = saved.get(name, {}) | table.get(name, {}) | (given or {})
-    return ReducedModel.from_matrices(matrices["M"], matrices["K"], matrices["C"], **({"body": body} | table),
-                                      provenance={"M": str(M), "K": str(K), "C": str(C)})
+    return {"body": body} | table | matrices | {"provenance": {"M": str(M), "K": str(K), "C": str(C)}}
 
 
 def read_matrix(path, name="matrix"):
@@ -88,37 +83,6 @@ def read_matrix(path, name="matrix"):
     return _both_triangles(matrix), labels
 
 
-def read_dofs(path, body="body") -> dict:
-    """Columns body, node, direction, position and loads of a dof table, in the order of the matrices; and groups."""
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"dof table: no such file: {path}")
-    if path.suffix.lower() == ".mapping":
-        return _ansys_mapping(path, body)
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as f:
-            rows = [{k.strip(): (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(f)]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: is not a CSV text in UTF-8 ({error}); save the dof table as 'CSV UTF-8'") from None
-    for column in ("node", "direction"):
-        if not rows or column not in rows[0]:
-            raise InputError(f"{path}: column '{column}' is missing; needed: node, direction; may be: body, x, y, z")
-    try:
-        position = [[float(row.get(k) or "nan") for k in DIRECTIONS] for row in rows]
-        node = [int(row["node"]) for row in rows]
-        loads = {name: [float(row[key] or 0) for row in rows] for name, key in _named(rows[0], "load ")}
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
-    return dict(body=np.array([row.get("body") or body for row in rows]), node=node, position=position,
-                direction=[row["direction"].lower() for row in rows], loads=loads,
-                groups={name: list(dict.fromkeys(n for n, row in zip(node, rows, strict=True) if row[key]))
-                        for name, key in _named(rows[0], "group ")})
-
-
-def _named(row, prefix):
-    return [(key.removeprefix(prefix), key) for key in row if key.startswith(prefix)]
-
-
 def harwell_boeing(path) -> sp.csc_matrix:
     """Assembled real Harwell-Boeing matrix, symmetric (RSA) or not (RUA); one triangle as it stands."""
     lines = Path(path).read_text().splitlines()
@@ -131,7 +95,10 @@ def harwell_boeing(path) -> sp.csc_matrix:
     at = 5 if counts[4] else 4
     parts = []
     for layout, count, number in zip(formats, counts[1:4], (columns + 1, entries, entries), strict=True):
-        width = int(re.search(r"[IDEFG](\d+)", layout.upper())[1])
+        field = re.search(r"[IDEFG](\d+)", layout.upper())
+        if field is None:
+            raise ValueError(f"format {layout} is unknown")
+        width = int(field[1])
         text = [line[k:k + width] for line in lines[at:at + count] for k in range(0, len(line.rstrip()), width)]
         parts.append([t for t in text if t.strip()][:number])
         if len(parts[-1]) != number:
@@ -167,41 +134,6 @@ def abaqus_text(path):
     return sp.coo_matrix((values, (i, j)), shape=(len(labels),) * 2).tocsr(), tuple(labels)
 
 
-def _table_of_labels(labels, body):
-    wrong = [label for label in labels if label[1] not in ABAQUS_DOFS]
-    if wrong:
-        node, dof = wrong[0]
-        raise InputError(f"node {node}: dof {dof} is neither displacement (1, 2, 3) nor rotation (4, 5, 6): "
-                         "give a dof table (CSV) in which it is a row of direction 'mode'")
-    return dict(body=body, node=[n for n, _ in labels], direction=[ABAQUS_DOFS[d] for _, d in labels])
-
-
-def _check_labels(labels, table, dofs, M):
-    """The rows of Abaqus' text stand in the order of its node and dof numbers: a table must not say otherwise."""
-    rows = list(zip(table["node"], table["direction"], strict=True))
-    if len(rows) != len(labels):
-        raise InputError(f"{dofs}: has {len(rows)} rows, {M} names {len(labels)} dofs")
-    for i, ((node, dof), (listed, direction)) in enumerate(zip(labels, rows, strict=True)):
-        meant = ABAQUS_DOFS.get(dof, "mode")
-        if (node, direction) not in ((listed, meant), (listed, "mode" if dof > 3 else meant)):
-            raise InputError(f"{dofs}, row {i + 1}: is node {listed}, {direction}; {M} has node {node}, dof {dof} "
-                             "there: order the table by node and dof number, or leave it out")
-
-
-def _ansys_mapping(path, body):
-    found = [line.split() for line in Path(path).read_text(errors="replace").splitlines()]
-    found = [f for f in found if len(f) >= 3 and f[0].isdigit() and f[1].isdigit()]
-    for f in found:
-        if f[2].upper() not in ANSYS_DOFS:
-            raise InputError(f"{path}: equation {f[0]} is {f[2]} of node {f[1]}, must be {', '.join(ANSYS_DOFS)}: "
-                             "condense the others out, or give a dof table (CSV) in which they are rows of direction "
-                             "'mode'")
-    if not found:
-        raise InputError(f"{path}: holds no lines 'equation node UX'")
-    found.sort(key=lambda f: int(f[0]))
-    return dict(body=body, node=[int(f[1]) for f in found], direction=[ANSYS_DOFS[f[2].upper()] for f in found])
-
-
 def _ansys(path):
     """(matrix, None) of Harwell-Boeing in the fixed columns of Ansys, or as loosely as scipy writes and reads it; under
     the same ending also Abaqus' text, with its labels."""
@@ -217,27 +149,6 @@ def _ansys(path):
             return scipy.io.hb_read(path), None
         except Exception:           # it raises what it likes
             raise ours from None
-
-
-def _saved_table(path) -> dict:
-    """Columns, groups and loads in an .npz of ReducedModel.save or in a .mat of `exports`; empty for other files."""
-    if Path(path).suffix.lower() == ".npz":
-        with np.load(path, allow_pickle=False) as z:
-            if not {"M", "K", "node", "direction"} <= set(z.files):
-                return {}
-        model = ReducedModel.load(path)
-        return {name: getattr(model, name) for name in (*TABLE, "groups", "loads")}
-    if Path(path).suffix.lower() != ".mat":
-        return {}
-    content = scipy.io.loadmat(path, chars_as_strings=True)
-    if not {*TABLE} <= set(content):
-        return {}
-    names = {key: [str(np.ravel(cell)[0]) for cell in np.ravel(content.get(key, []))]
-             for key in ("body", "direction", "group_names", "load_names")}
-    groups = [np.ravel(nodes) for nodes in np.ravel(content.get("group_nodes", []))]
-    return dict(body=names["body"], node=content["node"].ravel(), direction=names["direction"],
-                position=content["position"], groups=dict(zip(names["group_names"], groups, strict=True)),
-                loads=dict(zip(names["load_names"], content.get("loads", np.empty((0, 0))).T, strict=True)))
 
 
 def _npz(path, name):

@@ -12,7 +12,8 @@ import scipy.io
 import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
-from hbm.model import DIRECTIONS, ReducedModel
+from hbm.io.dof_table import DIRECTIONS
+from hbm.model import ReducedModel
 
 KINDS = ("npz", "mat", "mtx")
 

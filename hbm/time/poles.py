@@ -37,7 +37,7 @@ class Poles:
 
 def poles(receptance: Receptance, fastest: float = np.inf) -> Poles:
     """First-order form of a receptance; modes above `fastest` (rad/s) and those without mass follow statically."""
-    if receptance.poles is not None:
+    if receptance.poles.size:
         s, A = receptance.poles, receptance.shapes
         kept = s.imag >= 0
         s, out, into = s[kept], A[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept], A[:, kept]

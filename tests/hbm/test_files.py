@@ -13,9 +13,12 @@ import scipy.sparse as sp
 
 from hbm.contact import COLUMNS, GROUND, ContactTable
 from hbm.errors import InputError
-from hbm.io.matrices_in import FORMATS, model_from_files, read_matrix
-from hbm.model import DIRECTIONS, ROTATIONS, ReducedModel
+from hbm.io.dof_table import DIRECTIONS, ROTATIONS
+from hbm.io.matrices_in import FORMATS, read_matrix
+from hbm.model import ReducedModel
 from tests.hbm.small_rig import small_rig
+
+from_files = ReducedModel.from_files
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +64,7 @@ def test_every_format_comes_back(rig, tmp_path, kind):
     paths = {name: tmp_path / f"{name}{kind}" for name in "MK"}
     for name, path in paths.items():
         write(path, getattr(model, name))
-    again = ReducedModel.from_files(**paths, dofs=dof_table(tmp_path / "dofs.csv", model), loads={"pull": model.K[0]},
+    again = from_files(**paths, dofs=dof_table(tmp_path / "dofs.csv", model), loads={"pull": model.K[0]},
                                     groups={"damper/line": [1, 2]})
     assert np.array_equal(again.loads["pull"], model.K[0]) and again.groups["damper/line"].tolist() == [1, 2]
     for name in "MK":
@@ -76,12 +79,12 @@ def test_abaqus_text_names_its_dofs(rig, tmp_path):
     for name in "MK":
         A = getattr(model, name)[np.ix_(rows, rows)]
         abaqus(tmp_path / f"{name}.mtx", A + 0.0, model.node[rows], model.direction[rows])
-    again = model_from_files(tmp_path / "M.mtx", tmp_path / "K.mtx", body="damper")
+    again = from_files(tmp_path / "M.mtx", tmp_path / "K.mtx", body="damper")
     assert np.allclose(again.K, model.K[np.ix_(rows, rows)], rtol=1e-14)
     assert again.dofs("damper", 2).tolist() == [3, 4, 5]
     (tmp_path / "heat.mtx").write_text("1,11,1,11,2.0")
     with pytest.raises(InputError, match="dof 11 is neither displacement .* direction 'mode'"):
-        model_from_files(tmp_path / "heat.mtx", tmp_path / "heat.mtx")
+        from_files(tmp_path / "heat.mtx", tmp_path / "heat.mtx")
 
 
 def bernoulli():
@@ -113,7 +116,7 @@ def test_rotations_are_dofs_that_no_contact_touches(tmp_path):
         f"{i + 1} {n} {'ROTZ' if d == 'rz' else 'U' + d.upper()}" for i, (n, d) in enumerate(rows)))
     for kind, dofs in ((".npy", "dofs.csv"), (".mtx", None), (".mtx", "dofs.csv"), (".matrix", None),
                        (".hb", "K.mapping")):
-        model = model_from_files(tmp_path / f"M{kind}", tmp_path / f"K{kind}", dofs=dofs and tmp_path / dofs)
+        model = from_files(tmp_path / f"M{kind}", tmp_path / f"K{kind}", dofs=dofs and tmp_path / dofs)
         assert np.allclose(model.K, K, rtol=1e-15) and model.direction.tolist() == ["x", "y", "rz"] * 2
         assert model.dofs("body", 2).tolist() == [3, 4, -1] and model.moves.tolist() == [True, True, False] * 2
 
@@ -136,7 +139,7 @@ def test_harwell_boeing_mapping(rig, tmp_path):
     node = np.repeat(np.arange(1, model.size // 3 + 1), 3)
     (tmp_path / "K.mapping").write_text("Matrix Eqn  Node  DOF\n" + "\n".join(
         f"{i + 1:8d} {node[i]:8d} U{'XYZ'[i % 3]}" for i in range(model.size)))
-    again = model_from_files(tmp_path / "M.hb", tmp_path / "K.hb", dofs=tmp_path / "K.mapping", body="all")
+    again = from_files(tmp_path / "M.hb", tmp_path / "K.hb", dofs=tmp_path / "K.mapping", body="all")
     assert again.dofs("all", 2).tolist() == [3, 4, 5]
 
 
@@ -186,7 +189,7 @@ def test_what_is_no_square_matrix_is_refused(tmp_path):
     np.save(tmp_path / "K.npy", np.ones(4))
     refused(r"K\.npy holds an array of shape \(4,\), must be a square matrix", read_matrix, tmp_path / "K.npy", "K")
     scipy.io.mmwrite(tmp_path / "K.mtx", np.eye(3) * (2 + 1j))
-    refused(r"M\[0, 0\] is 2\+1j: matrices must be real", model_from_files, tmp_path / "K.mtx", tmp_path / "K.mtx")
+    refused(r"M\[0, 0\] is 2\+1j: matrices must be real", from_files, tmp_path / "K.mtx", tmp_path / "K.mtx")
 
 
 @pytest.mark.parametrize("kind", ["npz", "npy", "mat", "mtx"])
@@ -199,9 +202,9 @@ def test_files_that_changed_places_are_found_out(rig, tmp_path, kind):
                  "mat": lambda path, name, matrix: scipy.io.savemat(path, {name: matrix}),
                  "mtx": lambda path, name, matrix: scipy.io.mmwrite(path, matrix)}[kind]
         write(tmp_path / f"{name}.{kind}", name, matrix)
-    model_from_files(tmp_path / f"M.{kind}", tmp_path / f"K.{kind}")
+    from_files(tmp_path / f"M.{kind}", tmp_path / f"K.{kind}")
     with pytest.raises(InputError, match="changed places"):
-        model_from_files(M=tmp_path / f"K.{kind}", K=tmp_path / f"M.{kind}")
+        from_files(M=tmp_path / f"K.{kind}", K=tmp_path / f"M.{kind}")
 
 
 def test_dof_tables_that_cannot_be_meant(rig, tmp_path):
@@ -211,21 +214,21 @@ def test_dof_tables_that_cannot_be_meant(rig, tmp_path):
         abaqus(tmp_path / f"{name}.mtx", getattr(model, name), model.node, model.direction)
     dofs = dof_table(tmp_path / "dofs.csv", model)
     files = dict(M=tmp_path / "M.mtx", K=tmp_path / "K.mtx", dofs=dofs)
-    assert np.array_equal(model_from_files(**files).node, model.node)
+    assert np.array_equal(from_files(**files).node, model.node)
     lines = dofs.read_text().splitlines()
     dofs.write_text("\n".join([lines[0], lines[2], lines[1], *lines[3:]]))
-    refused(r"dofs\.csv, row 1: is node 1, y; .*M\.mtx has node 1, dof 1 there: order", model_from_files, **files)
+    refused(r"dofs\.csv, row 1: is node 1, y; .*M\.mtx has node 1, dof 1 there: order", from_files, **files)
     dofs.write_text("\n".join(lines[:-1]))
-    refused(r"has 23 rows, .*M\.mtx names 24 dofs", model_from_files, **files)
+    refused(r"has 23 rows, .*M\.mtx names 24 dofs", from_files, **files)
     dofs.write_bytes("\n".join(lines).replace("damper", "d\xe4mpfer").encode("latin-1"))
-    refused(r"dofs\.csv: is not a CSV text in UTF-8", model_from_files, **files)
+    refused(r"dofs\.csv: is not a CSV text in UTF-8", from_files, **files)
     (tmp_path / "K.mapping").write_text("Eqn Node DOF\n 1 7 UX\n 2 7 TEMP\n")
-    refused(r"equation 2 is TEMP of node 7, must be UX, UY, UZ, ROTX, ROTY, ROTZ", model_from_files, files["M"],
+    refused(r"equation 2 is TEMP of node 7, must be UX, UY, UZ, ROTX, ROTY, ROTZ", from_files, files["M"],
             files["K"], dofs=tmp_path / "K.mapping")
     dofs.write_text("node,direction\n7,ROTX\n")
     for name in "MK":
         np.save(tmp_path / f"{name}.npy", np.eye(1))
-    refused(r"direction 'rotx' is unknown; .*valid: x, y, z, rx, ry, rz, mode", model_from_files, tmp_path / "M.npy",
+    refused(r"direction 'rotx' is unknown; .*valid: x, y, z, rx, ry, rz, mode", from_files, tmp_path / "M.npy",
             tmp_path / "K.npy", dofs=dofs)
 
 
@@ -241,10 +244,10 @@ def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_
         for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh", "mpi4py"):
             sys.modules[name] = None
         from hbm.contact import ContactTable
-        from hbm.io.matrices_in import model_from_files
+        from hbm.model import ReducedModel
         from hbm.laws import DryFriction2T
         from hbm.response import forced_response
-        model = model_from_files("M.mtx", "K.mtx", dofs="dofs.csv")
+        model = ReducedModel.from_files("M.mtx", "K.mtx", dofs="dofs.csv")
         tip = model.displacement_row("blade1", 4, [0, 1, 0])
         curve = forced_response(model, ContactTable.load("pairs.csv"), DryFriction2T(), 8 * tip, (200, 600),
                                 harmonics=1, damping_ratio=0.02, outputs={"tip": tip})

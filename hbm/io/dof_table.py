@@ -1,0 +1,134 @@
+"""Dof tables of reduced models in files: CSV, Ansys' .mapping, the labels of Abaqus' matrix text, saved models."""
+
+import csv
+import json
+import zipfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+import scipy.io
+
+from hbm.errors import InputError
+
+DIRECTIONS = ("x", "y", "z")
+ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches
+TABLE = ("body", "node", "direction", "position")       # columns of a dof table inside a file
+ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z", "ROTX": "rx", "ROTY": "ry", "ROTZ": "rz"}
+ABAQUS_DOFS = dict(enumerate((*DIRECTIONS, *ROTATIONS), 1))
+
+
+def read_dofs(path, body="body") -> dict:
+    """Columns body, node, direction, position and loads of a dof table, in the order of the matrices; and groups."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"dof table: no such file: {path}")
+    if path.suffix.lower() == ".mapping":
+        return _ansys_mapping(path, body)
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as f:
+            rows = [{k.strip(): (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(f)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: is not a CSV text in UTF-8 ({error}); save the dof table as 'CSV UTF-8'") from None
+    for column in ("node", "direction"):
+        if not rows or column not in rows[0]:
+            raise InputError(f"{path}: column '{column}' is missing; needed: node, direction; may be: body, x, y, z")
+    try:
+        position = [[float(row.get(k) or "nan") for k in DIRECTIONS] for row in rows]
+        node = [int(row["node"]) for row in rows]
+        loads = {name: [float(row[key] or 0) for row in rows] for name, key in _named(rows[0], "load ")}
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+    return dict(body=np.array([row.get("body") or body for row in rows]), node=node, position=position,
+                direction=[row["direction"].lower() for row in rows], loads=loads,
+                groups={name: list(dict.fromkeys(n for n, row in zip(node, rows, strict=True) if row[key]))
+                        for name, key in _named(rows[0], "group ")})
+
+
+def read_npz(path) -> dict:
+    """Keywords of ReducedModel.from_matrices from an .npz with M and K, as ReducedModel.save writes it.
+
+    Raises InputError where the file is not there, is damaged or holds no M and K.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"reduced model not found: {path}")
+    try:
+        content = np.load(path, allow_pickle=False)
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: is not an .npz of plain arrays ({error})") from None
+    if isinstance(content, np.ndarray):
+        raise InputError(f"{path}: is a single array, an .npz with M and K is needed")
+    with content as z:
+        for key in ("M", "K"):
+            if key not in z.files:
+                raise InputError(f"{path}: holds no matrix '{key}', only {', '.join(z.files)}")
+        try:
+            found = {k: z[k] for k in z.files}
+            groups = json.loads(str(found.get("groups", "{}")))
+            provenance = json.loads(str(found["provenance"])) if "provenance" in found else {"file": path.name}
+        except (ValueError, OSError, EOFError, zlib.error, zipfile.BadZipFile) as error:
+            raise InputError(f"{path}: is damaged ({error})") from None
+    loads = {k.removeprefix("load/"): v for k, v in found.items() if k.startswith("load/")}
+    given = {k: found[k] for k in ("M", "K", "C", *TABLE) if k in found}
+    return given | {"groups": groups, "loads": loads, "provenance": provenance}
+
+
+def table_of_labels(labels, body):
+    wrong = [label for label in labels if label[1] not in ABAQUS_DOFS]
+    if wrong:
+        node, dof = wrong[0]
+        raise InputError(f"node {node}: dof {dof} is neither displacement (1, 2, 3) nor rotation (4, 5, 6): "
+                         "give a dof table (CSV) in which it is a row of direction 'mode'")
+    return dict(body=body, node=[n for n, _ in labels], direction=[ABAQUS_DOFS[d] for _, d in labels])
+
+
+def check_labels(labels, table, dofs, M):
+    """The rows of Abaqus' text stand in the order of its node and dof numbers: a table must not say otherwise."""
+    rows = list(zip(table["node"], table["direction"], strict=True))
+    if len(rows) != len(labels):
+        raise InputError(f"{dofs}: has {len(rows)} rows, {M} names {len(labels)} dofs")
+    for i, ((node, dof), (listed, direction)) in enumerate(zip(labels, rows, strict=True)):
+        meant = ABAQUS_DOFS.get(dof, "mode")
+        if (node, direction) not in ((listed, meant), (listed, "mode" if dof > 3 else meant)):
+            raise InputError(f"{dofs}, row {i + 1}: is node {listed}, {direction}; {M} has node {node}, dof {dof} "
+                             "there: order the table by node and dof number, or leave it out")
+
+
+def saved_table(path) -> dict:
+    """Columns, groups and loads in an .npz of ReducedModel.save or a .mat of `matrices_out`; empty for other files."""
+    if Path(path).suffix.lower() == ".npz":
+        with np.load(path, allow_pickle=False) as z:
+            if not {"M", "K", "node", "direction"} <= set(z.files):
+                return {}
+        found = read_npz(path)
+        return {name: found[name] for name in (*TABLE, "groups", "loads") if name in found}
+    if Path(path).suffix.lower() != ".mat":
+        return {}
+    content = scipy.io.loadmat(path, chars_as_strings=True)
+    if not {*TABLE} <= set(content):
+        return {}
+    names = {key: [str(np.ravel(cell)[0]) for cell in np.ravel(content.get(key, []))]
+             for key in ("body", "direction", "group_names", "load_names")}
+    groups = [np.ravel(nodes) for nodes in np.ravel(content.get("group_nodes", []))]
+    return dict(body=names["body"], node=content["node"].ravel(), direction=names["direction"],
+                position=content["position"], groups=dict(zip(names["group_names"], groups, strict=True)),
+                loads=dict(zip(names["load_names"], content.get("loads", np.empty((0, 0))).T, strict=True)))
+
+
+def _ansys_mapping(path, body):
+    found = [line.split() for line in Path(path).read_text(errors="replace").splitlines()]
+    found = [f for f in found if len(f) >= 3 and f[0].isdigit() and f[1].isdigit()]
+    for f in found:
+        if f[2].upper() not in ANSYS_DOFS:
+            raise InputError(f"{path}: equation {f[0]} is {f[2]} of node {f[1]}, must be {', '.join(ANSYS_DOFS)}: "
+                             "condense the others out, or give a dof table (CSV) in which they are rows of direction "
+                             "'mode'")
+    if not found:
+        raise InputError(f"{path}: holds no lines 'equation node UX'")
+    found.sort(key=lambda f: int(f[0]))
+    return dict(body=body, node=[int(f[1]) for f in found], direction=[ANSYS_DOFS[f[2].upper()] for f in found])
+
+
+def _named(row, prefix):
+    return [(key.removeprefix(prefix), key) for key in row if key.startswith(prefix)]
