@@ -1,9 +1,6 @@
 """Forced response from nothing but two matrices, a dof table and a contact table, read from the working directory."""
 
-from hbm.contact import ContactTable
-from hbm.laws import DryFriction2T
-from hbm.model import ReducedModel
-from hbm.response import forced_response
+from hbm import ContactTable, DryFriction2T, ReducedModel, forced_response
 
 LEVELS = (5.0, 40.0, 60.0)            # N
 BAND = (900.0, 1400.0)                # Hz
@@ -12,7 +9,7 @@ BAND = (900.0, 1400.0)                # Hz
 def main():
     model = ReducedModel.from_files("M.mtx", "K.mtx", dofs="dofs.csv")
     pairs = ContactTable.load("pairs.csv")
-    tip = model.displacement_row("blades", 2, [0, 1, 0])         # forced and measured here, along y
+    tip = model.displacement_row("blades", 2, [0, 1, 0])         # excited and measured here, along y
     print("level N   peak Hz   um per N   slipping pairs   end")
     for level in LEVELS:
         curve = forced_response(model, pairs, DryFriction2T(), level * tip, BAND, harmonics=5, damping_ratio=0.01,
