@@ -7,9 +7,7 @@ import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
 from modal.matrix_checks import check_mass, check_mass_by_direction, check_matrix, check_nodes, check_table, sparse
-from modal.solvers.definite import check_stiffness_diagonal, negative_stiffness
-
-_HELD = 1e-9      # of the body's own stiffness: a motion that meets less is free
+from modal.solvers.definite import SETTINGS, check_stiffness_diagonal, negative_stiffness
 
 
 @dataclass(frozen=True)
@@ -62,6 +60,7 @@ class Body:
 
     @property
     def dofs(self) -> int:
+        """Number of free dofs."""
         return self.K.shape[0]
 
     def group(self, name: str) -> np.ndarray:
@@ -105,11 +104,11 @@ def rigid_modes(body: Body) -> int:
     rate, way = np.linalg.eigh((resisted + resisted.T) / 2)
     # against the stiffness-to-mass ratio of the body's own diagonal, a free motion is zero to rounding
     reference = np.median(np.abs(body.K.diagonal()) / body.M.diagonal())
-    if rate[0] < -_HELD * reference:
+    if rate[0] < -SETTINGS.floating * reference:
         lead = np.flatnonzero(scale > 0)[np.abs(way[:, 0]).argmax()]
         raise negative_stiffness(body, f"a rigid motion meets it, mostly a {'turn' if lead > 2 else 'slide'} "
                                        f"{'about' if lead > 2 else 'along'} {'xyz'[lead % 3]}")
-    return int((rate < _HELD * reference).sum())
+    return int((rate < SETTINGS.floating * reference).sum())
 
 
 def parts(body: Body) -> np.ndarray:
@@ -138,9 +137,9 @@ def check_support(body: Body) -> int:
     check_stiffness_diagonal(body)
     free = rigid_modes(body)
     if free and not body.free:
-        held = "nothing holds it" if free == 6 else "it is not held fast"
-        raise InputError(f"body '{body.name}': {held}, {free} rigid motions are free; name a clamp group whose nodes "
-                         "fix it")
+        support = "nothing holds it" if free == 6 else "it is not held fast"
+        raise InputError(f"body '{body.name}': {support}, {free} rigid motions are free; name a clamp group whose "
+                         "nodes fix it")
     if body.free and free != 6:
         raise InputError(f"body '{body.name}': declared free but {6 - free} of its 6 rigid motions are held")
     label = parts(body)

@@ -10,9 +10,11 @@ six rigid motions.
 
 from dataclasses import dataclass, replace
 from numbers import Integral
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
+import scipy.sparse as sp
 
 from hbm.errors import InputError
 from hbm.io.dof_table import DIRECTIONS
@@ -20,10 +22,14 @@ from hbm.model import ReducedModel
 from modal.body import Body, check_support
 from modal.eigen import Modes
 from modal.elasticity import Material
+from modal.loads import nodal_load
 from modal.mesh import Mesh
 from modal.solvers.definite import check_condensed, definite_factor
 from modal.stress import nodal_stress
 from modal.truncation import Truncation
+
+RIGID_STIFFNESS = 1e-9      # of the largest entry: more is an error of the reduction, a free body must float
+LOAD_ENERGY = 1e-8          # of a load's own energy: less is a shape that the modes and the other loads have
 
 
 @dataclass(frozen=True)
@@ -109,44 +115,44 @@ def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: fl
     if modes is not None and not 0 <= modes <= len(interior):
         raise InputError(f"body '{body.name}': {modes} modes asked for: must be between 0 and the {len(interior)} dofs "
                          "that the masters leave")
-    K, M = body.K.tocsr(), body.M.tocsr()
-    K_I, M_I = K[interior], M[interior]
-    K_IB, K_II, M_IB, M_II = K_I[:, boundary], K_I[:, interior], M_I[:, boundary], M_I[:, interior]
-    del K_I, M_I
-    factor = definite_factor(body, interior, K_II, M_II)
+    K, M = _Blocks.of(body.K, boundary, interior), _Blocks.of(body.M, boundary, interior)
+    factor = definite_factor(body, interior, K.II, M.II)
     statics = modes == 0 and not bound
     # the modes first: their count makes a second factor for a while
-    found = _no_modes(len(interior)) if statics else factor.modes(M_II, modes, below_hz)
-    Psi = factor.solve((-K_IB).toarray(order="F"))
-    M_Psi = M_II @ Psi
-    direct = M_IB.tocoo()
+    found = _no_modes(len(interior)) if statics else factor.modes(M.II, modes, below_hz)
+    Psi = factor.solve((-K.IB).toarray(order="F"))
+    M_Psi = M.II @ Psi
+    direct = M.IB.tocoo()
     M_Psi[direct.row, direct.col] += direct.data
-    G = _left_out(factor, M_II, M_Psi, found.phi) if bound else None
-    omega, Phi = _with_load_modes(body, interior, factor, M_II, found, loads)
+    G = _left_out(factor, M.II, M_Psi, found.phi) if bound else None
+    omega, Phi = _with_load_modes(body, interior, factor, M.II, found, loads)
 
-    S = K[boundary][:, boundary].toarray() + K_IB.T @ Psi
+    S = K.BB.toarray() + K.IB.T @ Psi
     check_condensed(body, boundary, (S + S.T) / 2)
-    M_BB = M[boundary][:, boundary].toarray() + M_IB.T @ Psi + Psi.T @ M_Psi
+    M_BB = M.BB.toarray() + M.IB.T @ Psi + Psi.T @ M_Psi
     M_BM = M_Psi.T @ Phi
     mass = np.block([[(M_BB + M_BB.T) / 2, M_BM], [M_BM.T, np.eye(len(omega))]])
     stiffness = sl.block_diag((S + S.T) / 2, np.diag(omega**2))
     model = _label(body, boundary, mass, stiffness, len(omega))
-    truncation = None
-    if bound:
-        truncation = Truncation(np.array([body.name]), np.array([model.size]), np.array([found.free_to]), (G,))
+    truncation = None if G is None else Truncation(np.array([body.name]), np.array([model.size]),
+                                                   np.array([found.free_to]), (G,))
     reduction = Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, len(omega) - len(found.omega),
                           truncation)
     _check_rigid(reduction)
     return reduction
 
 
-def nodal_load(body: Body, numbers, forces) -> np.ndarray:
-    """Nodal forces (n, 3) N as a load on the body's dofs, (d,) N; what falls on clamped directions is not felt."""
-    full = np.zeros((len(body.node), 3))
-    index = {int(n): i for i, n in enumerate(body.node)}
-    for number, force in zip(numbers, forces, strict=True):
-        full[index[int(number)]] += force
-    return full[body.dof_node, body.dof_direction]
+class _Blocks(NamedTuple):
+    """Rows and columns of a sparse matrix on the boundary B and in the interior I."""
+
+    BB: sp.csr_matrix
+    IB: sp.csr_matrix
+    II: sp.csr_matrix
+
+    @classmethod
+    def of(cls, matrix, boundary, interior):
+        inside = matrix[interior]
+        return cls(matrix[boundary][:, boundary], inside[:, boundary], inside[:, interior])
 
 
 def _check_modes(body, modes, below_hz):
@@ -204,7 +210,7 @@ def _with_load_modes(body, interior, factor, M_II, found, loads):
         Z = Z - found.phi @ (found.phi.T @ (M_II @ Z))
     K_ZZ, M_ZZ = Z.T @ (factor.K @ Z), Z.T @ (M_II @ Z)
     value, U = np.linalg.eigh((K_ZZ + K_ZZ.T) / 2)
-    good = value > 1e-8  # of the load's own energy: the rest is carried by the modes and the other loads
+    good = value > LOAD_ENERGY
     U = U[:, good] / np.sqrt(value[good])
     compliance, V = np.linalg.eigh(U.T @ (M_ZZ + M_ZZ.T) @ U / 2)
     return (np.concatenate([found.omega, 1 / np.sqrt(compliance)]),
@@ -228,7 +234,7 @@ def _check_rigid(reduction):
     S = reduction.model.K[:len(reduction.boundary), :len(reduction.boundary)]
     R = reduction.body.rigid_motions()[reduction.boundary]
     lost = np.abs(S @ R).max() / (np.abs(S).max() * np.abs(R).max())
-    if lost > 1e-9:
+    if lost > RIGID_STIFFNESS:
         raise RuntimeError(f"body '{reduction.body.name}': its rigid motions meet a stiffness of {lost:.1e}")
 
 

@@ -5,6 +5,7 @@ installed, are assembled by isoparametric.py. Displacements live at the nodes of
 blocks are added by node and nothing is promoted to another element.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,15 +28,17 @@ class Material:
 
     def __post_init__(self):
         for name, low, high in (("E", 0, np.inf), ("nu", -1, 0.5), ("density", 0, np.inf)):
-            if not low < getattr(self, name) < high:
-                raise InputError(f"material: {name} = {getattr(self, name):g}, must lie between {low} and {high}")
+            if not low < vars(self)[name] < high:
+                raise InputError(f"material: {name} = {vars(self)[name]:g}, must lie between {low} and {high}")
 
     @property
     def lame(self) -> float:
+        """First Lame modulus, Pa."""
         return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu))
 
     @property
     def shear(self) -> float:
+        """Shear modulus, Pa."""
         return self.E / (2 * (1 + self.nu))
 
 
@@ -48,22 +51,23 @@ def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp=None, free:
     """
     check_memory((len(mesh.node), 0, mesh.source))
     clamps = [clamp] if isinstance(clamp, str) else list(clamp or ())
-    held = np.zeros(len(mesh.node), dtype=bool)
+    fixed = np.zeros(len(mesh.node), dtype=bool)
     for group in clamps:
-        held[mesh.index(mesh.group(group))] = True
+        fixed[mesh.index(mesh.group(group))] = True
     K = M = None
     for kind, cells, of in blocks(mesh, material, other_materials or {}):
         assemble = _dolfinx if dolfinx_compat.takes(kind) else stiffness_and_mass
         k, m = assemble(mesh.position, kind, cells, of.lame, of.shear, of.density)
         K, M = (k, m) if K is None else (K + k, M + m)
-    keep, clamped = (np.flatnonzero(np.repeat(m, 3)) for m in (~held, held))
+    keep, clamped = (np.flatnonzero(np.repeat(m, 3)) for m in (~fixed, fixed))
     return Body(name=name, node=mesh.node, position=mesh.position, dof_node=keep // 3, dof_direction=keep % 3,
                 K=K[keep][:, keep].tocsr(), M=M[keep][:, keep].tocsr(), groups=dict(mesh.groups), free=free,
                 M_clamped=M[keep][:, clamped].tocsr(),
                 provenance={"mesh": mesh.source, "cells": ", ".join(f"{len(c)} {k}" for k, c in mesh.cells.items())})
 
 
-def blocks(mesh, material, others):
+def blocks(mesh: Mesh, material: Material, others: dict[str, Material]
+           ) -> Iterator[tuple[str, np.ndarray, Material]]:
     """(cell type, cells, material) of every block of cells that are alike."""
     owner = {kind: np.zeros(len(cells), dtype=int) for kind, cells in mesh.cells.items()}
     materials, names = [material, *others.values()], list(others)

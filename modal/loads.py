@@ -10,7 +10,8 @@ import numpy as np
 
 from hbm.errors import InputError
 from modal.body import Body
-from modal.mesh import Mesh, boundary_faces
+from modal.faces import boundary_faces, face_rule
+from modal.mesh import Mesh
 
 
 @dataclass(frozen=True)
@@ -22,10 +23,10 @@ class Rotation:
     point: tuple = (0.0, 0.0, 0.0)
 
     def __post_init__(self):
-        for name in ("axis", "point"):
-            value = np.asarray(getattr(self, name), dtype=float)
+        for name, given in (("axis", self.axis), ("point", self.point)):
+            value = np.asarray(given, dtype=float)
             if value.shape != (3,) or not np.isfinite(value).all():
-                raise InputError(f"rotation: {name} must be three finite numbers, got {getattr(self, name)}")
+                raise InputError(f"rotation: {name} must be three finite numbers, got {given}")
         if not np.isfinite(self.speed) or np.linalg.norm(self.axis) == 0:
             raise InputError(f"rotation: speed = {self.speed:g} rad/s must be finite and the axis must not be zero")
 
@@ -39,6 +40,16 @@ class Rotation:
 def on_dofs(body: Body, nodal: np.ndarray) -> np.ndarray:
     """Nodal forces (n, 3) N, in the order of body.node, on the free dofs; what acts on clamped nodes goes to ground."""
     return np.asarray(nodal, dtype=float)[body.dof_node, body.dof_direction]
+
+
+def nodal_load(body: Body, numbers, forces) -> np.ndarray:
+    """Nodal forces (m, 3) N on the nodes of these numbers (m,), added where one stands there twice, on the free dofs.
+    """
+    nodal = np.zeros((len(body.node), 3))
+    index = {int(n): i for i, n in enumerate(body.node)}
+    for number, force in zip(numbers, forces, strict=True):
+        nodal[index[int(number)]] += force
+    return on_dofs(body, nodal)
 
 
 def point_force(body: Body, group: str, force) -> np.ndarray:
@@ -88,15 +99,6 @@ def _inertia(body, acceleration):
     return force + body.M_clamped @ flat[clamped]
 
 
-# ---- faces -----------------------------------------------------------------------------------------------------
-
-_TRIANGLE = {3: [(0, 0), (1, 0), (0, 1)], 6: [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]}
-_SQUARE = {4: [(i, j) for i in range(2) for j in range(2)], 9: [(i, j) for i in range(3) for j in range(3)]}
-_SQUARE[8] = [p for p in _SQUARE[9] if p != (2, 2)]
-_QUAD = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0)], dtype=float)
-_TRI = np.array([(0, 0), (1, 0), (0, 1), (.5, 0), (.5, .5), (0, .5)])
-
-
 def _on_faces(mesh, group, density):
     """(n, 3) N: integral of N_i times the force per face, density(area vectors (f, 3) at a Gauss point)."""
     member = np.zeros(len(mesh.node), dtype=bool)
@@ -105,7 +107,7 @@ def _on_faces(mesh, group, density):
     for faces in boundary_faces(mesh):
         faces = faces[member[faces].all(axis=1)]
         count += len(faces)
-        for shape, slope, weight in zip(*_rule(faces.shape[1]), strict=True):
+        for shape, slope, weight in zip(*face_rule(faces.shape[1]), strict=True):
             a, b = np.einsum("dk,fkx->dfx", slope, mesh.position[faces])
             force = weight * density(np.cross(a, b))
             for i, column in enumerate(faces.T):
@@ -114,27 +116,3 @@ def _on_faces(mesh, group, density):
         raise InputError(f"{mesh.source}: the nodes of group '{group}' make up no face of the surface; "
                          "a pressure or traction needs a surface group")
     return nodal
-
-
-def _rule(nodes):
-    """Shape functions (g, k), slopes (g, 2, k) and weights (g,) of a face with so many nodes."""
-    power = np.array({**_TRIANGLE, **_SQUARE}[nodes])
-    if nodes in _TRIANGLE:          # the square rule collapsed onto the triangle: exact to degree 5
-        x, w = np.polynomial.legendre.leggauss(4)
-        r, s = ((g.ravel() + 1) / 2 for g in np.meshgrid(x, x))
-        points, weight = np.column_stack([r, s * (1 - r)]), (np.outer(w, w).ravel() / 4) * (1 - r)
-        reference = _TRI[:nodes]
-    else:
-        x, w = np.polynomial.legendre.leggauss(4)
-        points, weight = np.column_stack([g.ravel() for g in np.meshgrid(x, x)]), np.outer(w, w).ravel()
-        reference = _QUAD[:nodes]
-    inverse = np.linalg.inv(_monomials(power, reference, (0, 0)))
-    slope = np.stack([_monomials(power, points, d) @ inverse for d in ((1, 0), (0, 1))], axis=1)
-    return _monomials(power, points, (0, 0)) @ inverse, slope, weight
-
-
-def _monomials(power, points, derivative):
-    """x^i y^j of each pair of powers at each point, or its first derivative."""
-    (i, j), (dx, dy) = power.T, derivative
-    x, y = points.T[:, :, None]
-    return (i**dx) * x ** np.maximum(i - dx, 0) * (j**dy) * y ** np.maximum(j - dy, 0)

@@ -1,22 +1,35 @@
-"""What matrices must be to be those of an elastic body, checked at the door."""
+"""What matrices must be to be those of an elastic body, checked at input."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError
 
-SYMMETRY = 1e-10  # of the largest entry
-ISOTROPY = 1e-6   # of the mass: matrices from text files have eight digits
+
+@dataclass(frozen=True)
+class MatrixTolerances:
+    """How far the matrices of a body may be from their ideal."""
+
+    symmetry: float = 1e-10     # of the largest entry
+    isotropy: float = 1e-6      # of the mass: matrices from text files have eight digits
+    indefinite: float = 1e-8    # of the diagonal of M: a more negative mass is no rounding
+    dense: int = 600            # up to this size LAPACK computes the lowest eigenvalue of M
 
 
-def dof_name(body, i) -> str:
+TOLERANCES = MatrixTolerances()
+
+
+def dof_name(body, i: int) -> str:
+    """'dof 7 (node 12, x)' with the user's node number."""
     return f"dof {i} (node {body.node[body.dof_node[i]]}, {'xyz'[body.dof_direction[i]]})"
 
 
-def check_nodes(body):
+def check_nodes(body) -> None:
     """Whole numbers, each node once, each at a place."""
     for label in ("node", "dof_node", "dof_direction"):
-        column = getattr(body, label)
+        column = vars(body)[label]
         if column.dtype.kind not in "iu" or column.ndim != 1:
             raise InputError(f"body '{body.name}': {label} is an array of {column.dtype}, {column.shape}: allowed is "
                              "one column of whole numbers")
@@ -31,7 +44,7 @@ def check_nodes(body):
                          f"must be finite ({int(lost.sum())} such nodes)")
 
 
-def check_table(body):
+def check_table(body) -> None:
     """Every dof is a direction 0..2 of a node that is there, and none stands there twice."""
     for label, column, size in (("node index", body.dof_node, len(body.node)), ("direction", body.dof_direction, 3)):
         wrong = (column < 0) | (column >= size)
@@ -45,7 +58,7 @@ def check_table(body):
                          "dof table twice")
 
 
-def sparse(name, label, A) -> sp.csr_matrix:
+def sparse(name: str, label: str, A) -> sp.csr_matrix:
     """The matrix as CSR; InputError for what is none."""
     try:
         out = sp.csr_matrix(A)
@@ -57,7 +70,7 @@ def sparse(name, label, A) -> sp.csr_matrix:
     raise InputError(f"body '{name}': {label} is {what}: must be a square matrix of numbers")
 
 
-def check_matrix(body, label, A):
+def check_matrix(body, label: str, A: sp.csr_matrix) -> None:
     """Real, finite and symmetric."""
     if np.iscomplexobj(A):
         raise InputError(f"body '{body.name}': {label} is complex ({A.dtype}): must be real; structural damping is "
@@ -69,15 +82,15 @@ def check_matrix(body, label, A):
         raise InputError(f"body '{body.name}': {label}[{i}, {j}] is {entries.data[bad][0]}: not a finite number, at "
                          f"{dof_name(body, i)}")
     gap, scale = abs(A - A.T).tocoo(), max(abs(A).max(), 1e-300)
-    if gap.nnz and gap.data.max() > SYMMETRY * scale:
+    if gap.nnz and gap.data.max() > TOLERANCES.symmetry * scale:
         worst = int(gap.data.argmax())
         i, j = int(gap.row[worst]), int(gap.col[worst])
         raise InputError(f"body '{body.name}': {label} is not symmetric: |{label}[{i}, {j}] - {label}[{j}, {i}]| is "
-                         f"{gap.data[worst] / scale:.1e} of its largest entry, allowed {SYMMETRY:g}; at "
+                         f"{gap.data[worst] / scale:.1e} of its largest entry, allowed {TOLERANCES.symmetry:g}; at "
                          f"{dof_name(body, i)}")
 
 
-def check_mass(body):
+def check_mass(body) -> None:
     """Scaled to a unit diagonal a mass matrix is well conditioned: its lowest eigenvalue comes without a factor."""
     diagonal = body.M.diagonal()
     if (diagonal <= 0).any():
@@ -88,30 +101,31 @@ def check_mass(body):
                          f"{dof_name(body, i)}: every dof must have mass ({int((diagonal <= 0).sum())} such dofs)")
     scale = sp.diags(1 / np.sqrt(diagonal))
     lowest, shape = _lowest((scale @ body.M @ scale).tocsr())
-    if lowest < -1e-8:
+    if lowest < -TOLERANCES.indefinite:
         raise InputError(f"body '{body.name}': M is indefinite: a motion mostly of "
                          f"{dof_name(body, int(np.abs(shape).argmax()))} "
                          f"has negative mass ({lowest:.1e} of its diagonal)")
 
 
-def check_mass_by_direction(body):
+def check_mass_by_direction(body) -> None:
     """The same mass along x, y and z: of a free body, and of nodes with all three dofs where M couples no directions,
     as the M of finite elements does not. (The M of a clamped body condensed on some nodes may differ.)"""
     whole = np.bincount(body.dof_node, minlength=len(body.node)) == 3
     dofs = np.flatnonzero(whole[body.dof_node])
     M, direction = body.M[dofs][:, dofs].tocoo(), body.dof_direction[dofs]
     across = direction[M.row] != direction[M.col]
-    coupled = np.abs(M.data[across]).max(initial=0.0) > SYMMETRY * np.abs(M.data).max(initial=0.0)
+    coupled = np.abs(M.data[across]).max(initial=0.0) > TOLERANCES.symmetry * np.abs(M.data).max(initial=0.0)
     if not len(dofs) or (coupled and not body.free):
         return
     mass = np.bincount(direction[M.row[~across]], M.data[~across], minlength=3)
-    if np.ptp(mass) > ISOTROPY * mass.max():
+    if np.ptp(mass) > TOLERANCES.isotropy * mass.max():
         raise InputError(f"body '{body.name}': its mass along x, y, z is {', '.join(f'{m:.7g}' for m in mass)} kg: "
-                         f"must be the same to {ISOTROPY:g}; are the directions of the dof table those of M?")
+                         f"must be the same to {TOLERANCES.isotropy:g}; are the directions of the dof table those of "
+                         "M?")
 
 
 def _lowest(A):
-    if A.shape[0] <= 600:
+    if A.shape[0] <= TOLERANCES.dense:
         value, vector = np.linalg.eigh(A.toarray())
         return value[0], vector[:, 0]
     value, vector = sp.linalg.eigsh(A, k=1, which="SA", tol=1e-3, v0=np.ones(A.shape[0]))

@@ -1,23 +1,33 @@
-"""How much memory bodies will need, foretold from their numbers of nodes and masters."""
+"""How much memory bodies will need, predicted from their numbers of nodes and masters."""
+
+from dataclasses import dataclass
 
 from hbm.balance.memory import available_bytes
 from hbm.errors import InputError
 
-# Measured by tests/benchmarks/growth.py, assembly and reduction of a block of 8-node hexahedra with 186 master dofs:
-# 0.60, 1.23, 2.51, 5.32 and 8.33 GB for 28, 57, 108, 207 and 298 thousand dofs. Matrices and boundary motions grow with
-# the dofs, the two factors (for the modes and for their count) with dofs^(4/3): nested dissection in three dimensions.
-_BYTES_PER_DOF, _FACTOR_BYTES, _GROWTH = 12e3, 240.0, 4 / 3
-_MASTER_DOFS = 186  # of those measurements
-_DENSE = 4          # arrays of dofs x master dofs held at once: Psi, M Psi, what the modes leave of it, its back-solve
+
+@dataclass(frozen=True)
+class MemoryModel:
+    """Measured by tests/benchmarks/growth.py, assembly and reduction of a block of 8-node hexahedra with 186 master
+    dofs: 0.60, 1.23, 2.51, 5.32 and 8.33 GB for 28, 57, 108, 207 and 298 thousand dofs."""
+
+    bytes_per_dof: float = 12e3     # matrices and constraint modes
+    factor_bytes: float = 240.0     # of the two factors, for the modes and for their count,
+    growth: float = 4 / 3           # which grow with this power of the dofs: nested dissection in three dimensions
+    master_dofs: int = 186          # of the measurements
+    dense: int = 4                  # arrays of dofs x master dofs at once: Psi, M Psi, its remainder, the back-solve
+
+
+MODEL = MemoryModel()
 
 
 def predicted_bytes(nodes: int, masters: int = 0) -> float:
     """Peak memory of assembly and reduction of a solid mesh onto so many master nodes, bytes, to a factor of 2."""
-    dense = 8 * _DENSE * 3 * nodes * max(3 * masters - _MASTER_DOFS, 0)
-    return _BYTES_PER_DOF * 3 * nodes + _FACTOR_BYTES * (3 * nodes) ** _GROWTH + dense
+    dense = 8 * MODEL.dense * 3 * nodes * max(3 * masters - MODEL.master_dofs, 0)
+    return MODEL.bytes_per_dof * 3 * nodes + MODEL.factor_bytes * (3 * nodes) ** MODEL.growth + dense
 
 
-def check_memory(*bodies) -> None:
+def check_memory(*bodies: tuple[int, int, str]) -> None:
     """Raises InputError before any heavy work when the bodies, held together, are predicted to need more than there is.
 
     bodies : (nodes, masters, source) of each; masters 0 where they are not known yet

@@ -1,4 +1,4 @@
-"""What a mesh must fulfil before anything is computed with it; what can be put right is, and is said."""
+"""What a mesh must fulfil before anything is computed with it; what can be repaired is, with a warning."""
 
 from dataclasses import replace
 
@@ -7,9 +7,10 @@ import scipy.sparse as sp
 
 from hbm.errors import InputError
 from modal.elements.cells import CELLS, smallest_jacobians
-from modal.mesh import Mesh, face_blocks, face_keys
+from modal.faces import face_blocks, face_keys
+from modal.mesh import Mesh
 
-_FLAT = 1e-12  # of the cube of the cell's longest side: below it a Jacobian is rounding
+FLAT = 1e-12  # of the cube of the cell's longest side: below it a Jacobian is rounding
 
 
 def checked(mesh: Mesh) -> Mesh:
@@ -55,14 +56,14 @@ def _upright(mesh, kind, block, number, warnings):
     with np.errstate(over="ignore"):  # a damaged coordinate may be as large as a number can be
         size = np.linalg.norm(np.ptp(corners, axis=1), axis=1) ** 3
     low, high = smallest_jacobians(kind, mesh.position, block).T
-    turned = (high < -_FLAT * size)
+    turned = (high < -FLAT * size)
     if turned.any():
         block = block.copy()
         block[turned] = block[turned][:, CELLS[kind].mirrored()]
         low = np.where(turned, -high, low)
         warnings.append(f"{int(turned.sum())} {kind} cells were numbered inside out (negative volume) and turned "
                         f"around: elements {some(number[turned])}")
-    bad = low <= _FLAT * size
+    bad = low <= FLAT * size
     if bad.any():
         raise InputError(f"{mesh.source}: {int(bad.sum())} {kind} cells are inverted or flat (smallest Jacobian "
                          f"{low.min():.2e} m3): elements {some(number[bad])}, first at node "
@@ -70,17 +71,17 @@ def _upright(mesh, kind, block, number, warnings):
     return block
 
 
-def some(numbers, most: int = 5) -> str:
+def some(numbers, limit: int = 5) -> str:
     """The first few numbers of a list, and how many there are."""
-    text = ", ".join(str(n) for n in numbers[:most])
-    return text if len(numbers) <= most else f"{text}, ... ({len(numbers)} in all)"
+    text = ", ".join(str(n) for n in numbers[:limit])
+    return text if len(numbers) <= limit else f"{text}, ... ({len(numbers)} in all)"
 
 
 def _seams(mesh):
     """Faces at which neighbours do not fit: linear beside quadratic, or two triangles on one four-sided face."""
     if len(mesh.cells) < 2:
         return []
-    blocks = [b for _, b in face_blocks(mesh)]
+    blocks = face_blocks(mesh)
     keys = np.concatenate([face_keys(b) for b in blocks])
     nodes = np.concatenate([np.full(len(b), b.shape[1]) for b in blocks])
     unique, inverse, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)

@@ -7,7 +7,8 @@ from scipy.spatial import cKDTree
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from modal.mesh import Mesh, boundary_faces, node_normals
+from modal.faces import boundary_faces, node_normals
+from modal.mesh import Mesh
 
 # degrees; a round side meets a flat one along a line, where both normals agree to the angle that a face of it spans
 LARGEST_ANGLE = 20.0

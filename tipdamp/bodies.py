@@ -173,7 +173,8 @@ def reduced_model(study, store, tick) -> tuple:
 
     Also keeps what pictures need of the meshes and of the bodies' own modes.
     """
-    from modal.craig_bampton import assemble, nodal_load
+    from modal.craig_bampton import assemble
+    from modal.loads import nodal_load
     from modal.truncation import join
     from static_contact.pull import pull_forces
     from tipdamp.visualization import keep_bodies

@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from modal.mesh import boundary_faces, node_normals
+from modal.faces import boundary_faces, node_normals
 from static_contact.equilibrium import side_forces, side_normals
 
 LARGEST_MU = 2.0         # more than any dry metals have

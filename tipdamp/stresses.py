@@ -31,7 +31,7 @@ def keep_stress(study, store, model, q, tick) -> list[str]:
 
 def body_load(study, body, mesh) -> np.ndarray:
     """(d,) N on the free dofs: what acts on a body at rest, the pull or the case that [preload] names."""
-    from modal.craig_bampton import nodal_load
+    from modal.loads import nodal_load
     from static_contact.pull import pull_forces
 
     case, d = study["preload"]["case"], study[DAMPER]

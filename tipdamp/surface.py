@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modal.mesh import boundary_faces
+from modal.faces import boundary_faces
 
 MOST = 8000              # nodes of a skin; finer ones are thinned, for pictures and for the size of surface.npz
 SHARP = np.cos(np.radians(30))

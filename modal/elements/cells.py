@@ -95,6 +95,7 @@ class Cell:
 
     @property
     def nodes(self) -> int:
+        """Number of nodes."""
         return len(self.reference)
 
     def shape(self, points) -> np.ndarray:

@@ -23,6 +23,7 @@ def takes(kind: str) -> bool:
 
 
 def available() -> bool:
+    """Whether dolfinx is installed."""
     try:
         return find_spec("dolfinx") is not None
     except (ImportError, ValueError):
@@ -69,6 +70,7 @@ class Block:
 
     @property
     def dx(self):
+        """Measure of integrals over the cells, with full Gauss integration."""
         import ufl
 
         return ufl.Measure("dx", domain=self.V.mesh, metadata={"quadrature_degree": CELLS[self.kind][2]})

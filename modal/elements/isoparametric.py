@@ -5,10 +5,11 @@ import scipy.sparse as sp
 
 from modal.elements.cells import tables
 
-_CHUNK = 2000  # cells at a time
+CHUNK = 2000  # cells at a time
 
 
-def stiffness_and_mass(position, kind: str, cells, lame: float, shear: float, density: float):
+def stiffness_and_mass(position, kind: str, cells, lame: float, shear: float, density: float
+                       ) -> tuple[sp.csr_matrix, sp.csr_matrix]:
     """K (N/m) and consistent M (kg) over all dofs of the mesh (3 i + k for node i), CSR, isotropic linear elasticity.
 
     position (n, 3) m; cells (c, k) indices into it; lame and shear are Lame's moduli in Pa, density in kg/m3.
@@ -18,8 +19,8 @@ def stiffness_and_mass(position, kind: str, cells, lame: float, shear: float, de
     indptr, indices, slot = _pattern(cells, n)
     K = np.zeros((9, len(indices)))
     M = np.zeros(len(indices))
-    for first in range(0, len(cells), _CHUNK):
-        part = slice(first, first + _CHUNK)
+    for first in range(0, len(cells), CHUNK):
+        part = slice(first, first + CHUNK)
         k, m = _cell_matrices(position[cells[part]], kind, lame, shear, density)
         place = slot[part].ravel()
         low, high = place.min(), place.max() + 1
@@ -33,18 +34,16 @@ def stiffness_and_mass(position, kind: str, cells, lame: float, shear: float, de
     return ((K + K.T) / 2).tocsr(), ((M + M.T) / 2).tocsr()
 
 
-def stress_stiffness(position, kind: str, cells, lame: float, shear: float, displacement):
+def stress_stiffness(position, kind: str, cells, lame: float, shear: float, displacement) -> sp.csr_matrix:
     """K_g (N/m) over all dofs of the mesh, CSR: integral of grad N_a . stress grad N_b, the same in each direction,
     with the linear stress of a displacement (n, 3) m."""
     n = len(position)
     indptr, indices, slot = _pattern(cells, n)
     G = np.zeros(len(indices))
-    for first in range(0, len(cells), _CHUNK):
-        part = slice(first, first + _CHUNK)
-        gradient, volume = _gradients(position[cells[part]], kind)
-        slope = gradient @ displacement[cells[part]][:, None]                # (c, q, 3, 3) du_j/dx_i
-        strain = (slope + slope.swapaxes(2, 3)) / 2
-        stress = 2 * shear * strain + lame * np.trace(strain, axis1=2, axis2=3)[..., None, None] * np.eye(3)
+    for first in range(0, len(cells), CHUNK):
+        part = slice(first, first + CHUNK)
+        gradient, volume = gradients(position[cells[part]], kind)
+        stress = hooke(gradient @ displacement[cells[part]][:, None], lame, shear)
         cell = np.einsum("cqia,cq,cqij,cqjb->cab", gradient, volume, stress, gradient, optimize=True)
         G += np.bincount(slot[part].ravel(), cell.ravel(), len(G))
     K = sp.bsr_matrix((G[:, None, None] * np.eye(3), indices, indptr), shape=(3 * n, 3 * n)).tocsr()
@@ -64,7 +63,7 @@ def _pattern(cells, n):
 def _cell_matrices(corner, kind, lame, shear, density):
     """(c, k, k, 9) stiffness by node pair and directions (3 i + j), (c, k, k) mass."""
     c, k = corner.shape[:2]
-    gradient, volume = _gradients(corner, kind)
+    gradient, volume = gradients(corner, kind)
     g = gradient.transpose(0, 1, 3, 2).reshape(c, -1, 3 * k)
     G = ((g * volume[:, :, None]).transpose(0, 2, 1) @ g).reshape(c, k, 3, k, 3).transpose(0, 1, 3, 2, 4)
     stiffness = lame * G + shear * G.swapaxes(3, 4)
@@ -74,8 +73,15 @@ def _cell_matrices(corner, kind, lame, shear, density):
     return stiffness.reshape(c, k, k, 9), mass
 
 
-def _gradients(corner, kind):
-    """Gradients of the shape functions (c, q, 3, n) and volumes (c, q) at the integration points of each cell."""
+def hooke(slope: np.ndarray, lame: float, shear: float) -> np.ndarray:
+    """(..., 3, 3) Pa: stress of the displacement gradients (..., 3, 3), isotropic, linear; Lame's moduli in Pa."""
+    strain = (slope + slope.swapaxes(-1, -2)) / 2
+    return 2 * shear * strain + lame * np.trace(strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+
+
+def gradients(corner: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients of the shape functions (c, q, 3, n) 1/m and volumes (c, q) m3 at the integration points of cells with
+    nodes at `corner` (c, n, 3) m."""
     _, dN, weight = tables(kind)
     J = np.einsum("qin,cnj->cqij", dN, corner, optimize=True)
     return np.linalg.solve(J, np.broadcast_to(dN, (len(corner), *dN.shape))), np.linalg.det(J) * weight

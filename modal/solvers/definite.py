@@ -1,4 +1,6 @@
-"""Is a stiffness positive? On its diagonal, with the masters held, and condensed on them: together that is all."""
+"""Is a stiffness positive definite? On its diagonal, with the masters fixed, and condensed on them: together, all."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sl
@@ -10,8 +12,17 @@ from modal.eigen import Factor, SingularStiffness
 from modal.matrix_checks import dof_name
 from modal.solvers.inertia import modes_below
 
-NEGATIVE = 1e-9     # of the stiffness of a dof held alone: above it a negative stiffness is no rounding
-_COUNTED = 5000     # dofs up to which negative modes are counted at once: it takes less than 0.1 s
+
+@dataclass(frozen=True)
+class DefinitenessSettings:
+    """Of the search for negative stiffness."""
+
+    negative: float = 1e-9      # of the stiffness of a single dof: a more negative stiffness is no rounding
+    floating: float = 1e-9      # of the body's ratio of stiffness to mass: a rigid motion that meets less is free
+    counted: int = 5000         # nodes up to which negative modes are counted at once: it takes less than 0.1 s
+
+
+SETTINGS = DefinitenessSettings()
 
 
 def negative_stiffness(body, what: str) -> InputError:
@@ -22,8 +33,8 @@ def negative_stiffness(body, what: str) -> InputError:
     return InputError(f"body '{body.name}': negative stiffness, {what}; {cause}")
 
 
-def check_stiffness_diagonal(body):
-    """Every dof meets a stiffness when all others are held."""
+def check_stiffness_diagonal(body) -> None:
+    """InputError where a dof meets no stiffness, or a negative one, with all others fixed."""
     diagonal = body.K.diagonal()
     if (diagonal < 0).any():
         raise negative_stiffness(body, f"K is {diagonal.min():.3g} on its diagonal at "
@@ -35,26 +46,28 @@ def check_stiffness_diagonal(body):
                          f"{dof_name(body, i)}: nothing holds it ({int((diagonal == 0).sum())} such dofs)")
 
 
-def check_condensed(body, boundary, S):
-    """The stiffness S (b, b) condensed on the dofs `boundary` has no motion with negative stiffness, to rounding, which
-    goes with the diagonal of K: where the other masters are an axis of a free body, S itself is zero to rounding.
-    With a definite stiffness of the other dofs that makes the whole of K semidefinite."""
+def check_condensed(body, boundary: np.ndarray, S: np.ndarray) -> None:
+    """InputError where the stiffness S (b, b) condensed on the dofs `boundary` has a motion with negative stiffness.
+
+    Rounding goes with the diagonal of K: where the other masters are an axis of a free body, S itself is zero to
+    rounding. With a definite stiffness of the other dofs the whole of K is then semidefinite.
+    """
     own = body.K.diagonal()[boundary]
     scaled = S / np.sqrt(np.outer(own, own))
     i = int(scaled.diagonal().argmin())
-    if scaled[i, i] < -NEGATIVE:
+    if scaled[i, i] < -SETTINGS.negative:
         raise negative_stiffness(body, f"{S[i, i]:.3g} N/m at {dof_name(body, boundary[i])} with the other masters "
                                        "held")
     try:
-        sl.cholesky(scaled + NEGATIVE * np.eye(len(S)), check_finite=False)
+        sl.cholesky(scaled + SETTINGS.negative * np.eye(len(S)), check_finite=False)
     except np.linalg.LinAlgError:
         lam, shape = sl.eigh(scaled, subset_by_index=(0, 0))
         raise negative_stiffness(body, f"{lam[0]:.1e} of the stiffness of single dofs, in a motion mostly of "
                                        f"{dof_name(body, boundary[int(np.abs(shape).argmax())])}") from None
 
 
-def definite_factor(body, interior, K_II, M_II):
-    """Factor of the stiffness with the masters held.
+def definite_factor(body, interior: np.ndarray, K_II: sp.csr_matrix, M_II: sp.csr_matrix) -> Factor:
+    """Factor of the stiffness with the masters fixed. Raises InputError where a motion meets negative stiffness.
 
     A large matrix has one only where it is positive definite, but of one with little fill CHOLMOD keeps LDL', as
     SuperLU does of all: negative modes of small ones are counted here, those of others when the modes are.
@@ -63,7 +76,7 @@ def definite_factor(body, interior, K_II, M_II):
         factor = Factor(K_II)
     except SingularStiffness as error:
         factor, reason = None, error
-    negative = modes_below(K_II, M_II, 0.0) if factor is None or len(body.dof_node) < _COUNTED else 0
+    negative = modes_below(K_II, M_II, 0.0) if factor is None or len(body.dof_node) < SETTINGS.counted else 0
     if negative:
         raise negative_stiffness(body, f"{negative} motion{'s' * (negative > 1)} with the masters held meet it"
                                        + _mostly(body, interior, K_II))

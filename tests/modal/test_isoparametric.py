@@ -36,7 +36,7 @@ def test_uniform_strain_is_exact(own, make, size):
     energy = 0.5 * STEEL.lame * np.trace(strain) ** 2 + STEEL.shear * np.sum(strain**2)
     assert 0.5 * u @ body.K @ u == pytest.approx(energy * size, rel=1e-10)
     force = np.abs((body.K @ u).reshape(-1, 3)).max(axis=1)
-    from modal.mesh import boundary_faces
+    from modal.faces import boundary_faces
 
     outside = np.unique(np.concatenate([f.ravel() for f in boundary_faces(mesh)]))
     inner = np.setdiff1d(np.arange(len(mesh.node)), outside)

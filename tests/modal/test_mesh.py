@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from modal.mesh import boundary_faces, node_normals
+from modal.faces import boundary_faces, node_normals
 from tipdamp.readers.dispatch import read_mesh
 
 from .conftest import HEIGHT, LENGTH, WIDTH, make_bar

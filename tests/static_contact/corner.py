@@ -6,8 +6,9 @@ knows neither sets of closed pairs nor the condensed compliance.
 
 import numpy as np
 
-from modal.craig_bampton import assemble, craig_bampton, nodal_load
+from modal.craig_bampton import assemble, craig_bampton
 from modal.elasticity import Material, elastic_body
+from modal.loads import nodal_load
 from static_contact.pairing import Side, join, pair
 from tests.tipdamp import corner_study
 

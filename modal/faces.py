@@ -1,0 +1,86 @@
+"""Faces of a mesh: those on its surface, their normals, and integration over them."""
+
+from functools import cache
+
+import numpy as np
+
+from modal.elements.cells import CELLS
+from modal.mesh import Mesh
+
+_QUAD = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0)], dtype=float)
+_TRI = np.array([(0, 0), (1, 0), (0, 1), (.5, 0), (.5, .5), (0, .5)], dtype=float)
+# powers of the two coordinates that a face with so many nodes spans
+_POWERS = {3: [(0, 0), (1, 0), (0, 1)], 6: [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)],
+           4: [(i, j) for i in range(2) for j in range(2)], 9: [(i, j) for i in range(3) for j in range(3)],
+           8: [(i, j) for i in range(3) for j in range(3) if i + j < 4]}
+
+
+def boundary_faces(mesh: Mesh) -> list[np.ndarray]:
+    """Faces that belong to one cell only, one (f, k) array of node indices per cell type and number of face nodes."""
+    blocks = face_blocks(mesh)
+    _, inverse, count = np.unique(np.concatenate([face_keys(b) for b in blocks]), axis=0, return_inverse=True,
+                                  return_counts=True)
+    single = np.split(count[inverse.ravel()] == 1, np.cumsum([len(b) for b in blocks])[:-1])
+    return [b[s] for b, s in zip(blocks, single, strict=True)]
+
+
+def face_blocks(mesh: Mesh) -> list[np.ndarray]:
+    """(f, k) node indices of all faces, cell type by cell type, those with equally many nodes together."""
+    out = []
+    for kind, cells in mesh.cells.items():
+        for size in sorted({len(f) for f in CELLS[kind].faces}):
+            out.append(np.concatenate([cells[:, list(f)] for f in CELLS[kind].faces if len(f) == size]))
+    return out
+
+
+def face_keys(faces: np.ndarray) -> np.ndarray:
+    """(f, 4) sorted corners of faces, -1 in front of triangles: equal for the two cells that share a face."""
+    corners = np.sort(faces[:, :face_corners(faces.shape[1])], axis=1)
+    return np.pad(corners, ((0, 0), (4 - corners.shape[1], 0)), constant_values=-1)
+
+
+def face_corners(nodes: int) -> int:
+    """Corners of a face with that many nodes."""
+    return 3 if nodes in (3, 6) else 4
+
+
+def node_normals(mesh: Mesh, index: int, faces: list[np.ndarray]) -> np.ndarray:
+    """Outward unit normals at one node, one row for each boundary face that holds it, (m, 3)."""
+    normals = []
+    for block in faces:
+        for face in block[(block == index).any(axis=1)]:
+            power, reference = _shape(len(face))
+            gradient = np.vstack([_monomials(power, reference[face == index], d) for d in ((1, 0), (0, 1))])
+            a, b = gradient @ np.linalg.solve(_monomials(power, reference, (0, 0)), mesh.position[face])
+            n = np.cross(a, b)
+            normals.append(n / np.linalg.norm(n))
+    return np.array(normals).reshape(-1, 3)
+
+
+@cache
+def face_rule(nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shape functions (g, k), slopes (g, 2, k) and weights (g,) at the Gauss points of a face with k nodes.
+
+    4 x 4 points on a square; the same collapsed onto the triangle, exact to degree 5.
+    """
+    power, reference = _shape(nodes)
+    x, w = np.polynomial.legendre.leggauss(4)
+    points, weight = np.column_stack([g.ravel() for g in np.meshgrid(x, x)]), np.outer(w, w).ravel()
+    if face_corners(nodes) == 3:
+        r, s = (points.T + 1) / 2
+        points, weight = np.column_stack([r, s * (1 - r)]), weight / 4 * (1 - r)
+    inverse = np.linalg.inv(_monomials(power, reference, (0, 0)))
+    slope = np.stack([_monomials(power, points, d) @ inverse for d in ((1, 0), (0, 1))], axis=1)
+    return _monomials(power, points, (0, 0)) @ inverse, slope, weight
+
+
+def _shape(nodes):
+    """Powers (k, 2) and places (k, 2) of the shape functions of a face with so many nodes."""
+    return np.array(_POWERS[nodes]), (_TRI if face_corners(nodes) == 3 else _QUAD)[:nodes]
+
+
+def _monomials(power, points, derivative):
+    """x^i y^j of each pair of powers at each point, or its first derivative."""
+    (i, j), (dx, dy) = power.T, derivative
+    x, y = points.T[:, :, None]
+    return (i**dx) * x ** np.maximum(i - dx, 0) * (j**dy) * y ** np.maximum(j - dy, 0)
