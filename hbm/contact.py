@@ -7,7 +7,7 @@ n; right-handed) n points from the damper into the blade and
 """
 
 import csv
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -63,23 +63,22 @@ class ContactTable:
     weight: np.ndarray
 
     def __post_init__(self):
-        for f in fields(self):
-            kind = str if f.name in _TEXT else np.int64 if f.name in _WHOLE else float
+        for name, given in list(vars(self).items()):
+            kind = str if name in _TEXT else np.int64 if name in _WHOLE else float
             try:
-                object.__setattr__(self, f.name, np.asarray(getattr(self, f.name), dtype=kind))
+                object.__setattr__(self, name, np.asarray(given, dtype=kind))
             except (TypeError, ValueError):
-                raise InputError(f"contact table: {f.name} = {brief(getattr(self, f.name))}, must hold a "
+                raise InputError(f"contact table: {name} = {brief(given)}, must hold a "
                                  f"{'text' if kind is str else 'number'} for each pair") from None
-        P = len(self.side)
-        for f in fields(self):
-            if len(getattr(self, f.name)) != P:
-                raise InputError(f"contact table: {f.name} has {len(getattr(self, f.name))} rows, side has {P}")
+        for name, column in vars(self).items():
+            if len(column) != len(self):
+                raise InputError(f"contact table: {name} has {len(column)} rows, side has {len(self)}")
         self._check_values()
 
     def _check_values(self):
         for name, low, high in (("kn", 0, np.inf), ("kt", 0, np.inf), ("mu", 0, np.inf), ("weight", 0, 1),
                                 ("gap", -np.inf, np.inf), ("preload", -np.inf, np.inf)):
-            values = getattr(self, name)
+            values = vars(self)[name]
             hard = (name in ("kn", "kt")) & np.isposinf(values)      # contact without a spring, in statics alone
             bad = ~(np.isfinite(values) | hard) | (values < low) | (values > high)
             if bad.any():
@@ -120,16 +119,17 @@ class ContactTable:
 
     def select(self, rows) -> "ContactTable":
         """The rows picked by a mask or by indices."""
-        return ContactTable(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+        return ContactTable(**{name: column[rows] for name, column in vars(self).items()})
 
     def replace(self, **columns) -> "ContactTable":
+        """The table with other columns."""
         return replace(self, **columns)
 
     def save(self, path) -> Path:
         """One CSV line per pair, numbers with 17 digits so that nothing is lost."""
         path = Path(path)
         vectors = {"position": self.position, "t1": self.frame[:, 0], "t2": self.frame[:, 1], "n": self.frame[:, 2]}
-        columns = {name: getattr(self, name) for name in (*_TEXT, *_WHOLE, *_NUMBER)}
+        columns = {name: vars(self)[name] for name in (*_TEXT, *_WHOLE, *_NUMBER)}
         for name, labels in _VECTOR.items():
             columns.update({label: vectors[name][:, k] for k, label in enumerate(labels)})
         with open(path, "w", newline="", encoding="utf-8") as f:
@@ -182,20 +182,20 @@ def relative_motion(model: ReducedModel, pairs: ContactTable) -> sp.csr_matrix:
             if body == GROUND:
                 continue
             dofs = model.dofs(body, node)
-            held = dofs >= 0
+            kept = dofs >= 0
             for k in range(3):
-                rows.extend([3 * i + k] * int(held.sum()))
-                columns.extend(dofs[held])
-                values.extend(sign * pairs.frame[i, k, held])
+                rows.extend([3 * i + k] * int(kept.sum()))
+                columns.extend(dofs[kept])
+                values.extend(sign * pairs.frame[i, k, kept])
     return sp.csr_matrix((values, (rows, columns)), shape=(3 * len(pairs), model.size))
 
 
 def without_normal_motion(B, pairs: ContactTable) -> str:
     """A sentence on the pairs along whose normal the model has no dof; empty where there are none. B (3P, r)."""
-    held = np.flatnonzero(abs(B[2::3]).sum(axis=1).A1 == 0)
-    if not len(held):
+    fixed = np.flatnonzero(abs(B[2::3]).sum(axis=1).A1 == 0)
+    if not len(fixed):
         return ""
-    p, more = held[0], f" and {len(held) - 1} more" * (len(held) > 1)
+    p, more = fixed[0], f" and {len(fixed) - 1} more" * (len(fixed) > 1)
     n = ", ".join(f"{v:.2g}" for v in pairs.normal[p])
     return (f"pair {p + 1} ({pairs.side[p]}, station {pairs.station[p]}){more}: the model has no dof along the normal "
             f"({n}) at its nodes, so the normal load stays at the preload and nothing can lift off")

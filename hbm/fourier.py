@@ -36,7 +36,7 @@ def to_real(X: np.ndarray) -> np.ndarray:
 
 
 def work(f: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """(P,) J per cycle that forces f take out of motions u, both real coefficients (P, nd, 2H+1)."""
+    """(P,) J per cycle that forces f dissipate in motions u, both real coefficients (P, nd, 2H+1)."""
     F, U = to_complex(f), to_complex(u)
     return np.pi * np.sum(np.arange(F.shape[-1]) * (F * U.conj()).imag, axis=(1, 2))
 
@@ -79,8 +79,8 @@ def _extremum(x, tau, H, sign):
     best = np.sum(basis(tau, H) * x, axis=1)
     for _ in range(5):
         rate = np.sum(basis_rate(tau, H) * x, axis=1)
-        bend = -np.sum(basis(tau, H) * x * k2, axis=1)
-        move = -rate / np.where(bend == 0, np.inf, bend)
+        curvature = -np.sum(basis(tau, H) * x * k2, axis=1)
+        move = -rate / np.where(curvature == 0, np.inf, curvature)
         tau = tau + np.clip(move, -step, step)
         best = sign * np.maximum(sign * best, sign * np.sum(basis(tau, H) * x, axis=1))
     return best

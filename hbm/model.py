@@ -18,7 +18,7 @@ from hbm.validation import numbers
 SYMMETRY_TOLERANCE = 1e-10
 NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding
 BUCKLED = 1e-8           # negative stiffness, as a share of the diagonal, that is more than rounding
-SLOWEST = 0.1            # rad/s: where no dof alone swings faster, M and K have changed places
+SLOWEST = 0.1            # rad/s: where no dof alone oscillates faster, M and K are swapped
 HEAVIEST = 1e3            # kg at a dof
 
 
@@ -61,43 +61,35 @@ class ReducedModel:
 
     @property
     def size(self) -> int:
+        """r, the number of dofs."""
         return self.K.shape[0]
 
     @classmethod
-    def from_matrices(cls, M, K, C=None, *, body="body", node=None, direction=None, position=None,
-                      groups=None, loads=None, provenance=None) -> "ReducedModel":
-        """Dense or sparse matrices from anywhere. Without a dof table every dof is modal.
+    def from_matrices(cls, M, K, C=None, *, body="body", **table) -> "ReducedModel":
+        """Dense or sparse matrices (r, r) from anywhere. Without a dof table every dof is modal.
 
+        body : (r,) names, or one for all; table : node, direction, position, groups, loads, provenance of ReducedModel
         Raises InputError when shapes disagree, an entry is not finite, a matrix is not symmetric to 1e-10, M is not
-        positive definite, M and K have changed places, C feeds energy in, a dof is there twice, or a group names a node
-        without a dof. Warns where K is indefinite: then only contact can hold that motion.
+        positive definite, M and K are swapped, C feeds energy in, a dof is there twice, or a group names a node
+        without a dof. Warns where K is indefinite: then only contact can restrain that motion.
         """
         M, K = symmetric("M", M), symmetric("K", K)
         C = None if C is None else symmetric("C", C)
         r = K.shape[0]
         if any(matrix is not None and matrix.shape != K.shape for matrix in (M, C)):
             shapes = ", ".join(f"{n} is {m.shape}" for n, m in (("M", M), ("C", C), ("K", K)) if m is not None)
-            columns = {"body": body, "node": node, "direction": direction, "position": position}
+            columns = {"body": body} | {n: table.get(n) for n in ("node", "direction", "position")}
             tables = [f"{n} has {len(c)} rows" for n, c in columns.items() if c is not None and not isinstance(c, str)]
             raise InputError("; ".join([shapes, *tables]) + ": all must have the same size")
-        node = np.arange(1, r + 1) if node is None else np.asarray(node, dtype=np.int64)
-        direction = np.full(r, "mode") if direction is None else np.asarray(direction, dtype=str)
-        body = np.full(r, body) if isinstance(body, str) else np.asarray(body, dtype=str)
-        position = np.full((r, 3), np.nan) if position is None else np.asarray(position, dtype=float)
-        for name, column in (("body", body), ("node", node), ("direction", direction), ("position", position)):
-            if len(column) != r:
-                raise InputError(f"dof table: {name} has {len(column)} rows, M and K are {K.shape}")
-        known = (*DIRECTIONS, *ROTATIONS, "mode")
-        unknown = sorted(set(direction.tolist()) - set(known))
-        if unknown:
-            raise InputError(f"dof table: direction '{unknown[0]}' is unknown; {nearest(unknown[0], known)}")
-        groups = {k: np.asarray(v, dtype=np.int64) for k, v in (groups or {}).items()}
-        loads = {k: np.asarray(v, dtype=float) for k, v in (loads or {}).items()}
+        groups = {k: np.asarray(v, dtype=np.int64) for k, v in (table.pop("groups", None) or {}).items()}
+        loads = {k: np.asarray(v, dtype=float) for k, v in (table.pop("loads", None) or {}).items()}
+        provenance = dict(table.pop("provenance", None) or {})
         for name, load in loads.items():
             if load.shape != (r,) or not np.isfinite(load).all():
                 raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
-        model = cls(M, K, C, body, node, direction, position, groups, loads, dict(provenance or {}))
-        _check_places(M, K)
+        body, node, direction, position = _columns(r, body, **table)
+        model = cls(M, K, C, body, node, direction, position, groups, loads, provenance)
+        _check_swapped(M, K)
         _check_definite(model)
         _check_table(model)
         return model
@@ -178,6 +170,22 @@ class ReducedModel:
         return cls.from_matrices(**read_npz(path))
 
 
+def _columns(r, body, node=None, direction=None, position=None) -> tuple:
+    """Columns body, node, direction, position of the dof table, as arrays with r rows."""
+    body = np.full(r, body) if isinstance(body, str) else np.asarray(body, dtype=str)
+    node = np.arange(1, r + 1) if node is None else np.asarray(node, dtype=np.int64)
+    direction = np.full(r, "mode") if direction is None else np.asarray(direction, dtype=str)
+    position = np.full((r, 3), np.nan) if position is None else np.asarray(position, dtype=float)
+    for name, column in (("body", body), ("node", node), ("direction", direction), ("position", position)):
+        if len(column) != r:
+            raise InputError(f"dof table: {name} has {len(column)} rows, M and K are {(r, r)}")
+    known = (*DIRECTIONS, *ROTATIONS, "mode")
+    unknown = sorted(set(direction.tolist()) - set(known))
+    if unknown:
+        raise InputError(f"dof table: direction '{unknown[0]}' is unknown; {nearest(unknown[0], known)}")
+    return body, node, direction, position
+
+
 def symmetric(name: str, matrix) -> np.ndarray:
     """The matrix as a dense array; InputError where it is not real, square, finite and symmetric to 1e-10."""
     matrix = _real(name, matrix)
@@ -254,15 +262,15 @@ def _positive(matrix, shift) -> bool:
     return True
 
 
-def _check_places(M, K):
-    """InputError where M can only be the stiffness: tons at a dof, and the fastest alone would swing in minutes."""
+def _check_swapped(M, K):
+    """InputError where M can only be the stiffness: tons at a dof, and a period of minutes for the fastest alone."""
     m, k = np.abs(M.diagonal()), np.abs(K.diagonal())
     if m.max() < HEAVIEST:
         return
     fastest = np.sqrt(np.divide(k, m, out=np.zeros(len(k)), where=m > 0).max())
     if 0 < fastest < SLOWEST:
-        raise InputError(f"M and K: no dof alone would swing faster than {fastest:.1e} rad/s, at least {SLOWEST:g} is "
-                         "plausible; M and K seem to have changed places (M is the mass, K the stiffness)")
+        raise InputError(f"M and K: no dof alone oscillates faster than {fastest:.1e} rad/s, at least {SLOWEST:g} is "
+                         "plausible; M and K seem to be swapped (M is the mass, K the stiffness)")
 
 
 def _check_table(model):

@@ -8,7 +8,8 @@ from functools import cached_property, partial
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.balance.receptance import Receptance, check_rest, describe_motion, stuck_receptance
+from hbm.balance.named_motion import describe_motion
+from hbm.balance.receptance import Receptance, check_rest, stuck_receptance
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.errors import InputError
 from hbm.laws.base import ContactLaw
@@ -30,7 +31,7 @@ class ContactProblem:
         contacts, of negative preload, carry nothing), False when q = 0 is the unloaded one and `static` carries all
         static loads
     damping_ratio : of the modes of the stuck system; None takes C
-    describe : motion (r,) -> NamedMotion for messages (see `hbm.balance.receptance.describe_motion`), or None
+    describe : motion (r,) -> NamedMotion for messages (see `hbm.balance.named_motion.describe_motion`), or None
     Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or damping feeds energy in.
     """
 
@@ -46,14 +47,14 @@ class ContactProblem:
     describe: Callable | None = None
 
     def __post_init__(self):
-        for name in "MCK":
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, symmetric(name, getattr(self, name)))
+        matrices = {name: vars(self)[name] for name in "MCK" if vars(self)[name] is not None}
+        for name, matrix in matrices.items():
+            object.__setattr__(self, name, symmetric(name, matrix))
         check_law(self.law)
         check_kind("pairs", self.pairs, Contacts, "Contacts(kn, kt, mu, preload)")
         nd, r = len(self.law.components), self.K.shape[0]
         if any(matrix is not None and matrix.shape != (r, r) for matrix in (self.M, self.C)):
-            shapes = ", ".join(f"{name} is {np.shape(getattr(self, name))}" for name in "MCK")
+            shapes = ", ".join(f"{name} is {np.shape(vars(self)[name])}" for name in "MCK")
             raise InputError(f"{shapes}: all must have the same size")
         self._check_signs()
         if not len(self.pairs):

@@ -181,7 +181,7 @@ def _with_all_pairs(curve, kept):
         return curve
     n, columns = len(curve.frequency), {"carrying": kept}
     for name in ("share_stick", "share_slip", "share_open", "dissipated", "contact_force"):
-        part = getattr(curve, name)
+        part = vars(curve)[name]
         if part.size:
             columns[name] = np.zeros((n, len(kept), *part.shape[2:]), dtype=part.dtype)
             columns[name][:, kept] = part

@@ -81,17 +81,17 @@ class ForcedResponse:
     def __post_init__(self):
         for f in fields(self):
             if f.type is np.ndarray:
-                copy = np.array(getattr(self, f.name))
+                copy = np.array(vars(self)[f.name])
                 copy.setflags(write=False)
                 object.__setattr__(self, f.name, copy)
 
     def __reduce__(self):
-        return ForcedResponse, tuple(getattr(self, f.name) for f in fields(self))
+        return ForcedResponse, tuple(vars(self)[f.name] for f in fields(self))
 
     def __eq__(self, other) -> bool:
         if not isinstance(other, ForcedResponse):
             return NotImplemented
-        return all(_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.compare)
+        return all(_equal(vars(self)[f.name], vars(other)[f.name]) for f in fields(self) if f.compare)
 
     def __repr__(self) -> str:
         f, failed = self.parameter, int((~self.converged).sum())
@@ -167,7 +167,7 @@ class ForcedResponse:
     def save(self, path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)
-        np.savez(path, **{f.name: np.asarray(getattr(self, f.name)) for f in fields(self)})
+        np.savez(path, **{f.name: np.asarray(vars(self)[f.name]) for f in fields(self)})
         return path
 
     @classmethod

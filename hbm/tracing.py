@@ -3,7 +3,7 @@
 import numpy as np
 
 from hbm import fourier
-from hbm.balance.receptance import mostly
+from hbm.balance.named_motion import mostly
 from hbm.continuation.branch import Branch
 from hbm.continuation.budget import Budget, BudgetExceeded
 from hbm.continuation.corrector import solve_fixed

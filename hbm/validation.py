@@ -4,6 +4,7 @@ from dataclasses import fields
 from numbers import Integral, Real
 
 import numpy as np
+import scipy.sparse as sp
 
 from hbm.continuation.settings import DEFAULT, Settings
 from hbm.errors import InputError, shown
@@ -13,7 +14,8 @@ MOST_SAMPLES = 2**16
 MAY_BE_ZERO = ("outside", "max_restarts", "max_gaps")      # of the settings
 
 
-def check_harmonics(H):
+def check_harmonics(H) -> int:
+    """The highest harmonic; InputError where it is no whole number, or too large."""
     if isinstance(H, bool) or not isinstance(H, int | np.integer) or not 0 <= H <= MOST_HARMONICS:
         raise InputError(f"harmonics = {H!r}: must be a whole number between 0 and {MOST_HARMONICS}")
     return int(H)
@@ -103,7 +105,7 @@ def check_settings(settings: Settings | None, progress=None) -> Settings:
     settings = DEFAULT if settings is None else settings
     check_kind("settings", settings, Settings, "replace(hbm.continuation.settings.DEFAULT, max_calls=500)")
     for one in fields(Settings):
-        value, whole = getattr(settings, one.name), isinstance(one.default, int)
+        value, whole = vars(settings)[one.name], isinstance(one.default, int)
         least = 0 if one.name in MAY_BE_ZERO else 1 if whole else np.finfo(float).tiny
         if isinstance(value, bool) or not isinstance(value, Integral if whole else Real) \
                 or not least <= float(value) < np.inf:
@@ -120,7 +122,7 @@ def brief(value) -> str:
 def numbers(name, value, allowed, kind=float) -> np.ndarray:
     """The value as an array of real (float) or complex numbers; InputError where it is none."""
     try:
-        array = np.asarray(value.toarray() if hasattr(value, "toarray") else value)
+        array = np.asarray(value.toarray() if sp.issparse(value) else value)
         if array.dtype.kind not in "iufc" or kind is float and np.iscomplexobj(array) and array.imag.any():
             raise TypeError
     except (TypeError, ValueError):

@@ -14,7 +14,7 @@ from tests.hbm.cases import MOST_HARMONICS
 NOT_MEASURED = "not measured"
 TABLE_IS_OFF = "the table is off by as much, see below"
 CORNERS = "stiffer contacts turn the reversals into corners, whose harmonics fall as slowly as those of rigid friction"
-NOTHING_HOLDS = ("a mean motion is held by nothing", "the damper rolls", "a body walks away")
+NOTHING_HOLDS = ("nothing restrains a mean motion", "the damper rolls", "rigid-body drift")
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,20 @@
-"""How much memory there is, and how much Newton's method will need for the pairs that slip or lift."""
+"""Available memory, and what Newton's method needs for the contacts that slip or lift."""
 
 import warnings
 from pathlib import Path
 
 from hbm.errors import InputError
 
-# Traced by tests/hbm/test_memory.py: at the height of a curve the condensed matrix and its factors of the last points
-# are held, each of the square of the unknowns of the pairs that move, beside the derivatives of their forces.
+# Measured by tests/hbm/balance/test_memory.py: at its largest a curve keeps the condensed matrix and its factors of the
+# last points, each of the square of the unknowns of the active contacts, beside the derivatives of their forces.
 _SQUARES, _BLOCKS = 5, 10
-_NEXT = 2                # squares that the next matrix and its factors need, beside what the curve holds already
-_SLIPPING = 4            # at the door one pair in so many is taken to slip or lift, and at least one
-_SMALL = 2.0**28         # bytes that are not asked for
+_NEXT = 2                # squares that the next matrix and its factors need, beside what the curve keeps already
+_SLIPPING = 4            # before the start one contact in so many is assumed to slip or lift, and at least one
+_SMALL = 2.0**28         # bytes below which nothing is checked
 
 
 def available_bytes() -> float:
-    """What the machine, or the container's limit, still gives; infinite where it cannot be told."""
+    """Bytes left on the machine, or within the limit of the container; infinite where neither is known."""
     found = []
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()

@@ -13,15 +13,15 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg as la
 
+from hbm.balance.named_motion import describe_motion, mostly
 from hbm.contact import relative_motion
 from hbm.errors import InputError
 from hbm.model import BUCKLED
 from hbm.validation import brief, check_forcing, check_outputs
 
-NOISE = 50.0     # times the rounding of the stiffness: what a motion that is held must store
-LOOSE = 1e-13    # share of the stiffness, for each dof, that a body held as a whole must store: reduction rounds too
+NOISE = 50.0     # times the rounding of the stiffness: what a restrained motion must store
+LOOSE = 1e-13    # share of the stiffness, for each dof, that a rigid motion must store: reduction rounds too
 STATIC = 1e18    # pole of a motion without mass and damping, in units of the slowest frequency: it follows statically
-RIGID = 0.05     # of a motion: what is left of it beside a rigid one of its body
 
 
 @dataclass(frozen=True)
@@ -63,10 +63,10 @@ class Receptance:
 
 
 def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
-    """Receptance of (K, M), in which every motion is held, with a damping matrix C or with damping ratios of its modes.
+    """Receptance of (K, M), which restrains every motion, with a damping matrix C or with damping ratios of its modes.
 
     damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes above.
-    describe : function of a motion (r,) that names it, for the error about a motion that nothing holds.
+    describe : function of a motion (r,) that names it, for the error about an unrestrained motion.
     Raises InputError when K leaves a motion free, or when no damping or both kinds are given.
     """
     r = K.shape[0]
@@ -74,7 +74,7 @@ def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
         both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
         raise InputError(f"damping: {both} given, exactly one is needed")
     given = _ratios(damping_ratio, r) if C is None else np.empty(0)
-    _check_held(K, describe)
+    _check_restrained(K, describe)
     period2, shapes = la.eigh(M, K)
     if period2[0] < -1e-10 * period2[-1]:
         dof = np.abs(shapes[:, 0]).argmax() + 1
@@ -108,8 +108,8 @@ def _ratios(damping_ratio, r):
     return np.r_[ratio, np.full(r - len(ratio), ratio[-1])]
 
 
-def _check_held(K, describe, when="even when every pair sticks",
-                remedy="keep more contact pairs or support the body"):
+def _check_restrained(K, describe, when="even when every contact sticks",
+                remedy="keep more contacts or support the body"):
     """InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole."""
     scale = _units(K)
     scaled = scale[:, None] * K * scale
@@ -124,21 +124,21 @@ def _check_held(K, describe, when="even when every pair sticks",
         raise InputError(f"K is indefinite {when}: a motion has a negative stiffness, "
                          f"{-values[0]:.1e} of its diagonal: {named or mostly(motion)}; a sign is wrong, or it buckles")
     if values[0] <= noise or named is not None and named.rigid:
-        raise InputError(f"a motion is held by nothing {when}: {named or mostly(motion)}; {remedy}")
+        raise InputError(f"a motion is unrestrained {when}: {named or mostly(motion)}; {remedy}")
 
 
 def check_rest(K, static, describe):
-    """InputError where K leaves a motion free that no load presses on: of a model whose pairs are all open at rest.
+    """InputError where K leaves a motion free that no load presses on: of a model whose contacts are all open at rest.
 
-    static : (r,) N or None. Where it moves what is free, contact may come to hold that.
+    static : (r,) N or None. Where it moves what is free, contact may restrain that.
     """
     if static is not None and static.any():
         scale = _units(K)
         vectors = la.eigh(scale[:, None] * K * scale, subset_by_value=(-np.inf, LOOSE * len(K)))[1]
         if np.linalg.norm(vectors.T @ (scale * static)) > 1e-9 * np.linalg.norm(scale * static):
             return
-    _check_held(K, describe, "at rest, where every pair is open", "close pairs by a preload or by a static load "
-                "(origin = 'unloaded'), or support the body, however softly")
+    _check_restrained(K, describe, "at rest, where every contact is open", "close contacts by a preload or by a static "
+                      "load (origin = 'unloaded'), or support the body, however softly")
 
 
 def _units(K):
@@ -219,51 +219,3 @@ def linear_response(model, pairs, forcing, frequencies, damping_ratio=None, outp
     else:
         receptance = stuck_receptance(model.M, model.C, K, None, lambda v: describe_motion(model, v))
     return receptance.respond(rows, forcing, 2 * np.pi * np.asarray(frequencies, dtype=float))
-
-
-@dataclass(frozen=True)
-class NamedMotion:
-    """A motion in words: the body that it belongs to, whether that moves as a whole, and whether it turns then."""
-
-    said: str
-    body: str
-    rigid: bool
-    turns: bool
-
-    def __str__(self) -> str:
-        return self.said
-
-
-def describe_motion(model, motion: np.ndarray) -> NamedMotion:
-    """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis, or deforms."""
-    share = {body: float(np.sum(motion[model.body == body] ** 2)) for body in dict.fromkeys(model.body.tolist())}
-    body = max(share, key=lambda name: share[name])
-    rows = np.flatnonzero((model.body == body) & model.moves & np.isfinite(model.position[:, 0]))
-    if len(rows) < 3:
-        return NamedMotion(f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False)
-    axis = np.array(["xyz".index(d) for d in model.direction[rows]])
-    arm = model.position[rows] - model.position[rows].mean(axis=0)
-    rigid = np.zeros((len(rows), 6))
-    rigid[np.arange(len(rows)), axis] = 1.0
-    for k in range(3):
-        rigid[:, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
-    size = np.linalg.norm(rigid, axis=0)
-    size[size == 0] = 1.0
-    part = np.linalg.lstsq(rigid / size, motion[rows], rcond=None)[0]
-    left = np.linalg.norm(motion[rows] - (rigid / size) @ part) / max(float(np.linalg.norm(motion[rows])), 1e-300)
-    slide, turn = np.linalg.norm(part[:3]), np.linalg.norm(part[3:])
-    turns = bool(turn > 0.3 * slide)              # rolling on an edge moves the centre too
-    vector = (part / size)[3:] if turns else part[:3]
-    vector = vector / (np.linalg.norm(vector) * np.sign(vector[np.abs(vector).argmax()]) or 1.0)
-    verb = "rotates about" if turns else "slides along"
-    words = ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in vector)
-    return NamedMotion(f"body '{body}' {verb} ({words})", body, bool(left < RIGID), turns)
-
-
-def mostly(motion) -> str:
-    """The name of a motion of which nothing but the numbers of its dofs is known."""
-    return f"mostly dof {np.abs(motion).argmax() + 1}"
-
-
-def _dof_name(model, i) -> str:
-    return f"dof {i + 1} (node {model.node[i]}, {model.direction[i]})"

@@ -74,7 +74,8 @@ def read_npz(path) -> dict:
     return given | {"groups": groups, "loads": loads, "provenance": provenance}
 
 
-def table_of_labels(labels, body):
+def table_of_labels(labels, body) -> dict:
+    """Columns body, node, direction of the (node, dof) labels of Abaqus' matrix text; InputError for other dofs."""
     wrong = [label for label in labels if label[1] not in ABAQUS_DOFS]
     if wrong:
         node, dof = wrong[0]

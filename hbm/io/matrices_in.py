@@ -168,7 +168,7 @@ def _pick(path, name, found):
         return found[name]
     other = next((k for k in found if k in ("M", "K", "C")), None)
     if name in ("M", "K", "C") and len(found) == 1 and other:
-        raise InputError(f"{name}: {path} holds '{other}', not '{name}'; have the files changed places?")
+        raise InputError(f"{name}: {path} holds '{other}', not '{name}'; are the files swapped?")
     if len(found) == 1:
         return next(iter(found.values()))
     raise InputError(f"{path}: holds no '{name}'; {nearest(name, found)}")

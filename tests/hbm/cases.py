@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from hbm import fourier
-from hbm.balance.receptance import describe_motion
+from hbm.balance.named_motion import describe_motion
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.settings import Settings

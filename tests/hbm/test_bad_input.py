@@ -14,6 +14,7 @@ import pytest
 import hbm.problem
 from hbm.balance import receptance as linear
 from hbm.balance import residual
+from hbm.balance.named_motion import describe_motion
 from hbm.balance.receptance import free_receptance
 from hbm.contact import relative_motion
 from hbm.continuation.settings import DEFAULT
@@ -101,7 +102,7 @@ REFUSED = {
     "a record with NaN": (lambda: {"model": replace(MODEL, K=with_entry(MODEL.K, 3, 5, np.nan))}, r"K\[3, 5\] is nan"),
     "a record unsymmetric": (lambda: {"model": replace(MODEL, K=with_entry(MODEL.K, 0, 1, 1e6))}, r"K is not symmet"),
     "a record with another M": (lambda: {"model": replace(MODEL, M=MODEL.M[:-1, :-1])}, r"M is \(\d+, .*same size"),
-    "M and K swapped": (lambda: {"M": MODEL.K, "K": MODEL.M}, r"M and K: .* seem to have changed places"),
+    "M and K swapped": (lambda: {"M": MODEL.K, "K": MODEL.M}, r"M and K: .* seem to be swapped"),
     "C drives": (lambda: {"C": -1e-3 * MODEL.K}, r"C feeds energy in"),
     "kn negative": (lambda: changed_pair("kn", -1.0), r"pair 2: kn = -1, must be finite and between 0"),
     "kt negative": (lambda: changed_pair("kt", -2.0), r"pair 2: kt = -2, must be finite and between 0"),
@@ -112,11 +113,11 @@ REFUSED = {
     "weight above 1": (lambda: changed_pair("weight", 1.5), r"pair 2: weight = 1\.5, .* between 0 and 1"),
     "no pairs": (lambda: {"pairs": PAIRS.select(np.zeros(len(PAIRS), bool))}, r"no (contact )?pair"),
     "no pair carries": (lambda: {"weight": 0 * PAIRS.weight}, r"no pair carries: every weight is 0"),
-    "a free body": (unheld, r"held by nothing even when every pair sticks: body 'damper' (slides|rotates)"),
-    "nothing pressed": (lambda: {"preload": -PAIRS.preload}, r"held by nothing at rest, where every pair is open: body"
+    "a free body": (unheld, r"unrestrained even when every contact sticks: body 'damper' (slides|rotates)"),
+    "nothing pressed": (lambda: {"preload": -PAIRS.preload}, r"unrestrained at rest, where every contact is open: body"
                         r" 'damper' (slides|rotates).*preload"),
-    "touching only": ({"origin": "unloaded"}, r"held by nothing at rest, where every pair is open: body 'damper'"),
-    "load beside": ({"origin": "unloaded", "static": TIP}, r"held by nothing at rest, where every pair is open"),
+    "touching only": ({"origin": "unloaded"}, r"unrestrained at rest, where every contact is open: body 'damper'"),
+    "load beside": ({"origin": "unloaded", "static": TIP}, r"unrestrained at rest, where every contact is open"),
     "band empty": ({"band": (1300, 1300)}, r"band = \(1300, 1300\) Hz: both must be positive, and different"),
     "band from zero": ({"band": (0, 100)}, r"band = \(0, 100\) Hz: both must be positive"),
     "band negative": ({"band": (-5, 100)}, r"band = \(-5, 100\) Hz: both must be positive"),
@@ -216,10 +217,10 @@ def beam_matrices(n):
 def test_a_slender_body_that_is_clamped_is_held_and_a_free_one_is_not(elements):
     """The softest motion of the clamped beam of 768 elements stores 1.5e-12 of its stiffness, rounding 4e-16."""
     K = beam_matrices(elements)
-    linear._check_held(K[2:, 2:], None)
+    linear._check_restrained(K[2:, 2:], None)
     for free in (K, K[1:, 1:], np.delete(np.delete(K, 1, 0), 1, 1)):
-        with pytest.raises(InputError, match="held by nothing even when every pair sticks: mostly dof"):
-            linear._check_held(free, None)
+        with pytest.raises(InputError, match="unrestrained even when every contact sticks: mostly dof"):
+            linear._check_restrained(free, None)
 
 
 def test_motions_in_words():
@@ -230,13 +231,13 @@ def test_motions_in_words():
     noise = 1e-3 * np.cross([0, -1.0, -1.0], x - x.mean(axis=0))
     turn = np.cross([1.0, 0, 0], x - x.mean(axis=0)) + noise
     motion[MODEL.body == "damper"] = turn[np.arange(len(x)), axis]
-    said = linear.describe_motion(MODEL, motion)
+    said = describe_motion(MODEL, motion)
     assert str(said) == "body 'damper' rotates about (1.00, 0.00, 0.00)" and said.rigid and said.turns
     motion[MODEL.body == "damper"] = np.array([0, 1.0, -1e-4])[axis]
-    said = linear.describe_motion(MODEL, motion)
+    said = describe_motion(MODEL, motion)
     assert str(said) == "body 'damper' slides along (0.00, 1.00, 0.00)" and said.rigid and not said.turns
     motion[MODEL.body == "damper"] = (x[:, 0] ** 2)[:] * (axis == 2)
-    assert not linear.describe_motion(MODEL, motion).rigid
+    assert not describe_motion(MODEL, motion).rigid
 
 
 def test_a_record_whose_mass_is_negative_is_refused():
@@ -252,7 +253,7 @@ def test_a_record_whose_mass_is_negative_is_refused():
     (dict(C=np.array([[1.0, 2], [2, 1]])), r"C feeds energy in: .* -1 N s/m"),
     (dict(M=np.zeros((2, 2))), r"M is zero: at least one dof must have mass"),
     (dict(M=np.diag([1.0, -2])), r"M has -2 on its diagonal at dof 1: masses must not be negative"),
-    (dict(K=np.diag([1.0, -4])), r"K is indefinite even when every pair sticks: a motion has a negative stiffness")])
+    (dict(K=np.diag([1.0, -4])), r"K is indefinite even when every contact sticks: a motion has a negative stiffness")])
 def test_matrices_without_a_bounded_response_are_refused(changes, message):
     """Handed over without a model: two masses, the first under a Jenkins element."""
     given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4])) | changes
@@ -276,7 +277,7 @@ def test_what_is_held_or_pressed_while_open_is_not_refused(changes):
 def test_masses_without_any_spring_are_named_where_no_pair_presses():
     given = dict(M=np.eye(2), C=None, K=np.zeros((2, 2)), B=np.eye(2), law=UnilateralSpring(), damping_ratio=0.01)
     zero, one = np.zeros(2), np.ones(2)
-    with warnings.catch_warnings(), pytest.raises(InputError, match="at rest, where every pair is open: mostly dof"):
+    with warnings.catch_warnings(), pytest.raises(InputError, match="at rest, where every contact is open: mostly dof"):
         warnings.simplefilter("error")
         ContactProblem(**given, pairs=Contacts(one, zero, zero, zero)).receptance()
 

@@ -203,7 +203,7 @@ def test_files_that_changed_places_are_found_out(rig, tmp_path, kind):
                  "mtx": lambda path, name, matrix: scipy.io.mmwrite(path, matrix)}[kind]
         write(tmp_path / f"{name}.{kind}", name, matrix)
     from_files(tmp_path / f"M.{kind}", tmp_path / f"K.{kind}")
-    with pytest.raises(InputError, match="changed places"):
+    with pytest.raises(InputError, match="swapped"):
         from_files(M=tmp_path / f"K.{kind}", K=tmp_path / f"M.{kind}")
 
 
