@@ -8,7 +8,7 @@ from hbm.continuation.settings import DEFAULT, Settings
 from hbm.parameter import Equation, Parameter
 from hbm.result import KINDS, ForcedResponse, amplitude, local_maxima
 from hbm.solutions import restored
-from hbm.tracing import output_harmonics
+from hbm.tracing import Outputs
 
 NOISE = 1e-9             # of the motion of the whole model: an output below that is rounding
 
@@ -18,9 +18,9 @@ def refine_largest(equation: Equation, branch: Branch, rows, settings: Settings)
 
     rows : (m, r) outputs. Returns (n, m) bool, for the branch as it is afterwards.
     """
-    X = output_harmonics(branch, rows, equation.balance.H)
-    table = list(amplitude(X, KINDS[0]))
-    refinement = _refinement(equation, branch, table, (rows, KINDS[0]), settings)
+    outputs = Outputs(rows)
+    table = list(amplitude(outputs.of_branch(branch, equation.balance.H), KINDS[0]))
+    refinement = _refinement(equation, branch, table, (outputs, KINDS[0]), settings)
     found = []
     for j in np.flatnonzero(np.nanmax(table, axis=0) > _noise(branch, rows)):
         column = np.array(table)[:, j]
@@ -50,7 +50,7 @@ def find_peaks(curve: ForcedResponse, problem, name: str, kind: str = "half_peak
     if not np.nanmax(a, initial=0.0) > _noise_of(curve, equation, points, rows):
         return np.empty((0, 2))
     table = [np.array([value]) for value in a]
-    refinement, found = _refinement(equation, branch, table, (rows, kind), settings), []
+    refinement, found = _refinement(equation, branch, table, (Outputs(rows), kind), settings), []
     solved = curve.peak_points[:, j] if kind == KINDS[0] and curve.peak_points.size else np.zeros(len(a), dtype=bool)
     for begin, done in [(branch.points[i], solved[i]) for i in local_maxima(a, [p.parameter for p in points])]:
         top = begin if done else refinement.run(branch.points.index(begin))
@@ -59,11 +59,11 @@ def find_peaks(curve: ForcedResponse, problem, name: str, kind: str = "half_peak
     return table_of[np.argsort(-table_of[:, 1], kind="stable")]
 
 
-def _refinement(equation, branch, table, output, settings):
-    rows, kind = output
+def _refinement(equation, branch, table, quantity, settings):
+    outputs, kind = quantity
 
     def heights(point):
-        found = amplitude(point.detail.outputs(rows), kind)
+        found = amplitude(outputs.of_point(point), kind)
         point.detail.forget()
         return found
 

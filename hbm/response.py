@@ -196,5 +196,5 @@ def _solution(point, balance, hz, case, calls):
                                 none, none, few, few, few, few, False, calls, point.x)
     u = point.x.reshape(*shape[:2], balance.nh)
     return PeriodicSolution(hz, tuple(case.names), point.detail.outputs(case.rows), point.detail.contact_force(),
-                            fourier.to_complex(u), *point.detail.bracket.shares.T,
-                            fourier.work(point.detail.bracket.g, u), True, calls, point.x)
+                            fourier.to_complex(u), *point.detail.forces.shares.T,
+                            fourier.work(point.detail.forces.g, u), True, calls, point.x)

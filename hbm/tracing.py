@@ -4,6 +4,7 @@ import numpy as np
 
 from hbm import fourier
 from hbm.balance.named_motion import mostly
+from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.branch import Branch
 from hbm.continuation.budget import Budget, BudgetExceeded
 from hbm.continuation.corrector import solve_fixed
@@ -76,13 +77,27 @@ def _same(a, b, weights) -> bool:
     return np.linalg.norm(weights * (a.x - b.x)) <= 1e-6 * np.linalg.norm(weights * b.x)
 
 
-def output_harmonics(branch: Branch, rows, H: int) -> np.ndarray:
-    """(n, m, H+1) complex harmonics of the outputs, rows (m, r), along a branch; NaN where a point failed."""
-    X = np.full((len(branch.points), len(rows), H + 1), np.nan, dtype=complex)
-    for i, point in enumerate(branch.points):
-        if point.converged:
-            X[i] = point.detail.outputs(rows)
-    return X
+class Outputs:
+    """Harmonics of the outputs, rows (m, r), of the points of a branch; their modal rows are made once a balance."""
+
+    def __init__(self, rows: np.ndarray):
+        self.rows, self._modal_rows = rows, rows
+        self._balance: HarmonicBalance | None = None
+
+    def of_point(self, point) -> np.ndarray:
+        """(m, H+1) complex, m."""
+        if point.detail.balance is not self._balance:
+            self._balance = point.detail.balance
+            self._modal_rows = self.rows @ point.detail.balance.receptance.shapes
+        return self._modal_rows @ point.detail.modal
+
+    def of_branch(self, branch: Branch, H: int) -> np.ndarray:
+        """(n, m, H+1) complex, m; NaN where a point failed."""
+        X = np.full((len(branch.points), len(self.rows), H + 1), np.nan, dtype=complex)
+        for i, point in enumerate(branch.points):
+            if point.converged:
+                X[i] = self.of_point(point)
+        return X
 
 
 def record(branch: Branch, equation: Equation, outputs, contact: bool, peak_points, seconds: float) -> ForcedResponse:
@@ -93,16 +108,16 @@ def record(branch: Branch, equation: Equation, outputs, contact: bool, peak_poin
     force = np.full((n, P, balance.nd, balance.H + 1) if contact else (0, 0, 0, 0), np.nan, dtype=complex)
     for i, point in enumerate(branch.points):
         if point.converged:
-            shares[i] = point.detail.bracket.shares
+            shares[i] = point.detail.forces.shares
             # of all components: springs take nothing, and which of them rub is the law's affair
-            work[i] = fourier.work(point.detail.bracket.g, point.x.reshape(-1, balance.nd, balance.nh))
+            work[i] = fourier.work(point.detail.forces.g, point.x.reshape(-1, balance.nd, balance.nh))
             if contact:
                 force[i] = point.detail.contact_force()
     values = np.array([p.parameter for p in branch.points]) / parameter.scale
     start = balance.given_start
     return ForcedResponse(
         frequency=parameter.frequencies(equation.hz, values), output_names=np.array(names, dtype=str),
-        harmonics=output_harmonics(branch, rows, balance.H), parameter_name=parameter.name, parameter=values,
+        harmonics=Outputs(rows).of_branch(branch, balance.H), parameter_name=parameter.name, parameter=values,
         share_stick=shares[..., 0], share_slip=shares[..., 1], share_open=shares[..., 2], dissipated=work,
         converged=np.array([p.converged for p in branch.points]),
         iterations=np.array([p.iterations for p in branch.points]), ended=explain(branch, balance.problem, parameter),

@@ -30,34 +30,35 @@ def available_bytes() -> float:
     return float(min(found, default=float("inf")))
 
 
-def newton_bytes(moving: int, components: int, H: int, squares: int = _SQUARES) -> float:
-    """Bytes for so many slipping or lifting pairs of a law with so many components, in a whole curve."""
+def newton_bytes(active: int, components: int, H: int, squares: int = _SQUARES) -> float:
+    """Bytes of a whole curve, for so many active contacts (slipping or lifting) of a law with so many components."""
     block = components * (2 * H + 1)
-    return 8.0 * (squares * (moving * block) ** 2 + _BLOCKS * moving * block**2)
+    return 8.0 * (squares * (active * block) ** 2 + _BLOCKS * active * block**2)
 
 
-def check_harmonics_fit(pairs: int, components: int, H: int):
-    """Before anything heavy: InputError where not even one pair can slip or lift, a warning where not a quarter of them
-    can at once; how many will is not known yet."""
-    if said := _lack(1, components, H, _SQUARES, "one pair that slips or lifts"):
-        raise InputError(said)
-    moving = max(pairs // _SLIPPING, 1)
-    what = f"{moving} of the {pairs} pairs, should they slip or lift at once,"
-    if said := _lack(moving, components, H, _SQUARES, what):
-        warnings.warn(said, stacklevel=4)
+def check_harmonics_fit(contacts: int, components: int, H: int):
+    """Before anything heavy: InputError where not even one contact can be active, a warning where not a quarter of them
+    can at once; how many will be is not known yet."""
+    if message := _lack(1, components, H, _SQUARES, "one contact that slips or lifts needs"):
+        raise InputError(message)
+    active = max(contacts // _SLIPPING, 1)
+    what = f"{active} of the {contacts} contacts, should they slip or lift at once, need"
+    if message := _lack(active, components, H, _SQUARES, what):
+        warnings.warn(message, stacklevel=4)
 
 
-def check_moving_fit(moving: int, pairs: int, components: int, H: int):
-    """InputError where so many pairs slip or lift that the next matrix cannot be held."""
-    if said := _lack(moving, components, H, _NEXT, f"{moving} of the {pairs} pairs, which slip or lift at once here,"):
-        raise InputError(said)
+def check_active_fit(active: int, contacts: int, components: int, H: int):
+    """InputError where so many contacts are active that there is no memory for the next matrix."""
+    what = f"{active} of the {contacts} contacts, which slip or lift at once here, need"
+    if message := _lack(active, components, H, _NEXT, what):
+        raise InputError(message)
 
 
-def _lack(moving, components, H, squares, what):
-    """What to say where the memory does not suffice; None where it does."""
-    need = newton_bytes(moving, components, H, squares)
+def _lack(active, components, H, squares, what):
+    """The message where the memory does not suffice; None where it does."""
+    need = newton_bytes(active, components, H, squares)
     if need < _SMALL or need <= (there := available_bytes()):
         return None
-    fits = next((h for h in range(H - 1, 0, -1) if newton_bytes(moving, components, h, squares) <= there), 0)
-    return (f"harmonics = {H}: {what} need {need / 1e9:.3g} GB of memory for Newton's method, "
-            f"{there / 1e9:.3g} GB are available: at most harmonics = {fits} here, or fewer pairs")
+    fits = next((h for h in range(H - 1, 0, -1) if newton_bytes(active, components, h, squares) <= there), 0)
+    return (f"harmonics = {H}: {what} {need / 1e9:.3g} GB of memory for Newton's method, "
+            f"{there / 1e9:.3g} GB are available: at most harmonics = {fits} here, or fewer contacts")

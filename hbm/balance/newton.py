@@ -1,7 +1,7 @@
-"""The residual of harmonic balance at one point, with Newton's linear system on the pairs that slip or lift.
+"""The residual of the harmonic balance at one point, with Newton's linear system on the contacts that slip or lift.
 
-The derivative D of the bracket vanishes on pairs that stick through the cycle, so with dg = D du the system
-(I + G D) du = -R is (I + D G) dg = -D R: it lives on the rows of the bracket that move.
+The derivative D of the contact forces g vanishes for contacts that stick through the cycle. With dg = D du the system
+(I + G D) du = -R becomes (I + D G) dg = -D R, which has rows for the active components only.
 """
 
 from dataclasses import dataclass, field, replace
@@ -12,7 +12,7 @@ from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
 from hbm import fourier
-from hbm.balance.memory import check_moving_fit
+from hbm.balance.memory import check_active_fit
 from hbm.laws.records import ContactForces
 
 EPS = np.finfo(float).eps
@@ -21,17 +21,23 @@ ITERATIONS = 100         # at most, of the power iteration
 
 @dataclass(frozen=True)
 class Linearisation:
-    """Residual at one point with everything that Newton and the outputs need. Lengths n = P nd nh, pair-major."""
+    """Residual at one point with everything that Newton and the outputs need; `hbm.continuation.point.Linearised`.
+
+    x, residual, by_parameter : (n,), n = P nd nh, contact by contact; by_parameter : derivative of the residual
+    forces : of the contacts; w : rad/s; balance : the HarmonicBalance
+    modal : (m, H+1) coordinates, q_k = shapes @ modal[:, k]; factors : (m, H+1) of the receptance
+    modal_rate : (m, H+1) derivative of modal by the parameter at a given motion
+    """
 
     x: np.ndarray
     residual: np.ndarray
     by_parameter: np.ndarray
-    bracket: ContactForces
-    modal: np.ndarray          # (m, H+1) coordinates: q_k = shapes @ modal[:, k]
-    balance: Any               # the HarmonicBalance
-    factors: np.ndarray        # (m, H+1)
+    forces: ContactForces
+    modal: np.ndarray
+    balance: Any
+    factors: np.ndarray
     w: float
-    modal_rate: np.ndarray     # (m, H+1) derivative of modal by the parameter while g stands
+    modal_rate: np.ndarray
     parts: list = field(default_factory=list)
     border: list = field(default_factory=list)
 
@@ -45,7 +51,7 @@ class Linearisation:
 
     def moved(self, dx, dp):
         """This at x + dx, parameter + dp: outputs and forces are linearised, the matrices stay."""
-        hb, b = self.balance, self.bracket
+        hb, b = self.balance, self.forces
         modal, g = self.modal + self.modal_rate * dp, b.g
         if len(b.contacts):
             size = hb.nd * hb.nh
@@ -54,7 +60,7 @@ class Linearisation:
             g[b.contacts] += dg.reshape(-1, hb.nd, hb.nh)
             columns = hb.shapes.reshape(-1, hb.nd, hb.shapes.shape[1])[b.contacts].reshape(-1, hb.shapes.shape[1])
             modal = modal - self.factors * real_times(columns.T, fourier.to_complex(dg.reshape(-1, hb.nh)))
-        return replace(self, x=self.x + dx, modal=modal, bracket=replace(b, g=g))
+        return replace(self, x=self.x + dx, modal=modal, forces=replace(b, g=g))
 
     def restoring(self, away):
         """To add to the residual where x has come `away` from a point: see `HarmonicBalance.regularisation`.
@@ -62,7 +68,7 @@ class Linearisation:
         One Newton step with it undoes the part of the way in a mean motion that no force restrains, and to the size of
         the regularisation nothing else.
         """
-        b, hb = self.bracket, self.balance
+        b, hb = self.forces, self.balance
         push = np.zeros((hb.n_components, hb.nh))
         push[:, 0] = hb.regularisation(b) * away.reshape(-1, hb.nh)[:, 0]
         rows = np.flatnonzero(push[:, 0])
@@ -82,7 +88,7 @@ class Linearisation:
         self.border.clear()
 
     def _bordered(self, R, row, corner, value):
-        """dx, dp and the sign of the determinant, through the rows of the bracket that move."""
+        """dx, dp and the sign of the determinant, through the active rows."""
         Rp, hb = self.by_parameter, self.balance
         _, rows, local = self._condensed()
         n = len(rows) * hb.nh
@@ -100,7 +106,7 @@ class Linearisation:
         return -R - Rp * dp - self._respond(dg, rows), dp, sign
 
     def _factorised(self, row, corner):
-        """LU of the bordered system on the moving rows, kept for the border it was made with; sign 0 where singular."""
+        """LU of the bordered system on the active rows, kept for the border it was made with; sign 0 where singular."""
         if self.border and self.border[0] is row and self.border[1] == corner:
             return self.border[2:]
         DG, rows, local = self._condensed()
@@ -127,20 +133,20 @@ class Linearisation:
         return self.parts
 
     def _condense(self):
-        """D G on the moving rows (flat n x n), the rows (component numbers), and their places in D."""
-        bracket, hb = self.bracket, self.balance
+        """D G on the active rows (flat n x n), the rows (component numbers), and their places in D."""
+        forces, hb = self.forces, self.balance
         nd, nh, H = hb.nd, hb.nh, hb.H
-        a = len(bracket.contacts)
-        moving = bracket.active[bracket.contacts]
-        local = np.flatnonzero(moving.ravel())
-        rows = (bracket.contacts[:, None] * nd + np.arange(nd))[moving]
+        a = len(forces.contacts)
+        active = forces.active[forces.contacts]
+        local = np.flatnonzero(active.ravel())
+        rows = (forces.contacts[:, None] * nd + np.arange(nd))[active]
         n = len(rows)
         if not n:
             return np.zeros((0, 0)), rows, local
-        check_moving_fit(a, len(hb.problem.pairs), nd, H)
-        columns = (bracket.contacts[:, None] * nd + np.arange(nd)).ravel()
-        left = bracket.D[moving] if n < a * nd else bracket.D.reshape(n, nh, nd, nh)
-        owner = np.repeat(np.arange(a), moving.sum(axis=1))
+        check_active_fit(a, len(hb.problem.pairs), nd, H)
+        columns = (forces.contacts[:, None] * nd + np.arange(nd)).ravel()
+        left = forces.D[active] if n < a * nd else forces.D.reshape(n, nh, nd, nh)
+        owner = np.repeat(np.arange(a), active.sum(axis=1))
         G = hb.contact_receptance.between(columns, rows, self.factors, self.w)
         DG = np.empty((n, nh, n, nh))
         for k in range(H + 1):
@@ -153,8 +159,8 @@ class Linearisation:
         return DG.reshape(n * nh, n * nh), rows, local
 
     def _apply(self, local, x):
-        """D x on the moving rows, flat."""
-        b, hb = self.bracket, self.balance
+        """D x on the active rows, flat."""
+        b, hb = self.forces, self.balance
         nd, nh = hb.nd, hb.nh
         X = x.reshape(-1, nd * nh)[b.contacts]
         y = np.matmul(b.D.reshape(len(b.contacts), nd * nh, nd * nh), X[:, :, None])[:, :, 0]
@@ -177,7 +183,7 @@ class Linearisation:
         """(P, nd, H+1) complex, N, of the contacts."""
         hb, problem = self.balance, self.balance.problem
         u = self.x.reshape(len(problem.pairs), hb.nd, hb.nh)
-        f = self.bracket.g + problem.law.stuck_stiffness(problem.pairs)[:, :, None] * u
+        f = self.forces.g + problem.law.stuck_stiffness(problem.pairs)[:, :, None] * u
         f[:, :, 0] += problem.law.stuck_force(problem.pairs)
         return fourier.to_complex(f)
 

@@ -100,7 +100,7 @@ class March:
         """z (2n,) of a solution of the harmonic balance at t = 0."""
         b, s = self.balance, self.system.s
         into = self.system.into[:len(s)] + 1j * self.system.into[len(s):]
-        g = fourier.to_complex(point.detail.bracket.g.reshape(-1, b.nh))
+        g = fourier.to_complex(point.detail.forces.g.reshape(-1, b.nh))
         push, back = into @ g, into @ g.conj()
         k = 1j * self.w * np.arange(b.H + 1)
         y = -0.5 * np.sum(push / (k - s[:, None]) + back / (-k - s[:, None]), axis=1)

@@ -162,7 +162,7 @@ def test_points_whose_last_step_was_not_evaluated_again_solve_the_equations(case
         size = np.linalg.norm(balance.weights * point.x)
         assert np.linalg.norm(again.residual) < 1e-9 * size
         assert np.abs(again.modal - point.detail.modal).max() < 1e-9 * np.abs(again.modal).max()
-        assert np.abs(again.bracket.g - point.detail.bracket.g).max() <= 1e-8 * np.abs(again.bracket.g).max()
+        assert np.abs(again.forces.g - point.detail.forces.g).max() <= 1e-8 * np.abs(again.forces.g).max()
         linearised += point.detail.x is not point.x and np.linalg.norm(point.detail.residual) > 1e-10 * size
     assert branch.complete and linearised > 0.5 * len(branch.points)
 

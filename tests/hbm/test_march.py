@@ -137,7 +137,7 @@ def test_balance_against_integration_from_its_orbit():
     c = compare_point(balance, point, [Y2["y2"]])
     assert c.agrees and c.difference < 2e-4
     assert abs(c.steady.harmonics[0, 1]) == pytest.approx(2.27307e-4, rel=5e-6)
-    g = fourier.to_complex(point.detail.bracket.g)[:, :2, 1:]
+    g = fourier.to_complex(point.detail.forces.g)[:, :2, 1:]
     u = fourier.to_complex(point.x.reshape(2, 3, -1))[:, :2, 1:]
     work = np.pi * np.sum(np.arange(1, 10) * (g * u.conj()).imag, axis=(1, 2))
     assert np.allclose(c.steady.work, work, rtol=3e-3)

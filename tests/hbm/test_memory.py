@@ -1,4 +1,4 @@
-"""The memory that is foretold for slipping pairs, against what a curve takes, and what is said where it lacks."""
+"""The predicted memory of slipping contacts against what a curve takes, and the message where it lacks."""
 
 import tracemalloc
 from types import SimpleNamespace
@@ -26,7 +26,7 @@ def curve(level=200.0, harmonics=15):
 
 
 def test_forecast_of_a_curve():
-    """Ten of twelve pairs slip or lift: at H = 15 what is foretold for these is needed, to a factor of two."""
+    """Ten of twelve pairs slip or lift: at H = 15 what is predicted for these is needed, to a factor of two."""
     curve(harmonics=1)                                       # what is loaded or compiled once is not the curve's
     tracemalloc.start()
     found = curve()
@@ -43,8 +43,8 @@ def test_too_many_harmonics_are_refused_at_the_door(monkeypatch):
                for name in PAIRS.__dataclass_fields__}
     problem, _ = contact_problem(MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02)
     monkeypatch.setattr(memory, "available_bytes", lambda: 16e9)
-    with pytest.warns(UserWarning, match=r"harmonics = 200: 32 of the 128 pairs.* need .* GB .* 16 GB are available: "
-                                         r"at most harmonics = (\d+) here") as caught:
+    with pytest.warns(UserWarning, match=r"harmonics = 200: 32 of the 128 contacts.* need .* GB .* 16 GB are "
+                                         r"available: at most harmonics = (\d+) here") as caught:
         memory.check_harmonics_fit(128, 3, 200)
     named = int(str(caught[0].message).split("at most harmonics = ")[1].split()[0])
     assert 50 < named < 200 and newton_bytes(32, 3, named) <= 16e9 < newton_bytes(32, 3, named + 1)
@@ -52,7 +52,7 @@ def test_too_many_harmonics_are_refused_at_the_door(monkeypatch):
     problem = contact_problem(MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02)[0]
     monkeypatch.setattr(memory, "available_bytes", lambda: 5e7)
     monkeypatch.setattr(memory, "_SMALL", 0.0)
-    with pytest.raises(InputError, match="harmonics = 200: one pair that slips or lifts need"):
+    with pytest.raises(InputError, match="harmonics = 200: one contact that slips or lifts needs"):
         HarmonicBalance(problem, {1: TIP}, 200)
     assert "_receptance" not in problem.__dict__
 
@@ -62,7 +62,7 @@ def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
     monkeypatch.setattr(memory, "available_bytes", lambda: 1.1 * newton_bytes(3, 3, 15))
     monkeypatch.setattr(memory, "_SMALL", 0.0)
     assert curve(level=1e-3).complete
-    with pytest.raises(InputError, match=r"harmonics = 15: \d+ of the 12 pairs, which slip or lift at once here, need"):
+    with pytest.raises(InputError, match=r"harmonics = 15: \d+ of the 12 contacts, which slip or lift at once here"):
         curve()
 
 
@@ -83,11 +83,11 @@ def test_a_comparison_does_not_die_of_harmonics_that_nobody_asked_for(monkeypatc
     monkeypatch.setattr(memory, "_SMALL", 0.0)
     monkeypatch.setattr(memory, "available_bytes", lambda: newton_bytes(12, 3, 7))
     same = SimpleNamespace(harmonics_of_motion=lambda: point.x)
-    assert point.converged and len(point.detail.bracket.contacts) == 12 and not _left(balance, point, same, 0.01)
+    assert point.converged and len(point.detail.forces.contacts) == 12 and not _left(balance, point, same, 0.01)
 
 
 def test_many_pairs_of_which_few_may_slip_are_warned_of(monkeypatch):
     """512 of 2048 pairs in three dimensions at H = 7 ask for 21 GB; how many will slip is not known at the door."""
     monkeypatch.setattr(memory, "available_bytes", lambda: 16e9)
-    with pytest.warns(UserWarning, match="512 of the 2048 pairs, should they slip or lift at once, need 21.* GB"):
+    with pytest.warns(UserWarning, match="512 of the 2048 contacts, should they slip or lift at once, need 21.* GB"):
         memory.check_harmonics_fit(2048, 3, 7)

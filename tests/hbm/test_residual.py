@@ -11,7 +11,7 @@ from hbm.balance.receptance import stuck_receptance
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.laws import DryFriction2T, IsotropicFriction, MixedLaw, UnilateralSpring
-from hbm.parameter import ContactSetting
+from hbm.parameter import ContactSetting, Frequency, Level
 from hbm.problem import contact_problem
 from hbm.response import forced_response
 from tests.hbm.cases import coupled, load, with_damping_matrix
@@ -37,25 +37,25 @@ def general_case():
     return HarmonicBalance(problem, {1: force}, 2), w, size
 
 
-@pytest.mark.parametrize("by", ["w", "level", "preload", "mu"])
+@pytest.mark.parametrize("by", [Frequency(), Level(), ContactSetting("preload"), ContactSetting("mu")],
+                         ids=lambda by: by.name)
 @pytest.mark.parametrize("case", [pencil_case, modal_case, general_case])
 def test_bordered_solve_and_determinant(case, by):
     balance, w, size = case()
     rng = np.random.default_rng(0)
     x = balance.linear(w) + size * rng.normal(size=balance.n_components * balance.nh) / balance.nh
     n = len(x)
-    e = balance.evaluate(x, w, by=by)
-    assert len(e.bracket.contacts) > 0
+    at = w if by == Frequency() else 1.0
+    e = by.evaluate(balance, x, w, at)
+    assert len(e.forces.contacts) > 0
     h = 1e-6 * size
     J = np.array([(balance.evaluate(x + h * v, w).residual - balance.evaluate(x - h * v, w).residual) / (2 * h)
                   for v in np.eye(n)]).T
-    d = 1e-6 * (w if by == "w" else 1.0)
-    ends = [balance.evaluate(x, **({"w": w + s} if by == "w" else
-                                   {"w": w, "by": by, "level" if by == "level" else "factor": 1 + s})).residual
-            for s in (d, -d)]
+    d = 1e-6 * at
+    ends = [by.evaluate(balance, x, w, at + s).residual for s in (d, -d)]
     slope = (ends[0] - ends[1]) / (2 * d)
     assert np.abs(e.by_parameter - slope).max() < 1e-5 * np.abs(slope).max()
-    row, corner = rng.normal(size=n) / size, 0.7 / (w if by == "w" else 1.0)
+    row, corner = rng.normal(size=n) / size, 0.7 / at
     full = np.block([[J, slope[:, None]], [row[None], np.array([[corner]])]])
     dx, dp = e.solve(row, corner, 0.3)
     expected = np.linalg.solve(full, np.r_[-e.residual, 0.3])
@@ -101,7 +101,7 @@ def test_pairs_that_stick_through_the_cycle_may_be_left_out_of_the_iteration(law
                 point = solve_fixed(balance.evaluate, guess, w, balance.weights)
             assert point.converged
             found.append((*step, point.x))
-            moved.append(len(point.detail.bracket.contacts))
+            moved.append(len(point.detail.forces.contacts))
     assert moved[1::2] == [len(pairs)] * 3 and 0 < min(moved[::2]) and max(moved[::2]) < len(pairs), moved
     for (dx, dp, sign, x), (dx_all, dp_all, sign_all, x_all) in zip(found[::2], found[1::2], strict=True):
         assert np.abs(dx - dx_all).max() < 1e-10 * np.abs(dx_all).max() and sign == sign_all
@@ -121,7 +121,7 @@ def test_a_branch_over_the_preload_needs_no_second_pass_where_the_law_knows_its_
     evaluate = aft.evaluate
     monkeypatch.setattr(aft, "evaluate", lambda *a: done.append(1) or evaluate(*a))
     e = ContactSetting("preload").evaluate(balance, x, w, 0.7)
-    assert len(done) == passes and len(e.bracket.contacts) > 0
+    assert len(done) == passes and len(e.forces.contacts) > 0
     at = [ContactSetting("preload").evaluate(balance, x, w, 0.7 + k * 1e-3).residual for k in (-2, -1, 1, 2)]
     slope = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / 12e-3
     assert np.abs(e.by_parameter - slope).max() < 1e-6 * np.abs(slope).max()
