@@ -1,11 +1,11 @@
 """Preload of a pin between two inclined faces beside CalculiX on the same mesh (C3D8, GAPUNI springs, NLGEOM).
 
-    python -m tests.benchmarks.calculix [--cells 2] [--cases 3]
+    python -m tests.benchmarks.calculix [--cells 4] [--cases 3]
 
 Needs the program ccx (Debian: calculix-ccx); nothing else of the project does. A trapezoid of 10 and 4 mm, 3 mm high
 and 30 mm long, its sides at 45 degrees, is pulled by 10 N at its two ends between two clamped blocks; the faces are
 crowned by 0.5 um, so that pairs in the middle stay open. Two lines of 31 pairs on each face. Both programs run on one
-thread; times are CPU times of this run, and go to results/calculix.json.
+thread; times are CPU times of this run, and go to build/benchmarks/calculix.json.
 """
 
 import argparse
@@ -150,7 +150,7 @@ def _children():
 def main():
     one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--cells", type=int, default=1, help="cells to a millimetre of height")
+    parser.add_argument("--cells", type=int, default=4, help="cells to a millimetre of height")
     parser.add_argument("--cases", type=int, default=2, help="load cases, of which ccx solves the first")
     arguments = parser.parse_args()
     made = meshes(arguments.cells)

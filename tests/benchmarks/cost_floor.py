@@ -4,7 +4,7 @@
 
 The floor: per body one factorisation of K_II, one LDL' at the shift above the top mode, the back-solves of all master
 dofs at once, and the modes. The way there also assembles, checks and makes the bound of the reduction error, one more
-back-solve a master dof. The numbers go to results/cost_floor.json.
+back-solve a master dof. The numbers go to build/benchmarks/cost_floor.json.
 """
 
 import argparse

@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.demo [--runs 5] [--study docs/studies/two_blade_rig/asymmetric.toml]
 
-Not a test: times depend on the machine, which is named beside them. The figures go to results/demo.json.
+Not a test: times depend on the machine, which is named beside them. The figures go to build/benchmarks/demo.json.
 """
 
 import argparse
@@ -16,9 +16,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from tests.benchmarks.record import one_thread, processor, record
-
-ROOT = Path(__file__).parents[2]
+from tests.benchmarks.record import ROOT, one_thread, processor, record
 
 
 def main():

@@ -2,9 +2,9 @@
 
     python -m tests.benchmarks.growth [--last 6]
 
-A clamped block of 8-node hexahedra is reduced onto 62 nodes of its top and 20 fixed-interface modes. The numbers go to
-results/growth.json: CPU seconds of each part, entries of the Cholesky factor, largest resident memory, and what
-`modal.memory` predicted.
+A clamped block of 8-node hexahedra is reduced onto 62 nodes of its top and 20 fixed-interface modes. To
+build/benchmarks/growth.json go CPU seconds of each part, entries of the Cholesky factor, largest resident memory, and
+what `modal.memory` predicts.
 """
 
 import argparse

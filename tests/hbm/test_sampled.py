@@ -39,14 +39,6 @@ def test_ellipses_at_256_samples_and_their_order(row):
     assert work == pytest.approx(row["coupled"]["dissipation"], rel=1e-4)
 
 
-@pytest.mark.parametrize("row", E1["ellipses"], ids=lambda r: f"{r['X']}-{r['Y']}-{r['phi']:.2f}")
-def test_two_crossed_elements_dissipate_what_the_table_says(row):
-    X, Y = complex(row["X"]), row["Y"] * np.exp(1j * row["phi"])
-    F = prescribed(X, Y, row["kt"], row["L"], 64, law=laws.DryFriction2T())
-    work = np.pi * (F[0, 1] * np.conj(X) + F[1, 1] * np.conj(Y)).imag
-    assert work == pytest.approx(row["uncoupled"]["dissipation"], rel=1e-8)
-
-
 def test_circle_in_closed_form():
     for row in E1["circular_closed_form"]:
         F = prescribed(complex(row["R"]), row["R"] * np.exp(-0.5j * np.pi), row["kt"], row["L"], 256, H=1)

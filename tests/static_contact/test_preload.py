@@ -8,22 +8,12 @@ from static_contact.complementarity import NoEquilibrium
 from static_contact.friction import FrictionalContact
 from static_contact.pairing import join
 from static_contact.preload import StaticContact, preload
-from tests.benchmarks.preload_random_beams import compare
-from tests.static_contact.beams import beam, random_case, reference_beam, supports
-
-
-@pytest.mark.parametrize("name", ["F1-beam-two-end-loads", "F2-beam-31-crowned"])
-def test_beam_on_unilateral_supports(name):
-    """Support forces and detached set of the reference (closed form; see tests/reference/statics)."""
-    result, known = reference_beam(name)
-    r = np.array(known["r"])
-    assert np.maximum(result.pairs.preload, 0) == pytest.approx(r, abs=1e-8 * r.max())
-    assert np.flatnonzero(result.pairs.preload < 0).tolist() == known["detached_indices"]
-    assert result.residual < 1e-9 and result.balance < 1e-9
+from tests.static_contact.beams import beam, random_case, supports
+from tests.validation.random_beams import compare
 
 
 def test_random_beams_against_a_second_route():
-    """150 of the 5 000 beams of tests/benchmarks/preload_random_beams.py: same set, forces to 1e-8 of the largest."""
+    """150 of the 5 000 beams of tests/validation/random_beams.py: same set, forces to 1e-8 of the largest."""
     random = np.random.default_rng(20163)
     for i in range(150):
         error, same, *_ = compare(random_case(random, 8 if i % 2 else 31))

@@ -1,0 +1,55 @@
+"""Cases beside their references, one module a subject. The tests hold every row to its limit; a release prints them.
+
+    OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [SUBJECT ...]
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Row(NamedTuple):
+    """case: which system, where; ours, reference: the two values; error: relative; against: the kind of reference."""
+
+    case: str
+    ours: object
+    reference: object
+    error: float
+    against: str
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One page.
+
+    title, text : what is compared, in which quantity, and the source of the reference
+    rows : function without arguments that yields its rows
+    limits : {against: largest error}; a key may be the beginning of an `against`. What has no limit is reported.
+    """
+
+    title: str
+    text: str
+    rows: Callable[[], Iterable[Row]]
+    limits: dict[str, float]
+
+    def limit(self, against: str) -> float | None:
+        fits = [k for k in self.limits if against.startswith(k)]
+        return self.limits[max(fits, key=len)] if fits else None
+
+    def check(self):
+        """Every row within its limit, and no limit without a row."""
+        rows = list(self.rows())
+        for row in rows:
+            limit = self.limit(row.against)
+            assert limit is None or row.error <= limit, (row, limit)
+        for kind in self.limits:
+            assert any(row.against.startswith(kind) for row in rows), kind
+
+
+def row(case, ours, reference, against, scale=None) -> Row:
+    """The error is relative to the reference (norm), or to `scale`; complex values are compared with their phase."""
+    error = np.linalg.norm(np.subtract(ours, reference, dtype=complex))
+    error /= scale or max(np.linalg.norm(reference), 1e-300)
+    return Row(case, np.linalg.norm(ours), np.linalg.norm(reference), float(error), against)

@@ -1,0 +1,73 @@
+"""The validation pages of a release: a page a subject, and worst.md with the worst row against each kind of reference.
+
+    OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [SUBJECT ...]
+
+worst.md goes into docs/validation.md as its chapter on accuracy. All subjects: about ten minutes.
+"""
+
+import argparse
+import importlib
+import platform
+import subprocess
+from datetime import date
+from importlib import metadata
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+SUBJECTS = ("jenkins_closed_form", "rigid_friction", "lift_off", "coupled_friction", "friction_in_the_plane",
+            "planar_oscillator", "frictional_beam", "time_integration", "craig_bampton", "nafems", "rotating_beam",
+            "supported_beams", "random_beams", "stuck_modes", "contact_stiffness", "hertz")
+
+
+def made() -> str:
+    """Date, versions and commit of what is computed now."""
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "scipy", "numba"))
+    commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
+    return (f"{date.today()}; Python {platform.python_version()}, {versions}; commit "
+            f"{commit.stdout.strip() or 'unknown'}")
+
+
+def worst(rows) -> list:
+    """The row of largest error against each kind of reference."""
+    found = {}
+    for row in rows:
+        if row.against not in found or not row.error <= found[row.against].error:
+            found[row.against] = row
+    return list(found.values())
+
+
+def allowed(subject, row) -> str:
+    limit = subject.limit(row.against)
+    return "" if limit is None else f"{limit:.2g}" + " **missed**" * (not row.error <= limit)
+
+
+def table(subject, rows) -> list[str]:
+    lines = ["| case | ours | reference | error | against | limit |", "|---|---|---|---|---|---|"]
+    for row in rows:
+        values = " | ".join(v if isinstance(v, str) else f"{v:.9g}" for v in (row.ours, row.reference))
+        lines.append(f"| {row.case} | {values} | {row.error:.1e} | {row.against} | {allowed(subject, row)} |")
+    return lines
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--out", type=Path, default=ROOT / "build" / "validation")
+    parser.add_argument("subjects", nargs="*", metavar="SUBJECT", help=", ".join(SUBJECTS))
+    asked = parser.parse_args(arguments)
+    if unknown := set(asked.subjects) - set(SUBJECTS):
+        parser.error(f"no subject '{unknown.pop()}'; there are: {', '.join(SUBJECTS)}")
+    asked.out.mkdir(parents=True, exist_ok=True)
+    index = [f"Computed {made()}.", "", "| subject | against | worst case | error | limit |", "|---|---|---|---|---|"]
+    for name in asked.subjects or SUBJECTS:
+        print(name, flush=True)
+        subject = importlib.import_module(f"tests.validation.{name}").SUBJECT
+        rows = list(subject.rows())
+        page = [f"# {subject.title}", "", subject.text, "", f"{made()}.", "", *table(subject, rows)]
+        (asked.out / f"{name}.md").write_text("\n".join(page) + "\n", encoding="utf-8")
+        index += [f"| {subject.title} | {row.against} | {row.case} | {row.error:.1e} | {allowed(subject, row)} |"
+                  for row in worst(rows)]
+    (asked.out / "worst.md").write_text("\n".join(index) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,39 @@
+"""Coupled friction in the plane: prescribed ellipses, and an oscillator under a rotating force."""
+
+import numpy as np
+
+from hbm.laws import DryFriction2T
+from tests.hbm.cases import load
+from tests.hbm.test_sampled import prescribed, rotating
+from tests.validation import Subject, row
+
+
+def rows():
+    for known in load("E1")["ellipses"]:
+        X, Y = complex(known["X"]), known["Y"] * np.exp(1j * known["phi"])
+        name = f"{known['X']:g} x {known['Y']:g}, phase {known['phi']:.2f}"
+        expected = [complex(*known["coupled"][key]) for key in ("Tx1", "Ty1")]
+        for n in (64, 256, 1024):
+            F = prescribed(X, Y, known["kt"], known["L"], n, H=1)
+            for d, label in enumerate("xy"):
+                yield row(f"{name}, force in {label}, H = 1", F[d, 1], expected[d],
+                          f"differential equation, per limit force, {n} samples", known["L"])
+            if n == 256:
+                yield row(name, _work(F, X, Y), known["coupled"]["dissipation"], "work per cycle, 256 samples")
+        F = prescribed(X, Y, known["kt"], known["L"], 64, law=DryFriction2T())
+        yield row(name, _work(F, X, Y), known["uncoupled"]["dissipation"], "work of two crossed elements")
+    for known in load("E1")["rotating_force_oscillator"]:
+        found = rotating(known)
+        exact = min(known["R_exact"], key=lambda R: abs(R - found))
+        yield row(f"rotating force, Om = {known['Omega']:g}, H = 1", found, exact, "exact radius, 256 samples")
+
+
+def _work(F, X, Y):
+    return np.pi * (F[0, 1] * np.conj(X) + F[1, 1] * np.conj(Y)).imag
+
+
+SUBJECT = Subject(
+    "Coupled friction in the plane", "Prescribed ellipses: harmonic 1 of the force, and the work of a cycle. A force "
+    "that rotates: radius of the orbit in closed form. Source: tests/reference/hbm/E1.", rows,
+    {"differential equation, per limit force, 64": 1e-2, "differential equation": 1e-3, "work per cycle": 1e-3,
+     "work of two": 1e-8, "exact radius": 1e-3})
