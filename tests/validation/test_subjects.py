@@ -11,6 +11,7 @@ WITHOUT_LIMITS = {"rigid_friction"}
 DOLFINX = {"rotating_beam"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [s for s in SUBJECTS if s not in LONG | WITHOUT_LIMITS])
 def test_rows_within_limits(name):
     if name in DOLFINX:
