@@ -1,5 +1,6 @@
 """The one exception that says: what you passed in cannot be used, and this is what would be."""
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 
 
@@ -7,13 +8,13 @@ class InputError(ValueError):
     """Raised at the door, before any heavy work, in one line: what came, and what is allowed."""
 
 
-def shown(name, most: int = 80) -> str:
+def shown(name: object, most: int = 80) -> str:
     """A name from a file as it may stand in a message: control characters escaped, cut at so many characters."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(name))
     return text if len(text) <= most else f"{text[:most - 3]}..."
 
 
-def nearest(name: str, allowed) -> str:
+def nearest(name: str, allowed: Iterable) -> str:
     """'did you mean ...?' and the list of valid names, as the tail of an error line."""
     allowed = [shown(a) for a in allowed]
     if not allowed:

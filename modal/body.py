@@ -1,9 +1,12 @@
 """Body: one elastic body as sparse matrices over its free dofs, with the user's node numbers."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, nearest
 from modal.matrix_checks import check_mass, check_mass_by_direction, check_matrix, check_nodes, check_table, sparse
@@ -33,7 +36,8 @@ class Body:
     M_clamped: sp.csr_matrix | None = None
 
     @classmethod
-    def from_matrices(cls, name, K, M, node, position, dof_node, dof_direction, **rest) -> "Body":
+    def from_matrices(cls, name: str, K: sp.spmatrix | np.ndarray, M: sp.spmatrix | np.ndarray, node: ArrayLike,
+                      position: ArrayLike, dof_node: ArrayLike, dof_direction: ArrayLike, **rest: Any) -> "Body":
         """K, M from any code, with a dof table.
 
         Raises InputError when shapes disagree, an entry or a position is not finite, a matrix is complex or not
@@ -69,7 +73,7 @@ class Body:
             raise InputError(f"body '{self.name}': no group '{name}'; {nearest(name, sorted(self.groups))}")
         return self.groups[name]
 
-    def node_dofs(self, numbers) -> np.ndarray:
+    def node_dofs(self, numbers: Iterable[int]) -> np.ndarray:
         """Free dofs of the given nodes, in ascending order of (node as given, direction)."""
         wanted = {int(n): i for i, n in enumerate(numbers)}
         rank = np.array([wanted.get(int(n), -1) for n in self.node])[self.dof_node]
@@ -123,7 +127,7 @@ def parts(body: Body) -> np.ndarray:
     return np.unique(label, return_inverse=True)[1]
 
 
-def piece(body: Body, dofs) -> Body:
+def piece(body: Body, dofs: np.ndarray) -> Body:
     """The body restricted to some of its dofs."""
     used = np.unique(body.dof_node[dofs])
     return replace(body, node=body.node[used], position=body.position[used], K=body.K[dofs][:, dofs].tocsr(),

@@ -1,11 +1,12 @@
 """Damping ratio from a resonance peak by the half-power method."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm.errors import InputError
 
 
-def half_power(frequency, amplitude) -> float:
+def half_power(frequency: ArrayLike, amplitude: ArrayLike) -> float:
     """zeta = (f2 - f1) / (2 f0) between the half-power points of the highest peak of a curve.
 
     frequency (n,) Hz ascending, amplitude (n,) >= 0. Raises InputError when the peak is cut off by the band before

@@ -103,8 +103,9 @@ class Factor:
         """The `count` lowest modes, or all below a frequency, and the frequency up to which there are no others."""
         size = self.K.shape[0]
         top = None if below_hz is None else (2 * np.pi * below_hz) ** 2
-        count = modes_below(self.K, M, np.sqrt(top)) if below_hz is not None else count
-        if not 0 <= count <= size:
+        if top is not None:
+            count = modes_below(self.K, M, np.sqrt(top))
+        if count is None or not 0 <= count <= size:
             raise InputError(f"{count} modes asked for: must be between 0 and the {size} dofs")
         if not size:
             return Modes(np.empty(0), np.empty((0, 0)), np.inf)

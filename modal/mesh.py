@@ -6,6 +6,7 @@ Files become meshes in tipdamp/readers; what a mesh must fulfil is checked in me
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, nearest, shown
 
@@ -32,7 +33,7 @@ class Mesh:
     warnings: tuple = ()
     format: str = ""
 
-    def index(self, numbers) -> np.ndarray:
+    def index(self, numbers: ArrayLike) -> np.ndarray:
         """Indices into `node` of the given node numbers."""
         order = np.argsort(self.node)
         found = np.searchsorted(self.node, numbers, sorter=order)
@@ -42,7 +43,7 @@ class Mesh:
             raise InputError(f"{self.source}: node {wrong[0]} does not exist")
         return found
 
-    def group(self, name: str, dimensions=(0, 1, 2, 3)) -> np.ndarray:
+    def group(self, name: str, dimensions: tuple[int, ...] = (0, 1, 2, 3)) -> np.ndarray:
         """Node numbers of a group; raises InputError with the groups that exist, or with what the group holds when it
         is empty or not of the allowed dimensions."""
         if name not in self.groups:

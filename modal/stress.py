@@ -11,7 +11,8 @@ COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 
-def nodal_stress(mesh: Mesh, material: Material, displacement: np.ndarray, other_materials=None) -> np.ndarray:
+def nodal_stress(mesh: Mesh, material: Material, displacement: np.ndarray,
+                 other_materials: dict[str, Material] | None = None) -> np.ndarray:
     """Stress at every node, (n, 6) Pa in the order of COMPONENTS; displacement (n, 3) m, real or complex.
 
     Linear elastic and isotropic; other_materials {cell group: Material} as in `elastic_body`. An isolated node has NaN.

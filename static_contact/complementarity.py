@@ -60,13 +60,17 @@ class ContactSolution(NamedTuple):
 class ContactProblem(Protocol):
     """What `solve_complementarity` asks of a problem; k0 : (P,) N/m reference springs, free : (P,) bool - may close."""
 
-    k0: np.ndarray
-    free: np.ndarray
+    @property
+    def k0(self) -> np.ndarray: ...
 
-    def solve_set(self, closed, u0, gap, anchor=0.0, at=0.0) -> tuple[np.ndarray, np.ndarray]:
+    @property
+    def free(self) -> np.ndarray: ...
+
+    def solve_set(self, closed: np.ndarray, u0: np.ndarray, gap: np.ndarray, anchor: float = 0.0,
+                  at: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """u, N (P,) with the pairs `closed` closed and all others open."""
 
-    def wrong(self, closed, u, N, gap) -> np.ndarray:
+    def wrong(self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
 
 
@@ -80,7 +84,8 @@ class NormalContact:
     free: np.ndarray
     settings: ComplementaritySettings = SETTINGS
 
-    def solve_set(self, closed, u0, gap, anchor=0.0, at=0.0) -> tuple[np.ndarray, np.ndarray]:
+    def solve_set(self, closed: np.ndarray, u0: np.ndarray, gap: np.ndarray, anchor: float = 0.0,
+                  at: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """u, N (P,) with the pairs `closed` closed and all others open.
 
         anchor : share of k0 that really acts, as a spring between each pair and its motion `at` (proximal term)
@@ -100,12 +105,13 @@ class NormalContact:
             raise no_equilibrium(closed)
         return touching + own * v, np.where(closed, self.k0 * v, 0.0)
 
-    def wrong(self, closed, u, N, gap) -> np.ndarray:
+    def wrong(self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
         return wrong_pairs(self, closed, u, N, gap, self.settings.rounding)
 
 
-def wrong_pairs(problem: ContactProblem, closed, u, N, gap, rounding: float = SETTINGS.rounding) -> np.ndarray:
+def wrong_pairs(problem: ContactProblem, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray,
+                rounding: float = SETTINGS.rounding) -> np.ndarray:
     """(P,) bool - closed pairs that pull and open pairs that overlap, by more than rounding."""
     push = np.where(closed, -N, problem.k0 * (u - gap))
     return problem.free & (push > rounding * np.abs(np.where(closed, N, push)).max(initial=0.0))
@@ -116,8 +122,8 @@ def no_equilibrium(closed: np.ndarray, drift: np.ndarray | None = None) -> NoEqu
     return NoEquilibrium(f"the {int(closed.sum())} pairs that stay closed do not hold the damper", drift)
 
 
-def solve_complementarity(problem: ContactProblem, u0, gap, settings: ComplementaritySettings = SETTINGS
-                          ) -> ContactSolution:
+def solve_complementarity(problem: ContactProblem, u0: np.ndarray | None, gap: np.ndarray,
+                          settings: ComplementaritySettings = SETTINGS) -> ContactSolution:
     """The solution under the motion u0 (P,) m of the pairs without contact forces, with the gaps (P,) m.
 
     Semismooth Newton (all wrong pairs change at once) from all pairs closed; where that does not reduce their number,

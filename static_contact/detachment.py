@@ -86,7 +86,8 @@ class StuckAssembly:
         half = sl.solve_triangular(self.L, model.K, lower=True)
         self.K = sl.solve_triangular(self.L, half.T, lower=True)
 
-    def modes(self, pairs: ContactTable, follow: np.ndarray, *, above_hz: float = 0.0, extra=None) -> StuckModes:
+    def modes(self, pairs: ContactTable, follow: np.ndarray, *, above_hz: float = 0.0,
+              extra: np.ndarray | None = None) -> StuckModes:
         """Lowest modes with every carrying pair stuck (kt, kt, kn).
 
         follow (r,): mass-normalised shape; the mode of the highest MAC with it, (follow' M phi)^2, is the tracked one.

@@ -1,6 +1,7 @@
 """Frictionless balance of the free damper: the normal force on each side.     [Zucca 2016, sec. 7.1, figure 6]"""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
@@ -16,7 +17,8 @@ def side_normals(pairs: ContactTable) -> dict[str, np.ndarray]:
     return normals
 
 
-def side_forces(normals: dict[str, np.ndarray], pull, settings: RigidMotionSettings = SETTINGS) -> dict[str, float]:
+def side_forces(normals: dict[str, np.ndarray], pull: ArrayLike,
+                settings: RigidMotionSettings = SETTINGS) -> dict[str, float]:
     """Force N on each side from sum_s N_s n_s = pull, with the pull (3,) N on the damper.
 
     The blade pushes the damper by -N n. Raises InputError when the sides leave more than 1e-3 of the pull, or one

@@ -143,7 +143,8 @@ def name_motions(rigid: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarra
         return coefficients, []
     size = np.linalg.norm(rigid.reshape(len(rigid), -1, 2, 3), axis=(0, 3))
     weight = np.repeat(size / size[:, :1], 3)                   # 1, 1, 1, arm, arm, arm of each body
-    rows, names = coefficients.copy(), {}
+    rows = coefficients.copy()
+    names: dict[int, tuple[str, str]] = {}
     while len(names) < len(rows):
         left = [i for i in range(len(rows)) if i not in names]
         i, j = np.unravel_index(np.abs(rows[left] * weight).argmax(), (len(left), rows.shape[1]))

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
+from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
@@ -111,7 +112,7 @@ class FrictionalContact:
                              "precision: the stiffness of the model with all pairs stuck is singular") from None
         self.G = self.B @ sl.cho_solve(self.factor, self.B.T)
 
-    def solve(self, loads, *, steps: int = 20, gap=None) -> tuple[FrictionState, ...]:
+    def solve(self, loads: ArrayLike, *, steps: int = 20, gap: np.ndarray | None = None) -> tuple[FrictionState, ...]:
         """The states along the history that goes straight from no load to each of `loads` (n, r) N in turn.
 
         steps : increments for each of them. An increment that does not converge is halved; where that does not help

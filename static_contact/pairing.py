@@ -3,6 +3,7 @@
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from hbm.contact import ContactTable
@@ -26,7 +27,7 @@ class Side:
     damper_body: str = "damper"
 
 
-def pair(blade: Mesh, damper: Mesh, side: Side, *, axis, pull, tolerance: float) -> ContactTable:
+def pair(blade: Mesh, damper: Mesh, side: Side, *, axis: ArrayLike, pull: ArrayLike, tolerance: float) -> ContactTable:
     """Match the nodes of both groups one to one within `tolerance` m and give each pair its frame.
 
     kn, kt, mu and gap of the table are still 0: they come from the study or from `stiffness`.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sl
+from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
@@ -101,7 +102,7 @@ class StaticContact:
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
         self.normal = NormalContact(self.B @ self.by_pair, k0, c, pairs.carrying & (self.kn > 0))
 
-    def solve(self, load: np.ndarray, *, gap=None, constrain: bool = False) -> Preload:
+    def solve(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False) -> Preload:
         """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
 
         A load along a motion that no contact resists raises InputError with its amount; below 1e-3 of what the load
@@ -194,7 +195,7 @@ def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, const
     return StaticContact(model, pairs).solve(load, constrain=constrain)
 
 
-def finite_values(name: str, given, size: int, of: str) -> np.ndarray:
+def finite_values(name: str, given: ArrayLike, size: int, of: str) -> np.ndarray:
     """The numbers (size,), all finite; InputError otherwise."""
     values = np.asarray(given, dtype=float)
     if values.shape != (size,) or not np.isfinite(values).all():

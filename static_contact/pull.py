@@ -1,13 +1,16 @@
 """Where the pull Fc acts on the damper: the load points, or positions along the line through them."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm.errors import InputError
 from modal.mesh import Mesh
 
 
-def pull_forces(mesh: Mesh, group: str, axis, direction, *, weights=(), positions=()
-                ) -> tuple[np.ndarray, np.ndarray]:
+def pull_forces(mesh: Mesh, group: str, axis: ArrayLike, direction: ArrayLike, *, weights: Sequence[float] = (),
+                positions: Sequence[float] = ()) -> tuple[np.ndarray, np.ndarray]:
     """Node numbers (n,) and forces (n, 3) N of a pull of 1 N.
 
     axis, direction (3,); weights : part of each load point, ordered along the axis; default equal
@@ -18,12 +21,12 @@ def pull_forces(mesh: Mesh, group: str, axis, direction, *, weights=(), position
     points = mesh.group(group)
     points = points[np.argsort(mesh.position[mesh.index(points)] @ axis)]
     count = len(positions) or len(points)
-    weights = np.asarray(weights if len(weights) else np.full(count, 1 / count), dtype=float)
-    if len(weights) != count or abs(weights.sum() - 1) > 1e-9:
-        raise InputError(f"[damper] shares = {weights.tolist()}: {count} numbers that add to 1 are needed")
+    parts = np.asarray(weights if len(weights) else np.full(count, 1 / count), dtype=float)
+    if len(parts) != count or abs(parts.sum() - 1) > 1e-9:
+        raise InputError(f"[damper] shares = {parts.tolist()}: {count} numbers that add to 1 are needed")
     if len(positions):
-        points, weights = _on_line(mesh, points, axis, np.asarray(positions, float), weights)
-    return points, weights[:, None] * np.asarray(direction, float)
+        points, parts = _on_line(mesh, points, axis, np.asarray(positions, float), parts)
+    return points, parts[:, None] * np.asarray(direction, float)
 
 
 def _on_line(mesh, points, axis, positions, weights):

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
@@ -19,7 +20,7 @@ class Redistribution:
     moment: float
 
 
-def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, float], axis) -> Redistribution:
+def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, float], axis: ArrayLike) -> Redistribution:
     """The part of the whole map on the kept stations, scaled to the side forces of the equilibrium.
 
     whole - solved preload of all rows; kept - carrying pairs only; forces {side: N}. Each kept pair has its own part of
@@ -74,7 +75,8 @@ def redistribute_friction(whole: ContactTable, tangential: np.ndarray, normal: R
     return out
 
 
-def balancing_forces(whole: ContactTable, kept: ContactTable, tangential: np.ndarray, load, axis) -> dict[str, float]:
+def balancing_forces(whole: ContactTable, kept: ContactTable, tangential: np.ndarray, load: np.ndarray,
+                     axis: np.ndarray) -> dict[str, float]:
     """{side: N} to which the whole map's part on the kept stations must be scaled, friction forces with the normal
     ones, so that together they balance the load (3,) N across the axis.
 

@@ -33,7 +33,7 @@ def own_error(parts: list[Reduction], i: int, count: int, pairs: ContactTable, b
     """Largest error bound of the stuck frequencies below `below_hz` when body i alone is cut to `count` modes."""
     cut = [part.fewer(count) if k == i else part for k, part in enumerate(parts)]
     model = assemble(*(p.model for p in cut))
-    only = join(*(p.truncation if k == i else _nothing_left_out(p) for k, p in enumerate(cut)))
+    only = join(*(p.truncation if k == i and p.truncation else _nothing_left_out(p) for k, p in enumerate(cut)))
     K = _stuck_stiffness(model, pairs, None)
     lam = sl.eigh(K, model.M, eigvals_only=True, subset_by_value=(-np.inf, (2 * np.pi * below_hz) ** 2))
     return float(error_bound(K, model.M, only, np.sqrt(np.maximum(lam, 0))).max(initial=0.0))

@@ -67,12 +67,12 @@ def refined(statics, applied: np.ndarray, start: np.ndarray, contact, settings: 
     near = q - split.rigid @ far
     most = settings.lost * np.finfo(float).eps * np.abs(K).max() * np.linalg.norm(q)
     enough = settings.enough * np.linalg.norm(applied)
-    best, smallest = None, np.inf
+    best, smallest = Balance(q, np.zeros_like(q), u, force), np.inf
     for again in range(settings.repeats + 1):
         elastic = K @ near + split.resisted @ far
         left = applied - elastic - statics.gauge @ q - statics.B.T @ force
-        size = np.linalg.norm(left)
-        if best is not None and not size < smallest:
+        size = float(np.linalg.norm(left))
+        if again and not size < smallest:
             break
         best, smallest = Balance(q, elastic, u, force), size
         if again == settings.repeats or not enough < size < most:

@@ -18,7 +18,7 @@ from hbm.model import ReducedModel
 KINDS = ("npz", "mat", "mtx")
 
 
-def write_model(model: ReducedModel, folder, kind: str) -> list[Path]:
+def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path]:
     """model.npz; or model.mat with M, K (and C), or M.mtx, K.mtx (and C.mtx), and dofs.csv. Returns what was written.
 
     model.mat holds the dof table too: body, node, direction, position, load_names and loads (r, k), group_names and

@@ -7,6 +7,7 @@ import logging
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -35,7 +36,7 @@ class Block:
     """Cells of one type. V - dolfinx space of displacements, or of one direction of them; place : (k,) int - node of
     the mesh of each of its k nodes; nodes - number of nodes of the whole mesh; kind - of CELLS."""
 
-    V: object
+    V: Any
     place: np.ndarray
     nodes: int
     kind: str

@@ -156,12 +156,11 @@ class ContactNewton:
         self.PETSc, self.comm, self.settings = PETSc, PETSc.COMM_WORLD, settings
         self.K, self.C, self.k, self.gap = equations.K, equations.C, equations.k, equations.gap
         f, C, k, gap, self.definite = equations.f, self.C, self.k, self.gap, equations.definite
-        own = slice(*own)
-        self.x = PETSc.Vec().createMPI((own.stop - own.start, len(f)), comm=self.comm)
-        self.f = f[own]
+        self.x = PETSc.Vec().createMPI((own[1] - own[0], len(f)), comm=self.comm)
+        self.f = f[slice(*own)]
         overlap = k * np.maximum(-gap, 0.0)
         self.load = np.linalg.norm(f) if f.any() else np.linalg.norm(abs(C).T @ overlap)
-        self.C_own = C[:, own].tocsr()
+        self.C_own = C[:, slice(*own)].tocsr()
         self.base, self.tangent = self._matrix(self.K), self._matrix(self._rows(0.5))      # a half: no entry cancels
 
     def _matrix(self, rows):

@@ -13,12 +13,12 @@ from scipy.special import elliprd, elliprf
 from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
 
 
-def ellipse_integrals(a, b) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def ellipse_integrals(a: float, b: float) -> tuple[float, float, float]:
     """S0, S_a, S_b (1/m) for the semi-axes a and b (m), in any order; S_a belongs to the direction of a."""
     return elliprf(0, a * a, b * b), a * a / 3 * elliprd(0, b * b, a * a), b * b / 3 * elliprd(0, a * a, b * b)
 
 
-def ellipse_stiffness(pair: MaterialPair, a, b) -> Stiffness:
+def ellipse_stiffness(pair: MaterialPair, a: float, b: float) -> Stiffness:
     """Normal stiffness and tangential ones along the semi-axis a and across it (along b), N/m; a, b in m."""
     require("a", a, 0, open_low=True, unit="m")
     require("b", b, 0, open_low=True, unit="m")

@@ -112,7 +112,7 @@ def nodal_stiffness(side: ContactSide, force: float, n_nodes: int, model: Stiffn
         kn=per_node.normal, kt=(per_node.along + per_node.across) / 2, kt_along=per_node.along,
         kt_across=per_node.across, n_nodes=int(n_nodes), model=model.name, kind=model.kind, load=float(force),
         size=float(half_width(side, force)), length=float(side.length), pair=side.pair, scale=float(model.scale),
-        depth=None if model.depth is None else tuple(map(float, model.depth)), roughness=model.roughness)
+        depth=model.depth, roughness=model.roughness)
 
 
 def given_stiffness(given, n_nodes: int, force: float, length: float, pair: MaterialPair | None = None

@@ -35,7 +35,7 @@ def stick_load(load: float, mu: float, tangential: float) -> float:
 
 def slip_displacement(compliance: Callable, load: float, mu: float, tangential: float) -> float:
     """Tangential displacement delta_t (m) under Q = `tangential`, loaded from zero."""
-    return mu * approach(compliance, load, start=stick_load(load, mu, tangential))
+    return float(mu * approach(compliance, load, start=stick_load(load, mu, tangential)))
 
 
 def slip_force(compliance: Callable, load: float, mu: float, displacement: float) -> float:
