@@ -9,12 +9,12 @@ n; right-handed) n points from the damper into the blade and
 import csv
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
-from hbm.model import ReducedModel
 from hbm.validation import brief
 
 GROUND = "ground"
@@ -121,7 +121,7 @@ class ContactTable:
         """The rows picked by a mask or by indices."""
         return ContactTable(**{name: column[rows] for name, column in vars(self).items()})
 
-    def replace(self, **columns) -> "ContactTable":
+    def replace(self, **columns: Any) -> "ContactTable":
         """The table with other columns."""
         return replace(self, **columns)
 
@@ -171,7 +171,16 @@ class ContactTable:
         return cls(position=vectors["position"], frame=frame, **columns)
 
 
-def relative_motion(model: ReducedModel, pairs: ContactTable) -> sp.csr_matrix:
+class HasDofs(Protocol):
+    """What `relative_motion` asks of a model: the dofs of a node along x, y, z, -1 where it is fixed."""
+
+    @property
+    def size(self) -> int: ...
+
+    def dofs(self, body: str, node: int) -> np.ndarray: ...
+
+
+def relative_motion(model: HasDofs, pairs: ContactTable) -> sp.csr_matrix:
     """B (3P, r): rows t1, t2, n of each pair in turn, u = B q = frame @ (u_damper - u_blade)."""
     rows: list[int] = []
     columns: list[int] = []

@@ -54,7 +54,8 @@ def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp=None, free:
     fixed = np.zeros(len(mesh.node), dtype=bool)
     for group in clamps:
         fixed[mesh.index(mesh.group(group))] = True
-    K = M = None
+    K: Any = None
+    M: Any = None
     for kind, cells, of in blocks(mesh, material, other_materials or {}):
         assemble = _dolfinx if dolfinx_compat.takes(kind) else stiffness_and_mass
         k, m = assemble(mesh.position, kind, cells, of.lame, of.shear, of.density)
