@@ -7,6 +7,7 @@ blocks are added by node and nothing is promoted to another element.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
