@@ -1,8 +1,7 @@
 """Free modes of the blades by shape: which is the out-of-phase one, which the in-phase one, and whether any is.
 
-Blades that hardly feel each other vibrate one at a time: none of their modes is of both, and none is named. The motion
-that is then followed into the stuck assembly, where the damper couples the blades, is the sum or the difference of the
-two blades' own modes.
+Weakly coupled blades vibrate one at a time: no mode involves both, and none is named. The motion that is then tracked
+into the stuck assembly, where the damper couples the blades, is the sum or the difference of the two blades' own modes.
 """
 
 from dataclasses import dataclass
@@ -11,10 +10,12 @@ import numpy as np
 from scipy.linalg import eigh
 
 from hbm.model import ReducedModel
+from tipdamp.stages.results import TuneResult
+from tipdamp.study.view import Study
 
 NAMES = ("out_of_phase", "in_phase")
 BOTH = 0.1               # a mode is of both blades when each moves at least this part of what the other does
-LOWEST_MAC = 0.5         # below, the tracked mode is hardly the free one
+LOWEST_MAC = 0.5          # below, the tracked mode is hardly the free one
 BESIDE = (0.88, 1.14)    # default band of the free response: of the lower and of the upper of the two modes
 
 
@@ -66,12 +67,12 @@ def named_modes(blades: ReducedModel, one: np.ndarray, two: np.ndarray) -> FreeM
     return FreeModes(hz[:10], {}, {n: s / size for n, s in follow.items()}, tuple(float(hz[k]) for k in own))
 
 
-def band(given, modes: FreeModes) -> tuple[float, float]:
+def band(given: tuple[float, float] | None, modes: FreeModes) -> tuple[float, float]:
     """Band of the free response, Hz: the study's, or around the two modes."""
     return given or tuple(float(f"{f(modes.pair) * c:.2g}") for f, c in zip((min, max), BESIDE, strict=True))
 
 
-def band_warnings(limits, modes: FreeModes) -> list[str]:
+def band_warnings(limits: tuple[float, float], modes: FreeModes) -> list[str]:
     """One sentence when no free mode lies in the band."""
     low, high = limits
     if ((modes.hz >= low) & (modes.hz <= high)).any():
@@ -80,20 +81,20 @@ def band_warnings(limits, modes: FreeModes) -> list[str]:
             f"{_list(modes.hz)} Hz"]
 
 
-def tracking_warnings(study, tune: dict) -> list[str]:
-    """From tune.json: the tracked mode is hardly the free one, or does not lie in the band of the response."""
+def tracking_warnings(study: Study, tune: TuneResult) -> list[str]:
+    """The tracked mode is hardly the free one, or does not lie in the band of the response."""
     labels = {"full_area": "on the whole area", "full_line": "on the whole line", "tuned": "on the kept stations"}
-    found = [f"the tracked mode, stuck {labels[name]} ({tune['stuck_hz'][name]:.0f} Hz), resembles the free one by "
-             f"{value:.2f} only: look at its shape before relying on its number"
-             for name, value in tune["mac"].items() if value < LOWEST_MAC]
-    (low, high), hz = study["respond"]["band"], tune["stuck_hz"]["tuned"]
-    if not low <= hz <= high:
-        inside = [f"{f:.1f}" for f in tune["stuck_modes_hz"]["tuned"] if low <= f <= high]
-        found.append(f"the tracked mode, stuck on the kept stations ({hz:.0f} Hz), lies outside of [respond] band = "
+    hz = dict(tune.stuck_hz)
+    found = [f"the tracked mode, stuck {labels[name]} ({hz[name]:.0f} Hz), has a MAC of {mac:.2f} with the free one: "
+             "look at its shape before relying on its number" for name, mac in tune.mac if mac < LOWEST_MAC]
+    (low, high), tuned = study.respond.band, tune.stuck_hz.tuned
+    if not low <= tuned <= high:
+        inside = [f"{f:.1f}" for f in tune.stuck_modes_hz.tuned if low <= f <= high]
+        found.append(f"the tracked mode, stuck on the kept stations ({tuned:.0f} Hz), lies outside of [respond] band = "
                      f"{low:g} to {high:g} Hz, " + (f"where there are stuck modes at {', '.join(inside)} Hz: [tune] "
                      "follow may be the other one" if inside else "which holds no stuck mode"))
     return found
 
 
-def _list(hz) -> str:
+def _list(hz: np.ndarray) -> str:
     return ", ".join(f"{f:.1f}" for f in hz[:3])

@@ -5,30 +5,40 @@ by constant loads, and the sliders stand at -T/kt.
 """
 
 import csv
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from hbm.contact import relative_motion
+from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
-from static_contact.friction import FrictionalContact
+from hbm.model import ReducedModel
+from static_contact.friction import FrictionalContact, FrictionState
 from tipdamp import loads
+from tipdamp.stages.results import FrictionFacts
+from tipdamp.study.view import Study
 
 COLUMNS = ("pair", "blade_node", "damper_node", "T1_N", "T2_N", "slider1_m", "slider2_m", "slips")
 
 
-def history(study, model) -> list:
+class StartState(NamedTuple):
+    """static : (r,) N - constant load that balances the friction forces; sliders : (P, 2) m - their positions."""
+
+    static: np.ndarray
+    sliders: np.ndarray
+
+
+def history(study: Study, model: ReducedModel) -> list[np.ndarray]:
     """(n, r) N: the load cases that the study passes through, and at last the load of the response."""
-    passed = [loads.total(study, case, model, study.driver["pull"]) for case in study["preload"]["history"]]
-    return [*passed, loads.at_rest(study, model)]
+    return [*(loads.total(study, case, model) for case in study.preload.history), loads.at_rest(study, model)]
 
 
-def solve(study, model, pairs, through):
+def solve(study: Study, model: ReducedModel, pairs: ContactTable, through: list[np.ndarray]) -> FrictionState:
     """The state after the loads `through`. Raises InputError where the history ends before it."""
-    given = study["preload"]
-    states = FrictionalContact(model, pairs).solve(through, steps=given["steps"])
-    end = states[-1]
+    given = study.preload
+    end = FrictionalContact(model, pairs).solve(through, steps=given.steps)[-1]
     if not end.converged:
-        names = [*given["history"], loads.rest_name(study)] if len(through) > 1 else ["the load"]
+        names = [*given.history, loads.rest_name(study)] if len(through) > 1 else ["the load"]
         on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]
         raise InputError(f"{study.path}: [preload] friction: no equilibrium was found on the way to {on_way} "
                          f"({100 * (end.time % 1 or 1):.0f} % of it): it lifts the damper off or passes what friction "
@@ -36,20 +46,21 @@ def solve(study, model, pairs, through):
     return end
 
 
-def facts(state) -> dict:
-    """For the file of the stage."""
-    closed = state.force > 0
-    return {"slipping_pairs": int(state.slips.sum()), "closed_pairs": int(closed.sum()),
-            "largest_T_N": float(np.abs(state.tangential).max()), "residual": state.residual}
+def facts(state: FrictionState, without_friction: dict[str, float] | None = None) -> FrictionFacts:
+    """Figures for the result of a stage; without_friction {side: N} of the frictionless equilibrium."""
+    return FrictionFacts(slipping_pairs=int(state.slips.sum()), closed_pairs=int((state.force > 0).sum()),
+                         largest_T_N=float(np.abs(state.tangential).max()), residual=state.residual,
+                         without_friction_N=without_friction or {})
 
 
-def balance_error(pairs, tangential, load) -> float:
+def balance_error(pairs: ContactTable, tangential: np.ndarray, load: np.ndarray) -> float:
     """|load - sum (N n + T t)| / |load|."""
     total = np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum("pd,pdx->x", tangential, pairs.frame[:, :2])
     return float(np.linalg.norm(load - total) / np.linalg.norm(load))
 
 
-def save(path, pairs, tangential, slider, slips) -> None:
+def save(path: Path, pairs: ContactTable, tangential: np.ndarray, slider: np.ndarray, slips: np.ndarray) -> None:
+    """Write T (P, 2) N, slider positions (P, 2) m and whether each pair slips as CSV."""
     with open(path, "w", newline="", encoding="utf-8") as f:
         rows = csv.writer(f)
         rows.writerow(COLUMNS)
@@ -58,7 +69,7 @@ def save(path, pairs, tangential, slider, slips) -> None:
                 *tangential[i], *slider[i])), int(slips[i])])
 
 
-def load(path, pairs) -> np.ndarray:
+def load(path: Path, pairs: ContactTable) -> np.ndarray:
     """(P, 2) N: T1 and T2 of the file, which must belong to the pairs."""
     with open(path, newline="", encoding="utf-8") as f:
         rows = list(csv.DictReader(f))
@@ -67,12 +78,12 @@ def load(path, pairs) -> np.ndarray:
     return np.array([[float(r["T1_N"]), float(r["T2_N"])] for r in rows]).reshape(-1, 2)
 
 
-def start(model, pairs, tangential) -> dict:
-    """`static` (r,) N and the `start` (P, 2) m of the sliders, for pairs that stand in the state T (P, 2) N."""
+def start(model: ReducedModel, pairs: ContactTable, tangential: np.ndarray) -> StartState:
+    """Start of the response for pairs in the state T (P, 2) N."""
     stiffness = (pairs.kt * pairs.weight)[:, None]
     if ((stiffness == 0) & (tangential != 0)).any():
-        raise InputError("friction forces stand on pairs with kt = 0")
+        raise InputError("friction forces act on pairs with kt = 0")
     B = relative_motion(model, pairs)
     force = np.column_stack([tangential, np.zeros(len(pairs))]).ravel()
-    return {"static": B.T @ force, "start": -np.divide(tangential, stiffness, out=np.zeros_like(tangential),
-                                                       where=stiffness > 0)}
+    return StartState(B.T @ force, -np.divide(tangential, stiffness, out=np.zeros_like(tangential),
+                                              where=stiffness > 0))

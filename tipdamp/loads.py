@@ -1,24 +1,61 @@
-"""Load cases of a study ([loads.NAME]) as forces on the reduced dofs, and the blades at speed ([rotation])."""
+"""Loads of a study: the pull, the further load cases ([loads.NAME]), and the blades at speed ([rotation])."""
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hbm.errors import InputError, nearest
+from hbm.model import ReducedModel
+from modal.body import Body
+from modal.mesh import Mesh
+from tipdamp.bodies import DAMPER
+from tipdamp.study.view import Study
 
 PULL = "pull"
 
 
-def rotation(study, speed):
+class PointLoad(NamedTuple):
+    """Forces (d,) N on the free dofs of the damper for a pull of 1 N, and where they act along the axis, m."""
+
+    force: np.ndarray
+    along_axis: list[float]
+
+
+def pull_vector(study: Study) -> np.ndarray:
+    """(3,) N: Fc."""
+    return study.driver.pull * np.array(study.driver.pull_direction)
+
+
+def unit_pull(study: Study, body: Body, mesh: Mesh) -> PointLoad:
+    """The pull of 1 N on the damper's load points or positions."""
+    from modal.loads import nodal_load
+    from static_contact.pull import pull_forces
+
+    damper = study.damper
+    nodes, forces = pull_forces(mesh, damper.load_points, damper.axis, damper.pull_direction, weights=damper.shares,
+                                positions=damper.positions)
+    along = mesh.position[mesh.index(nodes)] @ np.array(damper.axis)
+    return PointLoad(nodal_load(body, nodes, forces), sorted(along.tolist()))
+
+
+def case_pull(study: Study, case: str) -> float:
+    """N: the pull of a load case, its own or Fc; case '' is the pull alone."""
+    stated = study.loads[case].pull if case else None
+    return study.driver.pull if stated is None else stated
+
+
+def rotation(study: Study, speed: float) -> Any:
     """Rotation about the axis of [rotation] at a speed in rad/s."""
     from modal.loads import Rotation
 
     if "rotation" not in study:
         raise InputError(f"{study.path}: section [rotation] is missing: a load case with speed needs its axis")
-    return Rotation(speed, study["rotation"]["axis"], study["rotation"]["point"])
+    return Rotation(speed, study.rotation.axis, study.rotation.point)
 
 
-def at_speed(study, blades, mesh, material, others):
+def at_speed(study: Study, blades: Body, mesh: Mesh, material: Any, others: dict) -> Body:
     """The blades with stress stiffening and spin softening where [rotation] speed asks for it."""
-    speed = study["rotation"]["speed"] if "rotation" in study else 0.0
+    speed = study.rotation.speed if "rotation" in study else 0.0
     if not speed:
         return blades
     from modal.stiffening import rotating_body
@@ -26,19 +63,18 @@ def at_speed(study, blades, mesh, material, others):
     return rotating_body(blades, mesh, material, rotation(study, speed), others)
 
 
-def case_forces(study, case: str, body, mesh) -> np.ndarray:
+def case_forces(study: Study, case: str, body: Body, mesh: Mesh) -> np.ndarray:
     """Forces (d,) N of a case on one body, without the pull."""
     from modal import loads
 
     given = study.loads[case]
-    force = loads.gravity(body, given["gravity"])
-    if given["speed"]:
-        force = force + loads.centrifugal(body, rotation(study, given["speed"]))
-    on_group = {"forces": lambda g, v: loads.point_force(body, g, v),
-                "pressure": lambda g, v: loads.pressure(body, mesh, g, v[0]),
-                "traction": lambda g, v: loads.traction(body, mesh, g, v)}
-    for key, function in on_group.items():
-        for name, group, *value in given[key]:
+    force = loads.gravity(body, given.gravity)
+    if given.speed:
+        force = force + loads.centrifugal(body, rotation(study, given.speed))
+    for key, rows, function in (("forces", given.forces, lambda g, v: loads.point_force(body, g, v)),
+                                ("pressure", given.pressure, lambda g, v: loads.pressure(body, mesh, g, v[0])),
+                                ("traction", given.traction, lambda g, v: loads.traction(body, mesh, g, v))):
+        for name, group, *value in rows:
             if name == body.name:
                 try:
                     force = force + function(group, value)
@@ -47,13 +83,13 @@ def case_forces(study, case: str, body, mesh) -> np.ndarray:
     return force
 
 
-def check(study, meshes):
+def check(study: Study, meshes: dict[str, Mesh]) -> None:
     """Every body and group that a load case names exists, before anything heavy is done."""
     for case, given in study.loads.items():
-        if given["speed"]:
-            rotation(study, given["speed"])
-        for key in ("forces", "pressure", "traction"):
-            for body, group, *_ in given[key]:
+        if given.speed:
+            rotation(study, given.speed)
+        for key, rows in (("forces", given.forces), ("pressure", given.pressure), ("traction", given.traction)):
+            for body, group, *_ in rows:
                 where = f"{study.path}: [loads.{case}] {key}"
                 if body not in meshes:
                     raise InputError(f"{where}: no body '{body}'; {nearest(body, list(meshes))}")
@@ -63,23 +99,32 @@ def check(study, meshes):
                     raise InputError(f"{where}: {error}") from None
 
 
-def total(study, case: str, model, pull: float) -> np.ndarray:
-    """(r,) N: the case on the reduced dofs with its pull, or the study's own."""
-    given = study.loads[case]
+def total(study: Study, case: str, model: ReducedModel) -> np.ndarray:
+    """(r,) N: a load case on the reduced dofs with its pull."""
     own = model.loads.get(case)
-    if own is None and given["pull"] is None:
+    if own is None and study.loads[case].pull is None:
         raise InputError(f"{study.path}: [loads.{case}]: the model holds no load named '{case}', and no pull is "
                          f"stated; {nearest(case, [name for name in model.loads if name != PULL])}")
     own = np.zeros(model.size) if own is None else own
-    return own + (pull if given["pull"] is None else given["pull"]) * model.loads[PULL]
+    return own + case_pull(study, case) * model.loads[PULL]
 
 
-def at_rest(study, model) -> np.ndarray:
+def at_rest(study: Study, model: ReducedModel) -> np.ndarray:
     """(r,) N: the load under which the damper vibrates: the pull, or the case that [preload] names."""
-    case, pull = study["preload"]["case"], study.driver["pull"]
-    return total(study, case, model, pull) if case else pull * model.loads[PULL]
+    case = study.preload.case
+    return total(study, case, model) if case else study.driver.pull * model.loads[PULL]
 
 
-def rest_name(study) -> str:
+def rest_name(study: Study) -> str:
     """What it is called."""
-    return f"the load case '{study['preload']['case']}'" if study["preload"]["case"] else "the pull"
+    return f"the load case '{study.preload.case}'" if study.preload.case else "the pull"
+
+
+def resultant(model: ReducedModel, load: np.ndarray) -> np.ndarray:
+    """(3,) N: resultant on the damper of a load (r,) N on the reduced dofs."""
+    return np.array([load[(model.body == DAMPER) & (model.direction == d)].sum() for d in "xyz"])
+
+
+def force_at_rest(study: Study, model: ReducedModel) -> np.ndarray:
+    """(3,) N: Fc, or the resultant on the damper of the case that [preload] names."""
+    return resultant(model, at_rest(study, model)) if study.preload.case else pull_vector(study)

@@ -8,6 +8,8 @@ from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.faces import boundary_faces, node_normals
 from static_contact.equilibrium import side_forces, side_normals
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.stages.results import SideCheck
 
 LARGEST_MU = 2.0         # more than any dry metals have
 ODD_ANGLE = 20.0         # degrees between a pair's normal and the surfaces; as much as matching itself allows
@@ -16,20 +18,20 @@ ODD_ANGLE = 20.0         # degrees between a pair's normal and the surfaces; as 
 def places_in(model: ReducedModel | None, pairs: ContactTable) -> dict:
     """{"blades", "damper": (P, 3) m} of the two nodes of each pair; the table's place for what the model lacks."""
     if model is None:
-        return {"blades": pairs.position, "damper": pairs.position}
+        return {BLADES: pairs.position, DAMPER: pairs.position}
     at = {(b, n): place for b, n, d, place in zip(model.body.tolist(), model.node.tolist(), model.direction.tolist(),
                                                   model.position, strict=True) if d != "mode"}
     return {name: np.array([at.get(key, pairs.position[i]) for i, key in
                             enumerate(zip(bodies.tolist(), nodes.tolist(), strict=True))])
-            for name, bodies, nodes in (("blades", pairs.blade_body, pairs.blade_node),
-                                        ("damper", pairs.damper_body, pairs.damper_node))}
+            for name, bodies, nodes in ((BLADES, pairs.blade_body, pairs.blade_node),
+                                        (DAMPER, pairs.damper_body, pairs.damper_node))}
 
 
 def surface_angles(pairs: ContactTable, meshes: dict) -> np.ndarray:
     """(P,) degrees: how far n is off the damper's outward normal or the blade's inward one, whichever is worse; of
     several faces at a node the nearest counts. 180 where a node is not on the surface."""
     worst = np.zeros(len(pairs))
-    for body, nodes, sign in (("damper", pairs.damper_node, 1.0), ("blades", pairs.blade_node, -1.0)):
+    for body, nodes, sign in ((DAMPER, pairs.damper_node, 1.0), (BLADES, pairs.blade_node, -1.0)):
         mesh = meshes[body]
         faces = boundary_faces(mesh)
         for i, index in enumerate(mesh.index(nodes)):
@@ -53,34 +55,24 @@ def pull_warnings(pairs: ContactTable, pull_direction) -> list[str]:
     return [f"pull_direction = {np.round(pull_direction, 4).tolist()}: {trouble}"] if trouble else []
 
 
-def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) -> dict:
-    """{side: figures of its pairs}; places {body: (P, 3) m} of their nodes; length_m, across_m - extent of the nodes
-    along t1 and t2; force_per_pull - N on the side for 1 N of pull, without friction."""
+def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) -> dict[str, SideCheck]:
+    """{side: geometry of its pairs}; places {body: (P, 3) m} of their nodes; angles (P,) of `surface_angles`."""
     forces, trouble = forces_per_pull(pairs, pull_direction)
-    apart = np.einsum("pij,pj->pi", pairs.frame, places["blades"] - places["damper"])
+    apart = np.einsum("pij,pj->pi", pairs.frame, places[BLADES] - places[DAMPER])
     found = {}
     for side in pairs.sides:
         mine = pairs.side == side
         mean = pairs.normal[mine].mean(axis=0)
         turn = np.degrees(np.arccos(np.clip(pairs.normal[mine] @ mean / np.linalg.norm(mean), -1, 1)))
-        found[side] = {
-            "pairs": int(mine.sum()), "stations": len(np.unique(pairs.station[mine])),
-            "rows": len(np.unique(pairs.row[mine])),
-            **{key: np.ptp(pairs.position[mine] @ pairs.frame[mine, k].mean(axis=0))
-               for k, key in enumerate(("length_m", "across_m"))}, "mean_normal": mean / np.linalg.norm(mean),
-            "normals_within_deg": turn.max(), "off_surface_deg": None if angles is None else angles[mine].max(),
-            "apart_along_n_m": [apart[mine, 2].min(), apart[mine, 2].max()],
-            "apart_across_m": np.hypot(apart[mine, 0], apart[mine, 1]).max(), "force_per_pull": forces.get(side),
-            "trouble": trouble}
+        length, across = (np.ptp(pairs.position[mine] @ pairs.frame[mine, k].mean(axis=0)) for k in (0, 1))
+        found[side] = SideCheck(
+            pairs=int(mine.sum()), stations=len(np.unique(pairs.station[mine])), rows=len(np.unique(pairs.row[mine])),
+            length_m=length, across_m=across, mean_normal=mean / np.linalg.norm(mean), normals_within_deg=turn.max(),
+            off_surface_deg=None if angles is None else angles[mine].max(),
+            apart_along_n_m=(apart[mine, 2].min(), apart[mine, 2].max()),
+            apart_across_m=np.hypot(apart[mine, 0], apart[mine, 1]).max(), force_per_pull=forces.get(side),
+            trouble=trouble)
     return found
-
-
-def friction_warnings(study) -> list[str]:
-    """One sentence when the study's friction coefficient is higher than of any dry metals."""
-    mu = study["contact"]["mu"]
-    if mu is None or mu <= LARGEST_MU:                     # None: a table of pairs says it
-        return []
-    return [f"[contact] mu = {mu:g} is above {LARGEST_MU:g}: is it mu, or in percent?"]
 
 
 def warnings(pairs: ContactTable, angles=()) -> list[str]:
@@ -107,3 +99,11 @@ def without_partner(blade, damper, tolerance: float) -> tuple:
         distance, nearest = cKDTree(others).query(mine)
         found.append([(int(i), int(nearest[i]), float(distance[i])) for i in np.flatnonzero(distance > tolerance)])
     return tuple(found)
+
+
+def pair_names(pairs: ContactTable, chosen) -> list[str]:
+    """Names of some pairs (indices or mask): 'left 4', and on sides with several rows 'left 4/1', station and row."""
+    several = {side for side in pairs.sides if len(np.unique(pairs.row[pairs.side == side])) > 1}
+    return [f"{side} {station}/{row}" if side in several else f"{side} {station}" for side, station, row
+            in zip(pairs.side[chosen].tolist(), pairs.station[chosen].tolist(), pairs.row[chosen].tolist(),
+                   strict=True)]

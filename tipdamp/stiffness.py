@@ -4,77 +4,81 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
+from modal.mesh import Mesh
+from static_contact.equilibrium import side_forces, side_normals
+from static_contact.stiffness.contact_side import ContactSide
+from static_contact.stiffness.elastic_constants import MaterialPair
+from static_contact.stiffness.nodal_stiffness import NodalStiffness, StiffnessModel, given_stiffness, nodal_stiffness
+from static_contact.stiffness.nodal_weights import nodal_values, tributary_weights
+from static_contact.stiffness.rough_surfaces import Roughness
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.loads import pull_vector
+from tipdamp.stages.results import SideStiffness
+from tipdamp.study.schema import Material, OtherMaterial, Side
+from tipdamp.study.view import Study
 
-BLADES, DAMPER = "blades", "damper"
 MODELS = {"halfspace": "halfspace_3d"}      # names in a study file that differ from those of `nodal_stiffness.MODELS`
+Moduli = tuple[float, float, float, float]   # E, nu of the blade, E, nu of the damper
 
 
-def is_given(side: dict) -> bool:
-    """Whether a side of the study brings its own kn and kt, which win over every model."""
-    return side["kn"] is not None
-
-
-def with_values(study, pairs: ContactTable, materials: dict, pull=None) -> ContactTable:
-    """The pairs with stiffness, friction and initial gap of the study; an own table brings its own.
+def with_values(study: Study, pairs: ContactTable, materials: dict[str, Moduli],
+                pull: np.ndarray | None = None) -> ContactTable:
+    """The pairs with stiffness, friction and initial gap of the study; a table of one's own brings its own.
 
     pull (3,) N: load on the damper, by default Fc.
     """
-    if study["contact"]["pairs"]:
+    if study.contact.pairs:
         return pairs
     kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials, pull))
-    along = pairs.position @ np.array(study.driver["axis"])
+    along = pairs.position @ np.array(study.driver.axis)
     gap = pairs.gap.copy()
     for name, side in study.sides.items():
-        if side["gap"]:
+        if side.gap:
             mine = pairs.side == name
-            gap[mine] += np.interp(along[mine], *np.array(side["gap"]).T)
-    return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study["contact"]["mu"]))
+            gap[mine] += np.interp(along[mine], *np.array(side.gap).T)
+    return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study.contact.mu))
 
 
-def side_stiffness(study, pairs: ContactTable, materials: dict, pull=None) -> dict:
+def side_stiffness(study: Study, pairs: ContactTable, materials: dict[str, Moduli],
+                   pull: np.ndarray | None = None) -> dict[str, NodalStiffness]:
     """{side: NodalStiffness} under its part of the pull, with all that it was made from; {} with an own table.
 
-    materials {side: [E, nu, E, nu]} of the two bodies, as `side_materials` finds them; only theory needs them.
+    materials {side: Moduli} as `side_materials` finds them; only theory needs them.
     """
-    from static_contact.equilibrium import side_forces, side_normals
-    from static_contact.stiffness.contact_side import ContactSide
-    from static_contact.stiffness.elastic_constants import MaterialPair
-    from static_contact.stiffness.nodal_stiffness import StiffnessModel, given_stiffness, nodal_stiffness
-    from static_contact.stiffness.rough_surfaces import Roughness
-
-    contact, damper, found = study["contact"], study.driver, {}
-    if contact["pairs"]:
-        return found
-    pull = damper["pull"] * np.array(damper["pull_direction"]) if pull is None else pull
-    forces = side_forces(side_normals(pairs), pull)
+    contact, found = study.contact, {}
+    if contact.pairs:
+        return {}
+    forces = side_forces(side_normals(pairs), pull_vector(study) if pull is None else pull)
     for name, side in study.sides.items():
         mine = pairs.side == name
-        count, length = int(mine.sum()), float(np.ptp(pairs.position[mine] @ np.array(damper["axis"])))
-        if is_given(side):
-            found[name] = given_stiffness((side["kn"], side["kt"]), count, forces[name], length)
+        count, length = int(mine.sum()), float(np.ptp(pairs.position[mine] @ np.array(study.driver.axis)))
+        if side.given:
+            found[name] = given_stiffness((side.kn, side.kt), count, forces[name], length)
             continue
-        one = ContactSide(side["shape"], length, MaterialPair(*materials[name]),
-                          radius=None if side["shape"] == "flat" else side["radius"],
-                          width=None if side["shape"] == "cylinder" else side["width"])
-        found[name] = nodal_stiffness(one, forces[name], count, StiffnessModel(
-            MODELS.get(contact["stiffness"], contact["stiffness"]), contact["kind"], side["depth"] or None,
-            Roughness(side["h_rms"], side["gamma"]) if contact["stiffness"] == "rough_series" else None,
-            contact["scale"]))
+        model = StiffnessModel(
+            MODELS.get(contact.stiffness, contact.stiffness), contact.kind, side.depth or None,
+            Roughness(side.h_rms, side.gamma) if contact.stiffness == "rough_series" else None, contact.scale)
+        found[name] = nodal_stiffness(contact_side(side, length, materials[name]), forces[name], count, model)
     return found
 
 
-def node_stiffness(study, pairs: ContactTable, sides: dict) -> tuple[np.ndarray, np.ndarray]:
-    """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by tributary area."""
-    from static_contact.stiffness.nodal_weights import nodal_values, tributary_weights
+def contact_side(side: Side, length: float, moduli: Moduli, width: float | None = None) -> ContactSide:
+    """A side for half-space theory, with the sizes that its shape has; width - in place of one that is not stated."""
+    return ContactSide(side.shape, length, MaterialPair(*moduli), radius=None if side.shape == "flat" else side.radius,
+                       width=None if side.shape == "cylinder" else side.width or width)
 
+
+def node_stiffness(study: Study, pairs: ContactTable,
+                   sides: dict[str, NodalStiffness]) -> tuple[np.ndarray, np.ndarray]:
+    """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by tributary area."""
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
     for name, one in sides.items():
         mine = pairs.side == name
         kn[mine], kt[mine] = one.kn, one.kt
-        if study["contact"]["shares"] == "tributary" and one.model != "given":
+        if study.contact.shares == "tributary" and one.model != "given":
             across = pairs.frame[mine][:, 1].mean(axis=0)
             try:
-                weights = tributary_weights(pairs.position[mine] @ np.array(study.driver["axis"]),
+                weights = tributary_weights(pairs.position[mine] @ np.array(study.driver.axis),
                                             pairs.position[mine] @ across)
             except InputError as error:
                 raise InputError(f"{study.path}: [contact.{name}], shares = 'tributary': {error}") from None
@@ -82,49 +86,49 @@ def node_stiffness(study, pairs: ContactTable, sides: dict) -> tuple[np.ndarray,
     return kn, kt
 
 
-def facts(study, sides: dict) -> dict:
-    """{side: what its stiffness was made from} for the result file, in SI units."""
+def facts(study: Study, sides: dict[str, NodalStiffness]) -> dict[str, SideStiffness]:
+    """{side: what its stiffness was made from} for the result of the stage."""
     found = {}
     for name, one in sides.items():
         theory = one.model != "given"
-        found[name] = {
-            "model": one.model, "kn_N_per_m": one.kn, "kt_N_per_m": one.kt, "kt_along_N_per_m": one.kt_along,
-            "kt_across_N_per_m": one.kt_across, "nodes": one.n_nodes, "load_N": one.load, "length_m": one.length,
-            "kind": one.kind if theory else None, "half_width_m": one.size, "depth_m": one.depth,
-            "roughness": {"h_rms_m": one.roughness.h_rms, "gamma": one.roughness.gamma} if one.roughness else None,
-            "scale": one.scale, "shares": study["contact"]["shares"] if theory else "equal",
-            "moduli": vars(one.pair) if one.pair else None, "E_star_Pa": one.pair.E_star if one.pair else None}
+        found[name] = SideStiffness(
+            model=one.model, kn_N_per_m=one.kn, kt_N_per_m=one.kt, kt_along_N_per_m=one.kt_along,
+            kt_across_N_per_m=one.kt_across, nodes=one.n_nodes, load_N=one.load, length_m=one.length,
+            kind=one.kind if theory else None, half_width_m=one.size, depth_m=one.depth,
+            h_rms_m=one.roughness.h_rms if one.roughness else None,
+            gamma=one.roughness.gamma if one.roughness else None, scale=one.scale,
+            shares=study.contact.shares if theory else "equal", E_star_Pa=one.pair.E_star if one.pair else None)
     return found
 
 
-def side_materials(study, meshes, pairs: ContactTable, every: bool = False) -> dict:
-    """{side: [E, nu of the blade, E, nu of the damper]} of the cells in contact, where a model makes the stiffness.
+def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable,
+                   every: bool = False) -> dict[str, Moduli]:
+    """{side: Moduli} of the cells in contact, where a model makes the stiffness.
 
     every: on given sides too, left out where the cells are of several materials.
     """
-    found = {}
-    for name, side in () if study["contact"]["pairs"] else study.sides.items():
-        if is_given(side) and not every:
+    found: dict[str, Moduli] = {}
+    for name, side in study.sides.items() if not study.contact.pairs else ():
+        if side.given and not every:
             continue
         mine = pairs.side == name
         try:
-            one, two = (material_at(study, meshes[body], getattr(pairs, column)[mine], f"[contact.{name}]")
-                        for body, column in ((BLADES, "blade_node"), (DAMPER, "damper_node")))
+            one, two = (material_at(study, meshes[body], nodes[mine], f"[contact.{name}]")
+                        for body, nodes in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)))
         except InputError:
             if every:
                 continue
             raise
-        found[name] = [one["E"], one["nu"], two["E"], two["nu"]]
+        found[name] = (one.E, one.nu, two.E, two.nu)
     return found
 
 
-def material_at(study, mesh, nodes, where: str) -> dict:
+def material_at(study: Study, mesh: Mesh, nodes: np.ndarray, where: str) -> Material | OtherMaterial:
     """The material section of the cells that hold the nodes; InputError when they are of several."""
     numbers = np.concatenate([mesh.number[kind][np.isin(cells, mesh.index(nodes)).any(axis=1)]
                               for kind, cells in mesh.cells.items()])
-    own = [m for m in study.materials.values()
-           if np.isin(numbers, mesh.cell_groups.get(m["group"], ())).any()]
-    whole = own and np.isin(numbers, mesh.cell_groups[own[0]["group"]]).all()
+    own = [m for m in study.materials.values() if np.isin(numbers, mesh.cell_groups.get(m.group, ())).any()]
+    whole = own and np.isin(numbers, mesh.cell_groups[own[0].group]).all()
     if len(own) > 1 or (own and not whole):
         raise InputError(f"{study.path}: {where}: its cells are of several materials; one is needed for the half-space")
-    return own[0] if own else study["material"]
+    return own[0] if own else study.material

@@ -4,6 +4,8 @@ import hashlib
 import json
 import logging
 import os
+import socket
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -48,6 +50,27 @@ class Store:
     def write_json(self, name: str, content: dict) -> None:
         with self.writing(name) as path:
             path.write_text(json.dumps(plain(content), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+    @contextmanager
+    def lock(self) -> Iterator[None]:
+        """One run at a time works in the folder; BlockingIOError names the host and process of the other one."""
+        from filelock import FileLock, Timeout
+
+        self.path(".stages").mkdir(parents=True, exist_ok=True)
+        holder = self.path(".stages/.holder")
+        held = FileLock(self.path(".stages/.lock"), timeout=0)
+        try:
+            held.acquire()
+        except Timeout:
+            other = holder.read_text(encoding="utf-8")[:200] if holder.is_file() else "another process"
+            raise BlockingIOError(f"results folder {self.folder} is in use by {shown(other)}; wait for it to end, or "
+                                  "choose another folder with --out") from None
+        try:
+            with self.writing(".stages/.holder") as path:
+                path.write_text(f"process {os.getpid()} on host {socket.gethostname()}", encoding="utf-8")
+            yield
+        finally:
+            held.release()
 
     def read_json(self, name: str) -> dict:
         if not self.path(name).is_file():

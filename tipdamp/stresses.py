@@ -2,12 +2,20 @@
 
 import numpy as np
 
-from tipdamp import bodies, loads
+from hbm.model import ReducedModel
+from modal.body import Body
+from modal.mesh import Mesh
+from tipdamp import loads
 from tipdamp.bodies import DAMPER
+from tipdamp.bodies.assemble import assemble_bodies, materials
+from tipdamp.bodies.read import read_meshes
+from tipdamp.progress import Tick
+from tipdamp.store import Store
+from tipdamp.study.view import Study
 from tipdamp.visualization import write_shapes
 
 
-def keep_stress(study, store, model, q, tick) -> list[str]:
+def keep_stress(study: Study, store: Store, model: ReducedModel, q: np.ndarray, tick: Tick) -> list[str]:
     """stress_blades.vtu and stress_damper.vtu of the displacement q (r,) m at rest; the names of what was written.
 
     The bodies are assembled again: beyond the masters the reduced model knows the static shape only as Psi, which costs
@@ -15,12 +23,12 @@ def keep_stress(study, store, model, q, tick) -> list[str]:
     """
     from modal.stress import nodal_stress, von_mises
 
-    meshes, files = bodies.read_meshes(study), []
-    for i, body in enumerate(bodies.assemble_bodies(study, meshes, lambda *_: None)):
+    meshes, files = read_meshes(study), []
+    for i, body in enumerate(assemble_bodies(study, meshes, lambda *_: None)):
         tick(0.4 + 0.3 * i, f"stresses of the {body.name}")
         mesh = meshes[body.name]
         shape = static_shape(body, model, q, body_load(study, body, mesh))
-        own, others = bodies.materials(study, mesh)
+        own, others = materials(study, mesh)
         what = loads.rest_name(study).removeprefix("the ")
         fields = {f"displacement (m), {what}": shape,
                   f"von Mises stress (Pa), {what}": von_mises(nodal_stress(mesh, own, shape, others))}
@@ -29,22 +37,16 @@ def keep_stress(study, store, model, q, tick) -> list[str]:
     return files
 
 
-def body_load(study, body, mesh) -> np.ndarray:
+def body_load(study: Study, body: Body, mesh: Mesh) -> np.ndarray:
     """(d,) N on the free dofs: what acts on a body at rest, the pull or the case that [preload] names."""
-    from modal.loads import nodal_load
-    from static_contact.pull import pull_forces
-
-    case, d = study["preload"]["case"], study[DAMPER]
+    case = study.preload.case
     force = loads.case_forces(study, case, body, mesh) if case else np.zeros(body.dofs)
     if body.name != DAMPER:
         return force
-    stated = study.loads[case]["pull"] if case else None
-    pull = study.driver["pull"] if stated is None else stated
-    return force + pull * nodal_load(body, *pull_forces(mesh, d["load_points"], d["axis"], d["pull_direction"],
-                                                        weights=d["shares"], positions=d["positions"]))
+    return force + loads.case_pull(study, case) * loads.unit_pull(study, body, mesh).force
 
 
-def static_shape(body, model, q, force) -> np.ndarray:
+def static_shape(body: Body, model: ReducedModel, q: np.ndarray, force: np.ndarray) -> np.ndarray:
     """(n, 3) m: K_II u_I = f_I - K_IB u_B, with the masters' displacement u_B from q."""
     from modal.eigen import Factor
 

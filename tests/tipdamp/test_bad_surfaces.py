@@ -170,7 +170,8 @@ def test_a19_overlap_nearly_as_large_as_the_elements(tmp_path, capsys):
     assert "9 pairs overlap, most at blade node" in found[0]
     assert "-0.004 m, 0.8 of the distance of neighbouring nodes; they count as touching (shifted" in found[0]
     change.append(("mu = 0.3", 'mu = 0.3\ndistance = "gap"'))
-    from tipdamp.bodies import matched_pairs, read_meshes
+    from tipdamp.bodies.pair import matched_pairs
+    from tipdamp.bodies.read import read_meshes
     from tipdamp.study.study import load_study
 
     study = load_study(corner_study.write(tmp_path, damper_mesh=deep, change=change))

@@ -12,7 +12,9 @@ import pytest
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from tests.tipdamp import corner_study, mesh_texts
-from tipdamp.bodies import assemble_bodies, matched_pairs, read_meshes
+from tipdamp.bodies.assemble import assemble_bodies
+from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.read import read_meshes
 from tipdamp.cli import main
 from tipdamp.readers.dispatch import read_mesh
 from tipdamp.stiffness import side_materials, with_values

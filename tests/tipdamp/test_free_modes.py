@@ -7,6 +7,7 @@ from hbm.model import ReducedModel
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
 from tipdamp.free_modes import band, band_warnings, named_modes, tracking_warnings
+from tipdamp.stages.results import OfSets, TuneResult
 from tipdamp.study.study import load_study
 
 ONE, TWO = np.eye(2)
@@ -66,12 +67,16 @@ def test_reduce_and_tune_warn_in_the_terminal(tmp_path, capsys):
     assert main(["inspect", str(path), "--quiet"]) == 0
 
 
-def test_tune_warns_of_low_mac_and_of_a_mode_outside_of_the_band(tmp_path):
+def test_warnings_of_the_tracked_mode(tmp_path):
     study = load_study(corner_study.write(tmp_path))       # band 20 to 40 kHz
-    tune = {"mac": {"full_area": 0.9, "full_line": 0.8, "tuned": 0.49}, "stuck_modes_hz": {"tuned": [25e3, 26e3]},
-            "stuck_hz": {"full_area": 3e4, "full_line": 3e4, "tuned": 3e4}}
-    assert [w[:59] for w in tracking_warnings(study, tune)] == [
-        "the tracked mode, stuck on the kept stations (30000 Hz), re"]
-    tune["mac"]["tuned"], tune["stuck_hz"]["tuned"] = 0.9, 5e4
+
+    def found(mac, hz):
+        sets = {"full_area": 3e4, "full_line": 3e4, "tuned": hz}
+        tune = TuneResult.model_construct(mac=OfSets(full_area=0.9, full_line=0.8, tuned=mac), stuck_hz=OfSets(**sets),
+                                          stuck_modes_hz=OfSets(full_area=(), full_line=(), tuned=(25e3, 26e3)))
+        return tracking_warnings(study, tune)
+
+    assert [w[:73] for w in found(0.49, 3e4)] == [
+        "the tracked mode, stuck on the kept stations (30000 Hz), has a MAC of 0.4"]
     assert "lies outside of [respond] band = 20000 to 40000 Hz, where there are stuck modes at 25000.0, 26000.0 Hz" in \
-        tracking_warnings(study, tune)[0]
+        found(0.9, 5e4)[0]

@@ -82,14 +82,14 @@ def test_response_starts_from_the_friction_forces(whole_run):
     table, T = state(store, study, "kept")
     kept = table.select(table.carrying)
     begin = friction.start(model, kept, T[table.carrying])
-    held = begin["static"] + relative_motion(model, kept)[2::3].T @ np.maximum(kept.preload, 0)
+    held = begin.static + relative_motion(model, kept)[2::3].T @ np.maximum(kept.preload, 0)
     on_damper = [held[(model.body == "damper") & (model.direction == d)].sum() for d in "xyz"]
     assert on_damper == pytest.approx([10 / np.sqrt(2), 0, 10 / np.sqrt(2)], abs=1e-3)
-    assert -kept.kt[:, None] * begin["start"] == pytest.approx(T[table.carrying])
+    assert -kept.kt[:, None] * begin.sliders == pytest.approx(T[table.carrying])
     found = store.read_json("respond.json")["responses"][0]
     curve = ForcedResponse.load(store.path(found["file"]))
     assert found["failed_points"] == 0 and curve.start == "given"
-    assert np.abs(curve.harmonics[..., 0]).max() < 1e-3 * np.abs(begin["start"]).max()
+    assert np.abs(curve.harmonics[..., 0]).max() < 1e-3 * np.abs(begin.sliders).max()
 
 
 @pytest.mark.parametrize("text, words", [

@@ -8,7 +8,9 @@ from scipy.sparse.linalg import spsolve
 from hbm.contact import relative_motion
 from static_contact.full.assembled import AssembledBodies
 from tests.tipdamp import corner_study
-from tipdamp import bodies
+from tipdamp.bodies.assemble import assemble_bodies
+from tipdamp.bodies.read import read_meshes
+from tipdamp.bodies.reduce import reduced_model
 from tipdamp.cli import main
 from tipdamp.stages.run import results_folder
 from tipdamp.study.study import load_study
@@ -25,11 +27,12 @@ def compliance(folder, change):
     assert main(["reduce", str(path), "--quiet"]) == 0
     study = load_study(path)
     store = results_folder(study, None)
-    model, pairs, _, _ = bodies.reduced_model(study, store, lambda *_: None)
+    found = reduced_model(study, lambda *_: None)
+    model, pairs = found.model, found.pairs
     B = sp.csr_matrix(relative_motion(model, pairs))
     f = model.loads["pull"]
     reduced = f @ np.linalg.solve(model.K + (B.T @ springs(pairs) @ B).toarray(), f)
-    whole = bodies.assemble_bodies(study, bodies.read_meshes(study), lambda *_: None)
+    whole = assemble_bodies(study, read_meshes(study), lambda *_: None)
     B = relative_motion(AssembledBodies(whole), pairs)
     K = sp.block_diag([b.K for b in whole]) + B.T @ springs(pairs) @ B
     damper = whole[1]

@@ -15,7 +15,9 @@ from static_contact.stiffness.elastic_constants import MaterialPair
 from static_contact.stiffness.nodal_stiffness import StiffnessModel, nodal_stiffness
 from static_contact.stiffness.rough_surfaces import Roughness
 from tests.conftest import STUDY
-from tipdamp import bodies, stiffness
+from tipdamp import stiffness
+from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.read import read_meshes
 from tipdamp.cli import main
 from tipdamp.study.study import load_study
 
@@ -57,7 +59,7 @@ def test_resolved_preload_still_balances_the_pull(run):
     for figures in found["preload_kept"].values():
         assert figures["sum_N"] == pytest.approx(EACH_SIDE, rel=1e-6) and figures["balance_error"] < 1e-9
     # the roll that the edge line cannot balance: half the flat's width times the side force
-    assert abs(found["carried"]["held"]["roll about y"]) == pytest.approx(EACH_SIDE * 0.8e-3, rel=1e-3)
+    assert abs(found["redistribution"]["reactions"]["roll about y"]) == pytest.approx(EACH_SIDE * 0.8e-3, rel=1e-3)
 
 
 def test_rows_kept_and_roll_stiffness(run):
@@ -78,7 +80,7 @@ def test_all_rows_keep_their_own_part_of_the_map(run):
     on = kept.carrying & (kept.side == "right")
     factor = kept.preload[on] / whole.preload[on]
     assert np.ptp(factor) < 1e-9 * factor.mean()
-    assert read(folder, "tune.json")["carried"]["moment_Nm"] == pytest.approx(0, abs=2e-2)
+    assert read(folder, "tune.json")["redistribution"]["moment_Nm"] == pytest.approx(0, abs=2e-2)
 
 
 def test_the_in_phase_mode_can_be_followed(run):
@@ -100,7 +102,7 @@ def test_damping_per_mode_and_one_way(run):
     folder = run("respond", ("levels = [1, 20]", "levels = [1]\nboth_ways = false"),
                  ("damping_ratio = 0.022", f"damping_ratio = {ratios}"))
     two = read(folder, "respond.json")["responses"][0]
-    assert "back" not in two and two["peak_m"] != pytest.approx(one["peak_m"], rel=1e-4)
+    assert two["back"] is None and two["peak_m"] != pytest.approx(one["peak_m"], rel=1e-4)
 
 
 def test_detached_rows_of_an_own_table_carry_nothing(run, tmp_path):
@@ -112,8 +114,8 @@ def test_detached_rows_of_an_own_table_carry_nothing(run, tmp_path):
     folder = run("tune", ('rows = "edge"', 'rows = "all"'))
     found = read(folder, "tune.json")
     assert ContactTable.load(folder / "preload.csv").preload[upper].tolist() == [0.0] * int(upper.sum())
-    assert all(1 < scale < 4 for scale in found["carried"]["scale"].values())
-    assert abs(found["carried"]["moment_Nm"]) < 0.1
+    assert all(1 < scale < 4 for scale in found["redistribution"]["scale"].values())
+    assert abs(found["redistribution"]["moment_Nm"]) < 0.1
 
 
 def test_friction_above_two_in_an_own_table_is_warned_of(run, tmp_path):
@@ -171,9 +173,9 @@ def test_stiffness_from_a_model_is_the_modules_own(rig_results, tmp_path, words,
         own, made = nodal_stiffness(side, EACH_SIDE, nodes, StiffnessModel(**how)), facts[name]
         assert pairs.kn[pairs.side == name] == pytest.approx(np.full(nodes, own.kn), rel=1e-6)
         assert pairs.kt[pairs.side == name] == pytest.approx(np.full(nodes, own.kt), rel=1e-6)
-        assert (made["model"], made["kind"], made["scale"], made["nodes"]) == (own.model, own.kind, own.scale, nodes)
-        assert made["depth_m"] == own.depth and (made["roughness"] is None) == (own.roughness is None)
-        assert (made["load_N"], made["half_width_m"], made["length_m"], made["E_star_Pa"]) == pytest.approx(
+        assert (made.model, made.kind, made.scale, made.nodes) == (own.model, own.kind, own.scale, nodes)
+        assert made.depth_m == own.depth and (made.h_rms_m is None) == (own.roughness is None)
+        assert (made.load_N, made.half_width_m, made.length_m, made.E_star_Pa) == pytest.approx(
             (EACH_SIDE, own.size, 0.07, steel.E_star), rel=1e-6)
 
 
@@ -182,7 +184,7 @@ def test_rounded_side(rig_results, tmp_path):
                                 ('shape = "flat"', 'shape = "rounded"\nradius = 1e-3'))
     own = nodal_stiffness(ContactSide("rounded", 0.07, MaterialPair(*STEEL), width=1.6e-3, radius=1e-3), EACH_SIDE, 62)
     assert pairs.kn[pairs.side == "right"] == pytest.approx(np.full(62, own.kn), rel=1e-6)
-    assert facts["right"]["half_width_m"] == pytest.approx(own.size, rel=1e-6) and own.size > 0.8e-3
+    assert facts["right"].half_width_m == pytest.approx(own.size, rel=1e-6) and own.size > 0.8e-3
 
 
 def test_given_values_win_over_the_model(rig_results, tmp_path):
@@ -191,7 +193,7 @@ def test_given_values_win_over_the_model(rig_results, tmp_path):
                                 ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"\nscale = 0.5'))
     left = pairs.side == "left"
     assert (pairs.kn[left] == 3.32e6).all() and (pairs.kt[left] == 3.02e6).all()
-    assert facts["left"]["model"] == "given" and facts["left"]["half_width_m"] is None
+    assert facts["left"].model == "given" and facts["left"].half_width_m is None
     own = nodal_stiffness(ContactSide("flat", 0.07, MaterialPair(*STEEL), width=1.6e-3), EACH_SIDE, 62,
                           StiffnessModel(scale=0.5))
     assert pairs.kn[~left] == pytest.approx(np.full(62, own.kn), rel=1e-6)
@@ -256,7 +258,7 @@ def test_gap_profile_reaches_the_pairs(rig, tmp_path):
     for mesh in rig.glob("*.msh"):
         shutil.copy(mesh, tmp_path)
     study = load_study(tmp_path / "s.toml")
-    pairs = stiffness.with_values(study, bodies.matched_pairs(study, bodies.read_meshes(study)), {})
+    pairs = stiffness.with_values(study, matched_pairs(study, read_meshes(study)), {})
     left = pairs.select(pairs.side == "left")
     assert left.gap == pytest.approx(60e-6 * (1 - np.abs(left.position[:, 1] / 0.035 - 1)), abs=1e-12)
     assert (pairs.gap[pairs.side == "right"] == 0).all()
@@ -304,15 +306,15 @@ def test_an_interrupted_stage_is_run_again(run, tmp_path, monkeypatch):
     from tipdamp.stages import run as stages
 
     folder = run("tune")
-    job = stages.STAGES["preload"].job
+    job = stages.STAGES["preload"].work
 
     def interrupted(study, store, tick):
         with store.writing("preload.csv") as path:
             path.write_text("half")
         raise KeyboardInterrupt
 
-    object.__setattr__(stages.STAGES["preload"], "job", interrupted)
+    object.__setattr__(stages.STAGES["preload"], "work", interrupted)
     assert main(["preload", str(tmp_path / "rig.toml"), "--quiet", "--force"]) == 130
-    object.__setattr__(stages.STAGES["preload"], "job", job)
+    object.__setattr__(stages.STAGES["preload"], "work", job)
     assert main(["preload", str(tmp_path / "rig.toml"), "--quiet"]) == 0
     assert len(ContactTable.load(folder / "preload.csv")) == 93  # 31 stations: one row left, two rows right

@@ -57,7 +57,7 @@ def test_a_pull_a_little_off_is_taken_up_and_said(tmp_path):
     for name in ("reduce", "preload"):
         run_stage(name, study, store, quiet=True)
     found = store.read_json("preload.json")
-    assert abs(found["held"]["slide along y"]) == pytest.approx(1e-3 / np.sqrt(2), rel=1e-3)
+    assert abs(found["reactions"]["slide along y"]) == pytest.approx(1e-3 / np.sqrt(2), rel=1e-3)
     assert found["warnings"] == ["the pull does 0.00071 N along the slide along y that no contact resists, as inexact "
                                  "coordinates leave it: it is taken up in the reference state"]
 

@@ -20,7 +20,7 @@ def write(tmp_path, text):
 @pytest.mark.parametrize("path", STUDIES, ids=lambda p: p.stem)
 def test_the_projects_own_studies_are_valid(path):
     study = load_study(path)
-    assert len(study.sides) == 2 and study["damper"]["pull"] == 113.0
+    assert len(study.sides) == 2 and study.damper.pull == 113.0
 
 
 def test_units_are_converted_once(tmp_path):
@@ -32,10 +32,10 @@ def test_units_are_converted_once(tmp_path):
                      ("1.6e-3", "1.6"), ("levels = [1, 20]", "levels = [1e-3, 20e-3]")):
         text = text.replace(old, new)
     mm = load_study(write(tmp_path, text))
-    assert all(mm["material"][k] == pytest.approx(si["material"][k]) for k in ("E", "nu", "density"))
-    assert mm["damper"]["pull"] == pytest.approx(113.0)
-    assert mm.sides["right"]["kn"] == pytest.approx(1.03e6) and mm.sides["right"]["width"] == pytest.approx(1.6e-3)
-    assert mm["respond"]["levels"] == pytest.approx((1.0, 20.0)) and mm.length_unit == 1e-3
+    assert dict(mm.material) == {k: pytest.approx(v) for k, v in dict(si.material).items()}
+    assert mm.damper.pull == pytest.approx(113.0)
+    assert mm.sides["right"].kn == pytest.approx(1.03e6) and mm.sides["right"].width == pytest.approx(1.6e-3)
+    assert mm.respond.levels == pytest.approx((1.0, 20.0)) and mm.length_unit == 1e-3
 
 
 @pytest.mark.parametrize("old, new, message", [
@@ -121,6 +121,6 @@ def test_materials_clamps_and_distance(tmp_path, old, new, message):
 def test_several_materials_and_clamps(tmp_path):
     text = STUDY.replace("[blades]", '[material.shroud]\ngroup = "top"\nE = 110e9\nnu = 0.3\ndensity = 4430\n[blades]')
     study = load_study(write(tmp_path, text.replace('clamp = "clamp"', 'clamp = ["left", "right"]')))
-    assert study.materials["shroud"]["group"] == "top" and study.materials["shroud"]["E"] == 110e9
-    assert study["blades"]["clamp"] == ("left", "right") and study["material"]["E"] == 207e9
-    assert load_study(write(tmp_path, STUDY))["blades"]["clamp"] == ("clamp",)
+    assert study.materials["shroud"].group == "top" and study.materials["shroud"].E == 110e9
+    assert study.blades.clamp == ("left", "right") and study.material.E == 207e9
+    assert load_study(write(tmp_path, STUDY)).blades.clamp == ("clamp",)

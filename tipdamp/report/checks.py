@@ -2,9 +2,11 @@
 
 import math
 
+from tipdamp.free_modes import tracking_warnings
 from tipdamp.report.results import Results
 from tipdamp.report.text import names_of_pairs, number, sentence
-from tipdamp.stages.summaries import warnings
+from tipdamp.sanity_checks import expectations
+from tipdamp.stages.results import InspectResult, TuneResult
 
 REDUCTION = 1e-3          # largest error of a stuck frequency of the reduced model
 REFERENCE = 0.03          # deviation from a reference frequency that is worth a word
@@ -29,18 +31,19 @@ def _inspect(results):
     for name, body in results["inspect"]["bodies"].items():
         if body.get("not_read"):
             yield f"Of the mesh of the {name} was not read: {', '.join(map(str, body['not_read']))}."
-    yield from map(sentence, warnings("inspect", results.study, results["inspect"]))
+    yield from map(sentence, [*results["inspect"].get("warnings", ()),
+                              *expectations(results.study, InspectResult.model_validate(results["inspect"]))])
 
 
 def _reduce(results):
     reference = results.study.reference
     for name, hz in results["reduce"]["free_hz"].items():
         yield from _off_reference(f"The free {name.replace('_', '-')} frequency", hz, reference.get(f"{name}_hz"))
-    yield from map(sentence, warnings("reduce", results.study, results["reduce"]))
+    yield from map(sentence, results["reduce"].get("warnings", ()))
 
 
 def _preload(results):
-    yield from map(sentence, warnings("preload", results.study, results["preload"]))
+    yield from map(sentence, results["preload"].get("warnings", ()))
     yield from _balance("the preload of the whole patch", results["preload"]["sides"])
     if results["preload"]["residual"] > BALANCE:
         yield f"The static contact is solved to a residual of {results['preload']['residual']:.1e} only."
@@ -51,7 +54,7 @@ def _tune(results):
     for name, label in (("full_area", "on the whole area"), ("full_line", "on the whole line"),
                         ("tuned", "on the kept stations")):
         yield from _off_reference(f"The stuck frequency {label}", tune["stuck_hz"][name], reference.get(f"{name}_hz"))
-    yield from map(sentence, warnings("tune", results.study, tune))
+    yield from map(sentence, tracking_warnings(results.study, TuneResult.model_validate(tune)))
     kept = tune["tuned_pairs"]
     if {"front", "back"} <= set(reference) and (kept["front"], kept["back"]) != (reference["front"], reference["back"]):
         yield (f"Tuning keeps {kept['front']} + {kept['back']} stations, the reference is "
@@ -78,11 +81,11 @@ def _monotone(history):
 
 def _carried(results):
     yield from _balance("the preload of the kept stations", results["tune"]["preload_kept"])
-    carried = results["tune"]["carried"]
+    carried = results["tune"]["redistribution"]
     if abs(carried.get("moment_Nm") or 0.0) > SMALL_MOMENT:
         yield (f"A load moment of {number(carried['moment_Nm'], 3)} N m about the damper's axis is left by moving each "
                "station's force to its kept row; it is taken up in the reference state.")
-    for name, load in carried.get("held", {}).items():
+    for name, load in carried.get("reactions", {}).items():
         yield (f"A load of {number(load, 3)} along '{name}', which no contact holds, is taken up in the reference "
                "state.")
     kept = results.kept.select(results.kept.carrying)

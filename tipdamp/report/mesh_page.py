@@ -20,7 +20,7 @@ def mesh_page(study, content: dict, meshes: dict, pairs=None, places=None, angle
     surfaces = {name: surface.skin(mesh, name) for name, mesh in meshes.items()}
     sections = []
     if pairs is not None:
-        scene = space_figures.contact_pairs(pairs, places, surfaces, study.driver["axis"], angles)
+        scene = space_figures.contact_pairs(pairs, places, surfaces, study.driver.axis, angles)
         sections.append(("pairs", "Contact pairs", [_pairs_table(content["pair_checks"]), scene]))
     if meshes:
         sections.append(("meshes", "Meshes and groups", [_bodies_table(content), _groups(study, meshes, surfaces,
@@ -99,28 +99,28 @@ def _groups(study, meshes, surfaces, unmatched) -> Scene:
                + (" Squares are contact nodes without a partner." if unmatched else "")
                + (" The surface is drawn with fewer nodes than it has." if any(s.thinned for s in surfaces.values())
                   else ""))
-    outward = np.asarray(study.driver["pull_direction"], dtype=float)
-    return Scene("groups", "Meshes and their groups", caption, tuple(items), box, **view(outward, study.driver["axis"]),
+    outward = np.asarray(study.driver.pull_direction, dtype=float)
+    return Scene("groups", "Meshes and their groups", caption, tuple(items), box, **view(outward, study.driver.axis),
                  height=680, hidden=frozenset(hidden))
 
 
 def _named(study) -> set:
     """(body, group) of what the study names."""
-    from tipdamp.bodies import named_groups
+    from tipdamp.bodies.read import named_groups
 
-    return {(body, study.group_name(section, key)) for body, section, key, _ in named_groups(study)}
+    return {(group.body, group.name) for group in named_groups(study)}
 
 
 def _lonely(study, meshes):
     """Nodes of the contact sides that have no partner within the tolerance."""
     for name, side in study.sides.items():
         keys = ("blade", "damper")
-        groups = [(body, meshes[body], meshes[body].groups.get(side[key], ())) for body, key
-                  in zip(("blades", "damper"), keys, strict=True)]
+        groups = [(body, meshes[body], meshes[body].groups.get(group, ())) for body, group
+                  in (("blades", side.blade), ("damper", side.damper))]
         if not all(len(nodes) for *_, nodes in groups):
             continue
         place = [mesh.position[mesh.index(nodes)] for _, mesh, nodes in groups]
-        found = pair_checks.without_partner(*place, study["contact"]["tolerance"])
+        found = pair_checks.without_partner(*place, study.contact.tolerance)
         for k, lonely in enumerate(found):
             if lonely:
                 (_, _, nodes), (_, _, others), key, other = groups[k], groups[1 - k], keys[k], keys[1 - k]

@@ -145,9 +145,9 @@ def introduction(results: Results) -> list[str]:
                   f"at {hertz(free['in_phase'])} Hz.")
     if "preload" in results:
         forces = [f"{number(s['sum_N'])} N on side '{n}'" for n, s in results["preload"]["sides"].items()]
-        what = f"The pull of {results.study.driver['pull']:g} N"
-        if results.study["preload"]["case"]:
-            what = f"The load case '{results.study['preload']['case']}'"
+        what = f"The pull of {results.study.driver.pull:g} N"
+        if results.study.preload.case:
+            what = f"The load case '{results.study.preload.case}'"
         first += f" {what} presses the damper with {listing(forces)}."
     if "tune" in results:
         stuck, kept, target = (results["tune"][k] for k in ("stuck_hz", "tuned_pairs", "target_hz"))

@@ -50,7 +50,7 @@ def family(results: Results, H: int) -> Figure:
 def _panel(results, title, label, items):
     """Amplitude from zero over the band."""
     top = max((np.nanmax(i.y) for i in items if isinstance(i, Curve) and np.isfinite(i.y).any()), default=1.0)
-    return Panel(title, "frequency (Hz)", label, tuple(items), x_range=tuple(results.study["respond"]["band"]),
+    return Panel(title, "frequency (Hz)", label, tuple(items), x_range=tuple(results.study.respond.band),
                  y_range=(0.0, 1.06 * top))
 
 
@@ -140,7 +140,7 @@ def shares(results: Results) -> Figure:
         items = (Band(hz, zero, opened, "open", DARK, 1.0), Band(hz, opened, opened + slip, "slip", ORANGE, 1.0),
                  Band(hz, opened + slip, opened + slip + stick, "stick", PALE, 1.0), *_failures(case, opened + slip))
         panels.append(Panel(f"Fe = {case.Fe:g} N", "frequency (Hz)", "pairs", items, y_range=(0, pairs),
-                            x_range=tuple(results.study["respond"]["band"])))
+                            x_range=tuple(results.study.respond.band)))
     caption = (f"Contact states over frequency at H = {most}: share of the cycle in which each of the {pairs} kept "
                f"pairs sticks, slips or is open, summed over the pairs. {_slip_words(results.of_order(most))}")
     return Figure("contact_states", "Stick, slip and open", caption, tuple(panels), columns=min(3, len(panels)),

@@ -68,7 +68,7 @@ class Results:
 
     @property
     def first_patch(self) -> str:
-        return self.study["respond"]["patches"][0]
+        return self.study.respond.patches[0]
 
     @property
     def orders(self) -> list[int]:
@@ -85,7 +85,7 @@ class Results:
     @property
     def axis(self) -> np.ndarray:
         """(3,) of the damper."""
-        return np.array(self.study.driver["axis"])
+        return np.array(self.study.driver.axis)
 
     def places(self, pairs: ContactTable) -> dict:
         """{"blades", "damper": (P, 3) m} of the two nodes of each pair; where the table has them without a model."""
@@ -98,10 +98,8 @@ class Results:
 
 def load_results(study, store) -> Results:
     """All that is there and that the study still asks for."""
-    from tipdamp.stages.run import applies  # stages imports the report when it runs it
-
-    found = {stage: store.read_json(f"{stage}.json") for stage in BEFORE
-             if applies(stage, study) and store.path(f"{stage}.json").is_file()}
+    asked = BEFORE if "tune" in study and "respond" in study else BEFORE[:3]
+    found = {stage: store.read_json(f"{stage}.json") for stage in asked if store.path(f"{stage}.json").is_file()}
     whole = ContactTable.load(store.path("preload.csv")) if "preload" in found else None
     kept = ContactTable.load(store.path("kept.csv")) if "tune" in found else None
     cases = [Case(facts, ForcedResponse.load(store.path(facts["file"])))
@@ -124,7 +122,7 @@ def _stuck(study, store):
     if not store.path("stuck.npz").is_file():
         return None
     with np.load(store.path("stuck.npz"), allow_pickle=False) as z:
-        mine = in_patch(z["output_names"], study["respond"]["patches"][0])
+        mine = in_patch(z["output_names"], study.respond.patches[0])
         return {"hz": z["frequency"], "m_per_N": np.abs(z["response"][:, mine])}
 
 

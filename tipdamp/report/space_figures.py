@@ -29,7 +29,7 @@ NO_SURFACE = (" The study starts from matrices: there is no mesh whose surface o
 
 def preload_on_damper(results) -> Scene:
     """Of the pull and of every further load case."""
-    rest = results.study["preload"]["case"] or PULL
+    rest = results.study.preload.case or PULL
     return pressure_map({rest: results.whole, **results.loads}, results.surfaces, results.axis)
 
 

@@ -29,7 +29,7 @@ def linear(results: Results) -> Figure:
             value = results.study.reference[f"{name}_hz"]
             lines.append(Line("x", value, f"reference {value:g} Hz", GREY, "dash", "low", left))
     lines = [line for line in lines if hz[0] <= line.value <= hz[-1]]
-    zeta = listing(f"{100 * z:g} %" for z in results.study["free"]["damping_ratio"])
+    zeta = listing(f"{100 * z:g} %" for z in results.study.free.damping_ratio)
     where = (f"Out of phase the blades move at {hertz(free['out_of_phase'])} Hz, in phase at {hertz(free['in_phase'])} "
              "Hz." if free else "None of the modes is of both blades.")
     caption = (f"Linear response of the two blades without damper to a force of 1 N at the excited blade, largest over "
@@ -128,7 +128,7 @@ def kept(results: Results) -> Figure:
            "resolved": "the static contact problem, solved again on the kept stations"}
     pairs = results["tune"]["tuned_pairs"]
     caption = (f"What the {pairs['front']} + {pairs['back']} kept stations carry: "
-               f"{how[results.study['tune']['preload']]}. The sum is {sums}. "
+               f"{how[results.study.tune.preload]}. The sum is {sums}. "
                "This is the preload of the forced response.")
     return Figure("preload_kept", "Preload of the kept stations", caption, tuple(panels), row_height=310)
 
@@ -153,7 +153,7 @@ def _kept_items(results, mine, side):
 
 
 def _side_title(results, side) -> str:
-    shape = results.study.sides[side]["shape"] if side in results.study.sides else ""
+    shape = results.study.sides[side].shape if side in results.study.sides else ""
     return f"side '{side}'" + (f", {shape}" if shape else "")
 
 
@@ -178,7 +178,7 @@ def tuning(results: Results) -> Figure:
         items.append(Marks(*np.array(known, dtype=float).T, "reference", INK, "square", filled=False, size=9))
     seen = [*hz, target, *(f for _, f in known)]
     low, high = min(seen) - 0.12 * np.ptp(seen), max(seen) + 0.06 * np.ptp(seen)
-    mode = results.study["tune"]["follow"].replace("_", "-")
+    mode = results.study.tune.follow.replace("_", "-")
     caption = (f"Detaching stations from the middle: frequency of the {mode} mode of the stuck assembly, and its "
                "energy-weighted MAC with the mode without damper (MAC of the blades times their part of the kinetic "
                "energy), by which it is tracked through changes of order. A dip in the MAC marks a crossing with "

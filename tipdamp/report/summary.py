@@ -24,7 +24,7 @@ def summarise(results: Results) -> dict:
     back - the same curve followed from the other end of the band.
     """
     summary = {"title": results.study.title, "study": results.study.path.name,
-               "pull_N": results.study.driver["pull"]}
+               "pull_N": results.study.driver.pull}
     if "reduce" in results:
         summary.update({key: results["reduce"][key] for key in ("free_hz", "reduction")})
     if "preload" in results:
@@ -43,7 +43,7 @@ def summarise(results: Results) -> dict:
 
 def _response(facts) -> dict:
     return {**{key: facts[key] for key in COPIED if key in facts}, "slipping_pairs": len(facts["slipping_pairs"]),
-            "slipping": facts["slipping_pairs"], **({"back": facts["back"]} if "back" in facts else {})}
+            "slipping": facts["slipping_pairs"], **({"back": facts["back"]} if facts.get("back") else {})}
 
 
 def versions() -> dict:

@@ -89,12 +89,12 @@ def load_cases(results: Results) -> Table:
 
     found = results["preload"]
     names = results.whole.sides
-    case = results.study["preload"]["case"]
-    rest = (f"the response's ({case})", "") if case else ("the pull", f"{results.study.driver['pull']:g}")
+    case = results.study.preload.case
+    rest = (f"the response's ({case})", "") if case else ("the pull", f"{results.study.driver.pull:g}")
     rows = [(*rest, *(t for n in names for t in side(found["sides"][n])))]
     for case, facts in found["cases"].items():
         given = results.study.loads[case]
-        pull = results.study.driver["pull"] if given["pull"] is None else given["pull"]
+        pull = results.study.driver.pull if given.pull is None else given.pull
         rows.append((f"{case}: {_of_case(given)}", f"{pull:g}", *(t for n in names for t in side(facts["sides"][n]))))
     columns = ("load case", "pull (N)", *(f"{what}" for n in names for what in (f"'{n}', sum (N)", "largest (N)",
                                                                                  "open")))
@@ -104,11 +104,11 @@ def load_cases(results: Results) -> Table:
 
 def _of_case(given) -> str:
     """What a load case holds beside the pull."""
-    parts = [f"{given['speed']:g} rad/s"] if given["speed"] else []
-    if any(given["gravity"]):
-        parts.append(f"gravity ({', '.join(f'{v:g}' for v in given['gravity'])}) m/s²")
-    for key in ("forces", "pressure", "traction"):
-        parts += [f"{key} on {body}, '{group}'" for body, group, *_ in given[key]]
+    parts = [f"{given.speed:g} rad/s"] if given.speed else []
+    if any(given.gravity):
+        parts.append(f"gravity ({', '.join(f'{v:g}' for v in given.gravity)}) m/s²")
+    for key, rows in (("forces", given.forces), ("pressure", given.pressure), ("traction", given.traction)):
+        parts += [f"{key} on {body}, '{group}'" for body, group, *_ in rows]
     return listing(parts) or "another pull"
 
 
@@ -124,15 +124,15 @@ def assumptions(results: Results) -> Table:
 
 def _load(results):
     study, drive = results.study, results.study.driver
-    yield "pull Fc", f"{drive['pull']:g} N along ({', '.join(f'{v:g}' for v in drive['pull_direction'])})"
+    yield "pull Fc", f"{drive.pull:g} N along ({', '.join(f'{v:g}' for v in drive.pull_direction)})"
     places = results["reduce"].get("pull_positions_m")
     if places:
-        shares = ", ".join(f"{s:g}" for s in drive["shares"]) if drive["shares"] else "equal shares"
+        shares = ", ".join(f"{s:g}" for s in drive.shares) if drive.shares else "equal shares"
         where = listing(f"{1e3 * v:.1f}" for v in places)
         yield "pull acts at", f"{where} mm along the axis, {shares}"
     if "material" in study:
-        m = study["material"]
-        yield "material", f"E = {m['E'] / 1e9:g} GPa, nu = {m['nu']:g}, density {m['density']:g} kg/m³"
+        m = study.material
+        yield "material", f"E = {m.E / 1e9:g} GPa, nu = {m.nu:g}, density {m.density:g} kg/m³"
 
 
 def _contact(results):
@@ -141,7 +141,7 @@ def _contact(results):
         mu = np.unique(table.mu)
         yield "friction coefficient mu", f"{mu[0]:g}" if len(mu) == 1 else f"{mu[0]:g} to {mu[-1]:g}"
     for side, (kn, kt) in results["preload"]["kn_kt_N_per_m"].items():
-        said = study.sides.get(side, {})
+        said = dict(study.sides[side]) if side in study.sides else {}
         rows = results["reduce"]["rows"][side]
         kept = f", {_LINE[said['rows']]}" if rows > 1 and said else ""
         yield (f"side '{side}'", f"{said.get('shape', 'given pairs')}; kn = {kn / 1e6:.3g}, kt = {kt / 1e6:.3g} N/µm "
@@ -153,7 +153,7 @@ def _origin(results, side) -> str:
     """Where the stiffness of a side comes from: the table of pairs, given, or the model with what it was made from."""
     made = results["preload"].get("stiffness", {}).get(side)
     if not made:
-        return f"from {results.study['contact']['pairs']}"
+        return f"from {results.study.contact.pairs}"
     if made["model"] == "given":
         return "given"
     theory = {"halfspace_3d": "smooth half-spaces", "plane_depth": "plane strain", "rough_series": "half-spaces in "
@@ -165,8 +165,8 @@ def _origin(results, side) -> str:
              f"kt along {made['kt_along_N_per_m'] / 1e6:.3g}, across {made['kt_across_N_per_m'] / 1e6:.3g} N/µm"]
     if made["depth_m"]:
         parts.append(f"depths {listing(f'{1e3 * d:g}' for d in made['depth_m'])} mm")
-    if made["roughness"]:
-        parts.append(f"h_rms {micro(made['roughness']['h_rms_m'])} µm, gamma {made['roughness']['gamma']:g}")
+    if made["h_rms_m"]:
+        parts.append(f"h_rms {micro(made['h_rms_m'])} µm, gamma {made['gamma']:g}")
     if made["scale"] != 1:
         parts.append(f"times {made['scale']:g}")
     if made["shares"] == "tributary":
@@ -175,11 +175,11 @@ def _origin(results, side) -> str:
 
 
 def _tuning(results):
-    tune, settings = results["tune"], results.study["tune"]
+    tune, settings = results["tune"], results.study.tune
     yield ("roll stiffness of the kept edge lines",
            f"{number(tune['roll_stiffness_Nm_per_rad'], 3)} N m/rad, for the rows that the line model leaves out")
-    carried = tune["carried"]
-    if settings["preload"] == "scaled":
+    carried = tune["redistribution"]
+    if settings.preload == "scaled":
         scale = ", ".join(f"{k:.3f} on side '{s}'" for s, k in carried["scale"].items())
         yield "preload of the kept stations", f"scaled to the whole pull: {scale}"
         yield ("moment taken up in the reference state",
@@ -187,23 +187,23 @@ def _tuning(results):
                "its kept row")
     else:
         yield "preload of the kept stations", "static contact solved again on them"
-    for name, load in carried.get("held", {}).items():
+    for name, load in carried.get("reactions", {}).items():
         yield "load taken up in the reference state", f"{number(load, 3)} along '{name}'"
 
 
 def _response(results):
-    settings, free = results.study["respond"], results.study["free"]
-    zetas = listing(f"{z:g}" for z in settings["damping_ratio"])
-    yield "damping ratio of the stuck modes", zetas + (" (one value for all)" if len(settings["damping_ratio"]) == 1
+    settings, free = results.study.respond, results.study.free
+    zetas = listing(f"{z:g}" for z in settings.damping_ratio)
+    yield "damping ratio of the stuck modes", zetas + (" (one value for all)" if len(settings.damping_ratio) == 1
                                                        else " (from the lowest mode)")
-    yield "damping ratio without damper", listing(f"{z:g}" for z in free["damping_ratio"])
+    yield "damping ratio without damper", listing(f"{z:g}" for z in free.damping_ratio)
     if results.cases:
         one = results.cases[0].facts
         origin = {"preloaded": "the preloaded state", "unloaded": "the unloaded state"}[one["origin"]]
         start = {"zero_slider": "unstrained in the preloaded state", "zero_force": "without force at the first instant"}
         yield "displacements count from", origin
         yield "sliders start", start.get(one["start"], one["start"])
-    yield "harmonics", f"orders 0 to H, H = {listing(settings['harmonics'])}"
+    yield "harmonics", f"orders 0 to H, H = {listing(settings.harmonics)}"
     yield ("contact law", "Coulomb friction with two tangents and elastic springs, variable normal load, "
            "slip and lift-off")
 
@@ -231,7 +231,7 @@ def bodies(results: Results) -> Table:
     """What the meshes or matrices hold."""
     rows = []
     for name, body in results["inspect"]["bodies"].items():
-        if "nodes" not in body:
+        if body.get("nodes") is None:
             rows.append((name, "matrices", NOTHING, f"{body['dofs']}", NOTHING, NOTHING))
             continue
         cells = listing(f"{n} {kind}" for kind, n in body["cells"].items())
@@ -243,9 +243,9 @@ def bodies(results: Results) -> Table:
 
 
 def stages(results: Results) -> Table:
-    from tipdamp.stages.run import STAGES
+    from tipdamp.stages import STAGES
 
-    rows = [(name, STAGES[name].text, f"{seconds:.1f}") for name, seconds in results.seconds.items()]
+    rows = [(name, STAGES[name], f"{seconds:.1f}") for name, seconds in results.seconds.items()]
     total = sum(results.seconds.values())
     return Table(f"Stages before this report, {total:.1f} s in all.", ("stage", "what it does", "seconds"), tuple(rows),
                  left=(0, 1))

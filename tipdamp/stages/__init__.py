@@ -1,6 +1,13 @@
-"""What each stage does: from the study and the files of the stages before it to files of its own.
+"""The stages of a run, one file each: what it reads of the study, its work, its line and its warnings.
 
-Every stage is a function of the form job(study, store, tick) in the file of its name (inspect in reduce.py): what it
-found is in its files, which the table in `stages.py` names; it returns the names of further files whose number depends
-on the study. From `preload` on only reduced matrices and contact tables are used.
+From `preload` on only reduced matrices and contact tables are used. A new stage is a file and a line of this list.
 """
+
+STAGES = {
+    "inspect": "what is in the meshes: groups, counts, masses, rigid modes",
+    "reduce": "meshes to a reduced model and contact pairs; modes without damper",
+    "preload": "unilateral static contact under the pull: the preload map",
+    "tune": "detach pairs from the middle until the stuck frequency meets the target",
+    "respond": "forced response at every level and number of harmonics",
+    "report": "the HTML page, the figures and summary.json",
+}

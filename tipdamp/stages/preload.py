@@ -1,98 +1,141 @@
 """Stage preload: static contact of the whole patch under the pull and in further load cases."""
 
+from dataclasses import dataclass
+from typing import Any
+
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.preload import StaticContact
 from tipdamp import friction, loads, stiffness, stresses
-from tipdamp import visualization as pictures
-from tipdamp.stages.model_inputs import equilibrium, load_on_damper, preload_map, pull, side_sums, static_contact
+from tipdamp.bodies.read import BODY_READS
+from tipdamp.progress import Tick
+from tipdamp.stages.model_inputs import equilibrium, preload_map, side_sums, static_contact
+from tipdamp.stages.results import FreeMotion, LoadCasePreload, PreloadResult, ReduceResult, SideForces, SideLoad
+from tipdamp.stages.stage import Stage
+from tipdamp.store import Store
+from tipdamp.study.view import Study
+from tipdamp.visualization import keep_preload
 
 
-def preload(study, store, tick):
+@dataclass(frozen=True)
+class AtRest:
+    """State of the whole patch at rest: the static solution, with or without friction; forces {side: N} that balance
+    the load; facts - of PreloadResult."""
+
+    solution: Any
+    forces: dict[str, float]
+    balance: float
+    facts: dict
+
+
+def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     """Unilateral static contact of the whole patch under the pull, or the case in its place: the preload map."""
-    if study["preload"]["stress"] and "model" in study:
+    if study.preload.stress and "model" in study:
         raise InputError(f"{study.path}: [preload] stress needs meshes, and the study gives matrices ([model])")
     model = ReducedModel.load(store.path("model.npz"))
-    pairs = ContactTable.load(store.path("pairs.csv"))
-    materials = store.read_json("reduce.json").get("side_materials", {})
-    made = stiffness.facts(study, stiffness.side_stiffness(study, pairs, materials, pull(study, model)))
-    pairs = stiffness.with_values(study, pairs, materials, pull(study, model))
-    forces = equilibrium(study, model, pairs)
+    pairs, made = _with_stiffness(study, store, model)
     tick(0.2, f"{len(pairs)} pairs")
     statics = static_contact(study, model, pairs)
-    more, files = {}, []
-    if study["preload"]["friction"]:
-        result, found, more, forces = preload_with_friction(study, statics, pairs, store)
-        files.append("preload_friction.csv")
-    else:
-        result = statics.solve(loads.at_rest(study, model))
-        found = {"balance": result.balance, "method": result.method, "motions": result.motions,
-                 "held": result.reactions}
-    pulled = preload_map(result, pairs)
+    rest = _with_friction(study, statics, pairs, store) if study.preload.friction else _frictionless(study, statics)
+    found = rest.solution
+    pulled = preload_map(found, pairs)
     with store.writing("preload.csv") as path:
         pulled.save(path)
     cases = {name: load_case(study, store, statics, pairs, name) for name in study.loads}
-    store.write_json("preload.json", {
-        "sides": side_figures(result.pairs, forces, found["balance"]), "residual": result.residual,
-        "iterations": result.iterations, "method": found["method"], **more,
-        "kn_kt_N_per_m": {s: [pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()] for s in pairs.sides},
-        "stiffness": made,
-        "free_motions": [{"name": m.name, "unit": m.unit, "load": m.load} for m in found["motions"]],
-        "held": found["held"], "cases": cases,
-        "warnings": held_warnings({"the pull": found["held"],
-                                   **{f"[loads.{name}]": case["held"] for name, case in cases.items()}})})
-    files += [case["file"] for case in cases.values()]
-    if study["preload"]["stress"]:
-        files += stresses.keep_stress(study, store, model, result.displacement, tick)
-    tables = {name: ContactTable.load(store.path(case["file"])) for name, case in cases.items()}
-    return [*files, *pictures.keep_preload(store, {"pull": pulled, **tables})]
+    reactions = {"the pull": rest.facts.get("reactions", {}),
+                 **{f"[loads.{name}]": case.reactions for name, case in cases.items()}}
+    PreloadResult(
+        sides=side_forces(found.pairs, rest.forces, rest.balance), residual=found.residual,
+        iterations=found.iterations, **rest.facts, stiffness=made, cases=cases, warnings=reaction_warnings(reactions),
+        kn_kt_N_per_m={s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()) for s in pairs.sides},
+    ).save(store)
+    files = ["preload_friction.csv"] if study.preload.friction else []
+    files += [case.file for case in cases.values()]
+    if study.preload.stress:
+        files += stresses.keep_stress(study, store, model, found.displacement, tick)
+    tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
+    return [*files, *keep_preload(store, {"pull": pulled, **tables})]
 
 
-def preload_with_friction(study, statics: StaticContact, pairs, store):
-    """State at the end of the history, what the map's file says of it, and the side sums; writes the friction."""
+def _with_stiffness(study, store, model):
+    """The pairs with kn, kt, mu and gap, and what the stiffness of each side was made from."""
+    pairs, materials = ContactTable.load(store.path("pairs.csv")), ReduceResult.load(store).side_materials
+    pull = loads.force_at_rest(study, model)
+    sides = stiffness.side_stiffness(study, pairs, materials, pull)
+    return stiffness.with_values(study, pairs, materials, pull), stiffness.facts(study, sides)
+
+
+def _frictionless(study, statics):
+    result = statics.solve(loads.at_rest(study, statics.model))
+    motions = [FreeMotion(name=m.name, unit=m.unit, load=m.load) for m in result.motions]
+    return AtRest(result, equilibrium(study, statics.model, statics.pairs), result.balance,
+                  {"method": result.method, "free_motions": motions, "reactions": result.reactions})
+
+
+def _with_friction(study, statics, pairs, store):
+    """The state at the end of the history; writes preload_friction.csv."""
     state = friction.solve(study, statics.model, statics.pairs, friction.history(study, statics.model))
     with store.writing("preload_friction.csv") as path:
         friction.save(path, pairs, state.tangential, state.slider, state.slips)
-    balance = friction.balance_error(state.pairs, state.tangential, pull(study, statics.model))
-    facts = {"friction": {**friction.facts(state), "file": "preload_friction.csv",
-                          "without_friction_N": equilibrium(study, statics.model, pairs)}}
-    return state, {"balance": balance, "method": "friction", "motions": (), "held": {}}, facts, side_sums(state.pairs)
+    balance = friction.balance_error(state.pairs, state.tangential, loads.force_at_rest(study, statics.model))
+    facts = friction.facts(state, equilibrium(study, statics.model, pairs))
+    return AtRest(state, side_sums(state.pairs), balance, {"method": "friction", "friction": facts})
 
 
-def load_case(study, store, statics: StaticContact, pairs: ContactTable, name: str) -> dict:
+def load_case(study: Study, store: Store, statics: StaticContact, pairs: ContactTable, name: str) -> LoadCasePreload:
     """Preload map of one further load case, in a file of its own."""
-    load = loads.total(study, name, statics.model, study.driver["pull"])
+    load = loads.total(study, name, statics.model)
     try:
-        if study["preload"]["friction"]:
-            result = friction.solve(study, statics.model, statics.pairs, [load])
-            balance, held = friction.balance_error(result.pairs, result.tangential,
-                                                   load_on_damper(statics.model, load)), {}
+        if study.preload.friction:
+            result: Any = friction.solve(study, statics.model, statics.pairs, [load])
+            resultant = loads.resultant(statics.model, load)
+            balance, reactions = friction.balance_error(result.pairs, result.tangential, resultant), {}
         else:
             result = statics.solve(load)
-            balance, held = result.balance, result.reactions
+            balance, reactions = result.balance, result.reactions
     except InputError as error:
         raise InputError(f"{study.path}: [loads.{name}]: {error}") from None
-    with store.writing(f"loads/{name}.csv") as path:
+    file = f"loads/{name}.csv"
+    with store.writing(file) as path:
         preload_map(result, pairs).save(path)
-    sides = {s: {"sum_N": result.force[pairs.side == s].sum(), "max_N": result.force[pairs.side == s].max(),
-                 "detached": int((result.force[(pairs.side == s) & pairs.carrying] <= 0).sum())} for s in pairs.sides}
-    return {"file": f"loads/{name}.csv", "sides": sides, "residual": result.residual, "balance_error": balance,
-            "held": held}
+    sides = {s: SideLoad(sum_N=result.force[pairs.side == s].sum(), max_N=result.force[pairs.side == s].max(),
+                         detached=(result.force[(pairs.side == s) & pairs.carrying] <= 0).sum()) for s in pairs.sides}
+    return LoadCasePreload(file=file, sides=sides, residual=result.residual, balance_error=balance,
+                           reactions=reactions)
 
 
-def held_warnings(cases: dict) -> list[str]:
-    """Sentences about what the reference state holds; cases - {load: {motion: amount in N, of rolls in N m}}."""
+def reaction_warnings(cases: dict[str, dict[str, float]]) -> list[str]:
+    """Sentences about constraint reactions; cases - {load: {motion: amount in N, of rolls in N m}}."""
     return [f"{load} does {abs(amount):.2g} {'N m' if motion.startswith('roll') else 'N'} along the {motion} that no "
             "contact resists, as inexact coordinates leave it: it is taken up in the reference state"
-            for load, held in cases.items() for motion, amount in held.items()]
+            for load, reactions in cases.items() for motion, amount in reactions.items()]
 
 
-def side_figures(pairs: ContactTable, forces: dict, balance: float) -> dict:
-    """{side: sum_N of the closed pairs, min_N, max_N, detached, equilibrium_N, balance_error}."""
+def side_forces(pairs: ContactTable, forces: dict[str, float], balance: float) -> dict[str, SideForces]:
+    """{side: figures of its preload} beside the forces {side: N} of equilibrium."""
     figures = {}
     for side in pairs.sides:
         p = pairs.preload[(pairs.side == side) & pairs.carrying]
-        figures[side] = {"sum_N": p[p > 0].sum(), "min_N": p.min(), "max_N": p.max(), "detached": int((p <= 0).sum()),
-                         "equilibrium_N": forces[side], "balance_error": balance}
+        figures[side] = SideForces(sum_N=p[p > 0].sum(), min_N=p.min(), max_N=p.max(), detached=(p <= 0).sum(),
+                                   equilibrium_N=forces[side], balance_error=balance)
     return figures
+
+
+def line(store: Store) -> str:
+    """Sum and range of the preload on each side."""
+    return "; ".join(f"{side}: {s.sum_N:.2f} N, {s.min_N:.2f}..{s.max_N:.2f} N, {s.detached} open"
+                     for side, s in PreloadResult.load(store).sides.items())
+
+
+def warnings(_: Study, store: Store) -> list[str]:
+    """Of constraint reactions."""
+    return list(PreloadResult.load(store).warnings)
+
+
+def _for_stress(study):
+    return BODY_READS if study.preload.stress else ()
+
+
+STAGE = Stage(preload, line, warnings, outputs=("preload.csv", "preload.json"), needs=("reduce",),
+              reads=("driver", "contact", "sides", "preload", "loads", "model.matrices"), reads_more=_for_stress)

@@ -1,65 +1,90 @@
-"""Stages inspect and reduce: what is in the meshes or matrices; the reduced model, its free modes and response."""
+"""Stage reduce: the reduced model and the contact pairs of the whole patch; modes and response without damper."""
 
 import numpy as np
 
 from hbm.balance.receptance import linear_response
 from hbm.model import ReducedModel
-from tipdamp import bodies
 from tipdamp.bodies import BLADES
+from tipdamp.bodies.matrices import given_model, size_of
+from tipdamp.bodies.read import BODY_READS
+from tipdamp.bodies.reduce import reduced_model, wants_error
 from tipdamp.free_modes import FreeModes, band, band_warnings, lowest_modes, named_modes
-from tipdamp.stages import inspection
+from tipdamp.progress import Tick
 from tipdamp.stages.model_inputs import excitation, group, outputs, ratio
+from tipdamp.stages.results import FreeResponse, ReduceResult
+from tipdamp.stages.stage import Stage
+from tipdamp.store import Store
+from tipdamp.study.view import Study
+from tipdamp.visualization import keep_bodies
 
 
-def inspect(study, store, tick):
-    """What is in the meshes (or matrices), before anything is computed with it."""
-    meshes = "model" not in study
-    content = inspection.describe_meshes(study, store, tick) if meshes else inspection.describe_model(study, store)
-    store.write_json("inspect.json", content)
-    return content.get("pictures", [])
-
-
-def reduce(study, store, tick):
+def reduce(study: Study, store: Store, tick: Tick) -> list[str]:
     """Meshes to a reduced model and the contact pairs of the whole patch; free modes and linear response."""
+    files = []
     if "model" in study:
-        model, pairs, facts = bodies.given_model(study)
-        truncation = None
+        model, pairs = given_model(study)
+        found = {"reduction": size_of(model)}
     else:
-        model, pairs, facts, truncation = bodies.reduced_model(study, store, tick)
-    blades = model.part(BLADES)
-    if "respond" in study:
-        free = free_modes(study, blades)
-        limits = band(study["free"]["band"], free)
-        found = {"free_hz": free.named, "free_modes_hz": free.hz, "free_response": free_response(study, blades, limits),
-                 "warnings": [*free.warnings, *band_warnings(limits, free)]}
-    else:
-        found = {"free_hz": {}, "free_modes_hz": lowest_modes(blades)[0][:10], "free_response": None, "warnings": []}
+        reduced = reduced_model(study, tick)
+        model, pairs = reduced.model, reduced.pairs
+        pictures = keep_bodies(store, reduced.meshes, reduced.parts, model)
+        with store.writing("truncation.npz") as path:
+            reduced.truncation.save(path)
+        files = [*pictures, "truncation.npz"]
+        found = {"reduction": reduced.size, "highest_fixed_interface_hz": reduced.highest_hz, "pictures": pictures,
+                 "side_materials": reduced.materials, "pull_positions_m": reduced.pull_positions}
     with store.writing("model.npz") as path:
         model.save(path)
     with store.writing("pairs.csv") as path:
         pairs.save(path)
-    store.write_json("reduce.json", {**facts, **found})
-    more = [*facts.get("pictures", ())]
-    if truncation is not None:
-        with store.writing("truncation.npz") as path:
-            truncation.save(path)
-        more.append("truncation.npz")
-    return more
+    rows = {s: int(pairs.row[pairs.side == s].max()) + 1 for s in pairs.sides}
+    ReduceResult(rows=rows, **found, **_free(study, model.part(BLADES))).save(store)
+    return files
 
 
-def free_modes(study, blades: ReducedModel) -> FreeModes:
+def _free(study, blades):
+    """Modes and response without damper, by shape where the study says where to look."""
+    if "respond" not in study:
+        return {"free_modes_hz": lowest_modes(blades)[0][:10]}
+    free = free_modes(study, blades)
+    limits = band(study.free.band, free)
+    return {"free_hz": free.named, "free_modes_hz": free.hz, "free_response": free_response(study, blades, limits),
+            "warnings": [*free.warnings, *band_warnings(limits, free)]}
+
+
+def free_modes(study: Study, blades: ReducedModel) -> FreeModes:
     """Free modes of the blades by the motion of the two patches along the force."""
-    direction = study["respond"]["direction"]
-    rows = (np.mean([blades.displacement_row(BLADES, n, direction) for n in group(blades, study, p)], axis=0)
-            for p in study["respond"]["patches"])
+    rows = (np.mean([blades.displacement_row(BLADES, n, study.respond.direction) for n in group(blades, study, p)],
+                    axis=0) for p in study.respond.patches)
     return named_modes(blades, *rows)
 
 
-def free_response(study, blades: ReducedModel, limits) -> dict:
+def free_response(study: Study, blades: ReducedModel, limits: tuple[float, float]) -> FreeResponse:
     """Linear response without damper, per newton: largest over each patch.          [Zucca 2016, figure 2]"""
     hz = np.linspace(*limits, 801)
     rows = outputs(study, blades)
-    x = np.abs(linear_response(blades, None, excitation(study, blades), hz,
-                               ratio(study["free"]["damping_ratio"]), rows))
+    x = np.abs(linear_response(blades, None, excitation(study, blades), hz, ratio(study.free.damping_ratio), rows))
     names = np.array([name.rpartition(":")[0] for name in rows])
-    return {"hz": hz, "m_per_N": {p: x[:, names == p].max(axis=1) for p in study["respond"]["patches"]}}
+    return FreeResponse(hz=hz, m_per_N={p: x[:, names == p].max(axis=1) for p in study.respond.patches})
+
+
+def line(store: Store) -> str:
+    """Size of the model and its free frequencies."""
+    found = ReduceResult.load(store)
+    modes = ", ".join(f"{name.replace('_', ' ')} {hz:.1f} Hz" for name, hz in found.free_hz.items())
+    return (f"{found.reduction.dofs} dofs to {found.reduction.masters} masters + "
+            f"{sum(found.reduction.modes.values())} modes; free: " + (modes or f"{found.free_modes_hz[0]:.1f} Hz"))
+
+
+def warnings(_: Study, store: Store) -> list[str]:
+    """Of the free modes."""
+    return list(ReduceResult.load(store).warnings)
+
+
+def _for_error(study):
+    """The contact springs, where a body's modes are chosen by the error of the stuck frequencies."""
+    return ("driver", "sides", "contact") if wants_error(study) else ()
+
+
+STAGE = Stage(reduce, line, warnings, outputs=("model.npz", "pairs.csv", "reduce.json"),
+              reads=("free", "loads", *BODY_READS), reads_more=_for_error, reads_files=True)

@@ -1,60 +1,94 @@
 """Stage respond: forced response of the kept pairs at every level and number of harmonics."""
 
-import warnings
+import warnings as python_warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
-from hbm.laws import DryFriction2T
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.response import follow_band
+from hbm.result import ForcedResponse
 from static_contact.roll_springs import with_springs
 from tipdamp import friction
+from tipdamp.pair_checks import pair_names
+from tipdamp.progress import Tick
 from tipdamp.stages.model_inputs import declared_springs, excitation, outputs, ratio
+from tipdamp.stages.results import BackCurve, CurveResult, LawResult, Peak, RespondResult
+from tipdamp.stages.stage import Stage
+from tipdamp.store import Store
+from tipdamp.study.schema import Respond
+from tipdamp.study.view import Study
+
+POINTS = 801             # of the linear stuck response
 
 
-def respond(study, store, tick):
+@dataclass(frozen=True)
+class Assembly:
+    """What vibrates: the model with its roll springs, the kept pairs, the problem; force (r,) for 1 N; rows of the
+    outputs; start of the sliders, None for the default."""
+
+    model: ReducedModel
+    kept: ContactTable
+    problem: Any
+    force: np.ndarray
+    rows: dict[str, np.ndarray]
+    start: np.ndarray | None
+
+    def linear(self, settings: Respond, hz: np.ndarray, level: float) -> np.ndarray:
+        """(n, outputs) m: response with all kept pairs stuck."""
+        return linear_response(self.model, self.kept, level * self.force, hz, ratio(settings.damping_ratio), self.rows)
+
+
+def respond(study: Study, store: Store, tick: Tick) -> list[str]:
     """Forced response of the kept pairs at every excitation level and every number of harmonics."""
+    settings, assembly = study.respond, _assembly(study, store)
+    cases = [(H, Fe) for H in settings.harmonics for Fe in settings.levels]
+    ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
+    found, difference = [], {}
+    for i, (H, Fe) in enumerate(cases):
+        shown = [_progress(tick, Fe, H, way, (i + k / len(ways)) / len(cases), 1 / len(ways) / len(cases))
+                 for k, way in enumerate(ways)]
+        curve, *back = (follow_band(assembly.problem, Fe * assembly.force, way, harmonics=H, outputs=assembly.rows,
+                                    start=assembly.start, progress=report)
+                        for way, report in zip(ways, shown, strict=True))
+        file = f"responses/Fe_{Fe:g}N_H{H}.npz"
+        with store.writing(file) as path:
+            curve.save(path)
+        found.append(curve_result(settings, assembly.kept, curve, back, file=file, Fe_N=Fe, H=H))
+        if not found[-1].slipping_pairs:
+            difference[file] = stuck_difference(settings, assembly, curve, Fe)
+    with store.writing("stuck.npz") as path:
+        hz = np.linspace(*settings.band, POINTS)
+        np.savez(path, frequency=hz, response=assembly.linear(settings, hz, 1.0),
+                 output_names=np.array(list(assembly.rows)))
+    law = LawResult(name=settings.law.name, parameters=settings.law.parameters)
+    RespondResult(responses=found, law=law, zeta=settings.damping_ratio, stuck_difference=difference).save(store)
+    return [case.file for case in found]
+
+
+def _assembly(study, store):
     model, table = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
     model = with_springs(model, table, declared_springs(study, table))
-    settings = study["respond"]
     kept = table.select(table.carrying)
-    state = {"static": None, "start": None}
-    if study["preload"]["friction"]:
-        state = friction.start(model, kept, friction.load(store.path("kept_friction.csv"), table)[table.carrying])
-    problem, _ = contact_problem(model, kept, DryFriction2T(), static=state["static"],
-                                 damping_ratio=ratio(settings["damping_ratio"]))
-    force, rows = excitation(study, model), outputs(study, model)
-    cases = [(H, Fe) for H in settings["harmonics"] for Fe in settings["levels"]]
-    band = settings["band"]
-    ways = (band, band[::-1]) if settings["both_ways"] else (band,)
-    found = []
-    for i, (H, Fe) in enumerate(cases):
-        curves = [follow_band(problem, Fe * force, way, harmonics=H, outputs=rows, start=state["start"],
-                              progress=_progress(tick, Fe, H, way, (i + k / len(ways)) / len(cases),
-                                                 1 / len(ways) / len(cases)))
-                  for k, way in enumerate(ways)]
-        name = f"responses/Fe_{Fe:g}N_H{H}.npz"
-        with store.writing(name) as path:
-            curves[0].save(path)
-        found.append({"file": name, **response_figures(study, *curves, *[None] * (2 - len(ways)), kept, Fe, H)})
-    low, high = band
-    with store.writing("stuck.npz") as path:
-        hz = np.linspace(low, high, 801)
-        x = linear_response(model, kept, force, hz, ratio(settings["damping_ratio"]), rows)
-        np.savez(path, frequency=hz, response=x, output_names=np.array(list(rows)))
-    store.write_json("respond.json", {"responses": found, "zeta": settings["damping_ratio"],
-                                      "stuck_difference": stuck_difference(study, model, kept, store, found)})
-    return [case["file"] for case in found]
+    static, start = None, None
+    if study.preload.friction:
+        tangential = friction.load(store.path("kept_friction.csv"), table)[table.carrying]
+        static, start = friction.start(model, kept, tangential)
+    problem, _ = contact_problem(model, kept, study.respond.law.make(), static=static,
+                                 damping_ratio=ratio(study.respond.damping_ratio))
+    return Assembly(model, kept, problem, excitation(study, model), outputs(study, model), start)
 
 
-def _progress(tick, Fe, H, way, start, share):
+def _progress(tick: Tick, Fe: float, H: int, way: tuple, start: float, share: float) -> Callable:
     """What `follow_band` calls at each point of a curve that takes `share` of the whole work."""
     begin, end = way
 
-    def report(hz, step, iterations):
+    def report(hz: float, step: float, iterations: int) -> None:
         tick(start + share * (hz - begin) / (end - begin),
              f"Fe = {Fe:g} N, H = {H}{', downwards' if end < begin else ''}  {hz:.1f} Hz  step {step:.2g}  "
              f"{iterations} it")
@@ -62,43 +96,62 @@ def _progress(tick, Fe, H, way, start, share):
     return report
 
 
-def stuck_difference(study, model, kept, store, found) -> dict:
-    """{file: largest |curve - linear stuck response| / largest response} of the curves on which no pair slips."""
-    from hbm.result import ForcedResponse
-
-    out = {}
-    for case in found:
-        if not case["slipping_pairs"]:
-            curve = ForcedResponse.load(store.path(case["file"]))
-            good = curve.converged
-            x = linear_response(model, kept, case["Fe_N"] * excitation(study, model), curve.frequency[good],
-                                ratio(study["respond"]["damping_ratio"]), outputs(study, model))
-            out[case["file"]] = float(np.abs(curve.harmonics[good, :, 1] - x).max() / np.abs(x).max())
-    return out
+def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedResponse, level: float) -> float:
+    """Largest |curve - linear stuck response| over the largest response."""
+    good = curve.converged
+    x = assembly.linear(settings, curve.frequency[good], level)
+    return float(np.abs(curve.harmonics[good, :, 1] - x).max() / np.abs(x).max())
 
 
-def response_figures(study, curve, back, kept, Fe, H) -> dict:
+def curve_result(settings: Respond, kept: ContactTable, curve: ForcedResponse, back: list[ForcedResponse],
+                 **case: Any) -> CurveResult:
     """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force; counts."""
-    patches = {patch: patch_peak(curve, patch) for patch in study["respond"]["patches"]}
-    first = study["respond"]["patches"][0]
-    hz = patches[first]["peak_hz"]
-    slipping = curve.slipping_pairs
-    figures = {"Fe_N": Fe, "H": H, **patches[first], "patches": patches,
-               "points": len(curve.frequency), "failed_points": int((~curve.converged).sum()),
-               "slipping_pairs": [f"{kept.side[i]} {kept.station[i]}" for i in slipping],
-               "seconds": curve.seconds, "residual_calls": curve.residual_calls, "complete": curve.complete,
-               "ended": curve.ended, "origin": curve.origin, "start": curve.start,
-               "peak_inside_band": bool(min(study["respond"]["band"]) < hz < max(study["respond"]["band"]))}
-    if back is not None:
-        figures["back"] = {**patch_peak(back, first), "complete": back.complete, "ended": back.ended,
-                           "failed_points": int((~back.converged).sum()), "seconds": back.seconds}
-    return figures
+    patches = {patch: patch_peak(curve, patch) for patch in settings.patches}
+    first = settings.patches[0]
+    top, (low, high) = patches[first], settings.band
+    other = [BackCurve(**dict(patch_peak(one, first)), complete=one.complete, ended=one.ended,
+                       failed_points=(~one.converged).sum(), seconds=one.seconds) for one in back]
+    return CurveResult(
+        **case, **dict(top), patches=patches, points=len(curve.frequency), failed_points=(~curve.converged).sum(),
+        slipping_pairs=pair_names(kept, curve.slipping_pairs), seconds=curve.seconds,
+        residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended, origin=curve.origin,
+        start=curve.start, peak_inside_band=top.peak_hz is not None and low < top.peak_hz < high,
+        back=other[0] if other else None)
 
 
-def patch_peak(curve, patch: str) -> dict:
+def patch_peak(curve: ForcedResponse, patch: str) -> Peak:
     """Largest peak of the nodes of a patch with its frequency, and the smallest node's peak."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")         # a peak at the border is told by `peak_inside_band`
+    with python_warnings.catch_warnings():
+        python_warnings.simplefilter("ignore")         # a peak at the border is told by `peak_inside_band`
         peaks = [curve.peak(n) for n in curve.output_names if n.rpartition(":")[0] == patch]
     hz, top = max(peaks, key=lambda p: p[1])
-    return {"peak_hz": hz, "peak_m": top, "min_peak_m": min(p[1] for p in peaks)}
+    return Peak(peak_hz=hz, peak_m=top, min_peak_m=min(p[1] for p in peaks))
+
+
+def incomplete(found: RespondResult) -> tuple[int, int]:
+    """(curves that do not reach the end of the band or have failed points, all curves); each way counts as one."""
+    curves = _both_ways(found)
+    return sum(not c.complete or c.failed_points > 0 for c in curves), len(curves)
+
+
+def _both_ways(found):
+    return [*found.responses, *(c.back for c in found.responses if c.back)]
+
+
+def line(store: Store) -> str:
+    """Numbers of curves, of their points, and of what is missing."""
+    found = RespondResult.load(store)
+    (partial, curves), points = incomplete(found), sum(c.points for c in found.responses)
+    failed = sum(c.failed_points for c in _both_ways(found))
+    back = f" ({curves} with those followed back)" if curves > len(found.responses) else ""
+    return (f"{len(found.responses)} curves{back}, {points} points, {failed} points failed, {partial} curves "
+            "incomplete")
+
+
+def warnings(_: Study, store: Store) -> list[str]:
+    """None of its own: the report judges the curves."""
+    return list(RespondResult.load(store).warnings)
+
+
+STAGE = Stage(respond, line, warnings, outputs=("respond.json", "stuck.npz"), needs=("reduce", "tune"),
+              requires=("tune", "respond"), reads=("respond", "sides", "preload.friction"))

@@ -1,10 +1,10 @@
-"""The stages of a run: what each needs, depends on and leaves behind; and how they are run one after the other."""
+"""How stages are run, one after the other; `run_stage` is where a stage is skipped."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import hbm
@@ -12,54 +12,13 @@ import modal
 import static_contact
 import tipdamp
 from hbm.errors import InputError
+from tipdamp import stages
 from tipdamp.progress import progress
-from tipdamp.stages.preload import preload
-from tipdamp.stages.reduce import inspect, reduce
-from tipdamp.stages.respond import respond
-from tipdamp.stages.tune import tune
+from tipdamp.stages.stage import Stage
 from tipdamp.store import Store, fingerprint
-from tipdamp.study.study import Study
+from tipdamp.study.view import Study, View
 
-
-@dataclass(frozen=True)
-class Stage:
-    """needs - stages whose files it reads; requires - sections without which it has nothing to do
-    sections - parts of the study that it depends on; outputs - its files, beside those that the job returns."""
-
-    name: str
-    text: str
-    job: Callable
-    needs: tuple
-    sections: tuple
-    outputs: tuple
-    requires: tuple = ()
-    reads_meshes: bool = False
-
-
-def _report(study, store, tick):
-    from tipdamp.report.page import write_report
-
-    return write_report(study, store, tick)
-
-
-_BODIES = ("material", "materials", "blades", "damper_body", "model_body", "groups")
-STAGES = {stage.name: stage for stage in (
-    Stage("inspect", "what is in the meshes: groups, counts, masses, rigid modes", inspect, (),
-          (*_BODIES, "points"), ("inspect.json",), reads_meshes=True),
-    Stage("reduce", "meshes to a reduced model and contact pairs; modes without damper", reduce, (),
-          (*_BODIES, "points", "free", "rotation", "loads", "wanted_error"),
-          ("model.npz", "pairs.csv", "reduce.json"), reads_meshes=True),
-    Stage("preload", "unilateral static contact under the pull: the preload map", preload, ("reduce",),
-          ("material", "driver", "contact", "sides", "preload", "loads"), ("preload.csv", "preload.json")),
-    Stage("tune", "detach pairs from the middle until the stuck frequency meets the target", tune,
-          ("reduce", "preload"), ("tune", "sides", "points", "driver", "preload", "loads"), ("kept.csv", "tune.json"),
-          requires=("tune", "respond"), reads_meshes=True),
-    Stage("respond", "forced response at every level and number of harmonics", respond, ("reduce", "tune"),
-          ("respond", "sides", "preload"), ("respond.json", "stuck.npz"), requires=("tune", "respond")),
-    Stage("report", "the HTML page, the figures and summary.json", _report,
-          ("inspect", "reduce", "preload", "tune", "respond"), ("title", "reference"),
-          ("report.html", "summary.json")),
-)}
+STAGES: dict[str, Stage] = {name: import_module(f"tipdamp.stages.{name}").STAGE for name in stages.STAGES}
 
 
 def run_stage(name: str, study: Study, store: Store, *, force: bool = False, quiet: bool = False) -> str:
@@ -72,22 +31,37 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
         raise InputError(f"{study.path}: section [{section}] is missing, the stage '{name}' needs it")
     needs = [n for n in stage.needs if applies(n, study)]
     for need in needs:
-        _need_stage(stage, STAGES[need], study, store)
+        _check_current(name, need, study, store)
     for touched in [*needs, name]:
         _check_untouched(touched, store, force and touched == name)
-    key = stage_key(stage, study, store)
-    if not force and store.is_current(name, key):
-        return "skipped"
-    began = time.perf_counter()
-    with store.running(name) as before, _named(study):
-        with progress(name, quiet=quiet) as tick:
-            more = stage.job(study, store, tick) or ()
-        store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began, before)
+    with store.lock():
+        key = stage_key(name, study, store)
+        if not force and store.is_current(name, key):
+            return "skipped"
+        began = time.perf_counter()
+        with store.running(name) as before, _named(study):
+            with progress(name, quiet=quiet) as tick:
+                more = stage.work(_view(name, study), store, tick)
+            store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began, before)
     return "done"
 
 
+def stage_key(name: str, study: Study, store: Store) -> str:
+    """Fingerprint of all that the stage depends on: program, declared values of the study, files that it names, and
+    outputs of the stages that it needs."""
+    stage = STAGES[name]
+    files = [f for f in study.input_files() if stage.reads_files and f.is_file()]
+    before = {need: (store.record(need) or {}).get("outputs") for need in stage.needs if applies(need, study)}
+    return fingerprint(name, program_mark(name in ("inspect", "report")), _view(name, study).values(), *files, before)
+
+
+def _view(name, study):
+    """What the stage sees of the study: what it has declared."""
+    return View(study, name, (*STAGES[name].reads, *STAGES[name].reads_more(study)))
+
+
 @contextmanager
-def _named(study):
+def _named(study: Study) -> Iterator[None]:
     """Every complaint names the study that it is about."""
     try:
         yield
@@ -107,30 +81,22 @@ def missing_sections(name: str, study: Study) -> list[str]:
     return [section for section in STAGES[name].requires if section not in study]
 
 
-def stage_key(stage: Stage, study: Study, store: Store) -> str:
-    """Fingerprint of all that the stage depends on: program, study values, mesh files, outputs of earlier stages."""
-    values = {s: study.part(s) for s in stage.sections}
-    files = [f for f in study.input_files() if stage.reads_meshes and f.is_file()]
-    before = {need: (store.record(need) or {}).get("outputs") for need in stage.needs if applies(need, study)}
-    return fingerprint(stage.name, program_mark(stage.name in ("inspect", "report")), values, *files, before)
-
-
 @cache
 def program_mark(with_report: bool) -> str:
     """Fingerprint of the program's own sources: another version computes anew."""
-    folders = [Path(package.__file__).parent for package in (tipdamp, hbm, modal, static_contact)]
+    folders = [Path(str(package.__file__)).parent for package in (tipdamp, hbm, modal, static_contact)]
     kinds = (".py", ".csv", ".css", ".js")
     return fingerprint(*sorted(f for folder in folders for f in folder.rglob("*") if f.suffix in kinds
                                and (with_report or f.parent.name != "report")))
 
 
-def _need_stage(stage, need, study, store):
-    command = f"run: tipdamp {need.name} {study.path}"
-    if store.record(need.name) is None:
-        raise InputError(f"'{stage.name}' needs the stage '{need.name}', which has not been run; {command}")
-    if not store.is_current(need.name, stage_key(need, study, store)):
-        raise InputError(f"'{stage.name}' needs the stage '{need.name}', which is out of date (the study, a mesh "
-                         f"or the program has changed, or a file is gone); {command}")
+def _check_current(name, need, study, store):
+    command = f"run: tipdamp {need} {study.path}"
+    if store.record(need) is None:
+        raise InputError(f"'{name}' needs the stage '{need}', which has not been run; {command}")
+    if not store.is_current(need, stage_key(need, study, store)):
+        raise InputError(f"'{name}' needs the stage '{need}', which is out of date (the study, a mesh or the program "
+                         f"has changed, or a file is missing); {command}")
 
 
 def _check_untouched(name, store, overwrite):
@@ -143,6 +109,7 @@ def _check_untouched(name, store, overwrite):
 
 
 def results_folder(study: Study, out: str | None) -> Store:
+    """The results folder of a study, or the one that is given."""
     folder = Path(out) if out else study.results
     if folder.exists() and not folder.is_dir():
         raise InputError(f"results folder {folder}: is a file")

@@ -1,88 +1,142 @@
 """Values of a study file that exclude or need each other: every check raises InputError with the place in the file."""
 
+from pathlib import Path
+
 from hbm.errors import InputError, nearest
-from tipdamp.stiffness import is_given
-from tipdamp.study.schema import SIDE
+from tipdamp.study.schema import Contact, LoadCase, Respond, Section, Side, Tune
+from tipdamp.study.view import Study
 
 OF_MODELS = ("kind", "scale", "shares")       # keys of [contact] on how a model gives the stiffness
 NEEDED = {"depth": "plane_depth", "h_rms": "rough_series", "gamma": "rough_series"}     # of a side, by which model
 
 
-def check_contact(where, contact):
+def require_sections(path: Path, raw: dict, sides: dict) -> None:
+    """Matrices or meshes, a contact and two sides; before the sections themselves are read."""
+    meshed = [name for name in ("material", "blades", "damper") if name in raw]
+    if "model" in raw and meshed:
+        raise InputError(f"{path}: [model] and [{meshed[0]}] exclude each other: matrices or meshes")
+    for name in ["model", "contact"] if "model" in raw else ["material", "blades", "damper", "contact"]:
+        if name not in raw:
+            raise InputError(f"{path}: section [{name}] is missing")
+    own_pairs = isinstance(raw["contact"], dict) and raw["contact"].get("pairs")
+    if not own_pairs and len(sides) < 2:
+        raise InputError(f"{path}: {len(sides)} contact sides; a free damper needs two, such as [contact.left] and "
+                         "[contact.right]")
+
+
+def check_study(study: Study) -> None:
+    """All that concerns several keys."""
+    path, contact = study.path, study.contact
+    if not contact.pairs and contact.mu is None:
+        raise InputError(f"{path}: [contact] mu is missing: {Contact.data_sheets()['mu'].text}")
+    if "model" in study and not contact.pairs:
+        raise InputError(f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV")
+    for name in ("blades", "damper"):
+        if name in study:
+            check_modes(f"{path}: [{name}]", vars(study)[name])
+    if "tune" in study:
+        check_tune(f"{path}: [tune]", study.tune)
+    if contact.pairs:
+        refuse_beside_pairs(path, contact, study.sides)
+    else:
+        check_contact(f"{path}: [contact]", contact)
+    if "respond" in study:
+        check_respond(f"{path}: [respond]", study.respond)
+    for name, side in study.sides.items():
+        check_side(f"{path}: [contact.{name}]", side, contact)
+    check_loads(study)
+
+
+def check_contact(where: str, contact: Contact) -> None:
     """What says how a model gives the stiffness has no meaning without a model."""
     for key in OF_MODELS:
-        if key in contact and contact.get("stiffness", "given") == "given":
+        if key in contact.model_fields_set and contact.stiffness == "given":
             raise InputError(f"{where} {key}: leave it out, stiffness = \"given\" has no model that it could be of")
-    if contact.get("stiffness") == "rough_series" and contact.get("kind") == "secant":
+    if contact.stiffness == "rough_series" and contact.kind == "secant":
         raise InputError(f"{where} kind = \"secant\": rough surfaces approach without a first touch, stiffness = "
                          "\"rough_series\" has a tangent only")
 
 
-def check_side(where, side, contact):
+def check_side(where: str, side: Side, contact: Contact) -> None:
     """Nodes, shape and stiffness of one side: given, or what its model needs."""
-    model, matched = contact["stiffness"], not contact["pairs"]
-    if matched and (side["kn"] is None or side["kt"] is None):
-        if model == "given":
-            raise InputError(f"{where} kn and kt are missing; give them, or set [contact] stiffness = \"halfspace\"")
-        for key, other in (("kn", "kt"), ("kt", "kn")):
-            if side[key] is None and side[other] is not None:
-                raise InputError(f"{where} {key} is missing: {other} is given, and only both win over the model")
-    for key in ("blade", "damper"):
-        if matched and not side[key]:
-            raise InputError(f"{where} {key} is missing: {SIDE[key].text}")
-    theory = matched and not is_given(side)
-    edge = side["shape"] != "cylinder" and side["rows"] == "edge" and side["roll_stiffness"] is None
-    needs = {"width": side["shape"] != "cylinder" and (theory or edge), "radius": side["shape"] != "flat" and theory,
-             **{key: theory and model == its for key, its in NEEDED.items()}}
+    matched, stated = not contact.pairs, dict(side)
+    if matched:
+        _check_given_stiffness(where, side, contact.stiffness)
+    needs = {key: matched for key in ("blade", "damper")}
+    theory = matched and not side.given
+    edge = side.shape != "cylinder" and side.rows == "edge" and side.roll_stiffness == "from_flat"
+    needs |= {"width": side.shape != "cylinder" and (theory or edge), "radius": side.shape != "flat" and theory,
+              **{key: theory and contact.stiffness == its for key, its in NEEDED.items()}}
     for key, needed in needs.items():
-        if needed and not side[key]:
-            raise InputError(f"{where} {key} is missing: {SIDE[key].text}")
-    if side["depth"] and len(side["depth"]) != 2:
-        raise InputError(f"{where} depth = {list(side['depth'])}: must be two numbers [blade, damper]")
+        if needed and not stated[key]:
+            raise InputError(f"{where} {key} is missing: {Side.data_sheets()[key].text}")
+    if side.depth and len(side.depth) != 2:
+        raise InputError(f"{where} depth = {list(side.depth)}: must be two numbers [blade, damper]")
     for key, its in NEEDED.items():
-        if theory and side[key] and model != its:
+        if theory and stated[key] and contact.stiffness != its:
             raise InputError(f"{where} {key}: leave it out, it belongs to [contact] stiffness = \"{its}\"")
 
 
-def refuse_beside_pairs(path, contact, sides):
+def _check_given_stiffness(where, side, model):
+    if model == "given" and (side.kn is None or side.kt is None):
+        raise InputError(f"{where} kn and kt are missing; give them, or set [contact] stiffness = \"halfspace\"")
+    for key, value, other, stated in (("kn", side.kn, "kt", side.kt), ("kt", side.kt, "kn", side.kn)):
+        if value is None and stated is not None:
+            raise InputError(f"{where} {key} is missing: {other} is given, and only both win over the model")
+
+
+def refuse_beside_pairs(path: Path, contact: Contact, sides: dict[str, Side]) -> None:
     """What the table of pairs says is said there alone."""
     own = ("blade", "damper", "kn", "kt", "gap", *NEEDED)
-    for where, given, keys in [("[contact]", contact, ("mu", *OF_MODELS, "stiffness")),
-                               *((f"[contact.{name}]", side, own) for name, side in sides.items())]:
+    given: list[tuple[str, Section, tuple[str, ...]]] = [("[contact]", contact, ("mu", *OF_MODELS, "stiffness"))]
+    given += [(f"[contact.{name}]", side, own) for name, side in sides.items()]
+    for where, section, keys in given:
         for key in keys:
-            if key in given:
-                raise InputError(f"{path}: {where} {key}: leave it out, the table [contact] pairs = "
-                                 f"'{contact['pairs']}' says it for every pair")
+            if key in section.model_fields_set:
+                raise InputError(f"{path}: {where} {key}: leave it out, the table [contact] pairs = '{contact.pairs}' "
+                                 "says it for every pair")
 
 
-def check_respond(where, respond):
+def check_respond(where: str, respond: Respond) -> None:
+    """No curve or patch twice; one patch on each blade."""
     for key in ("levels", "harmonics", "patches"):
-        names = [f"{v:g}" if isinstance(v, float) else str(v) for v in respond[key]]
+        names = [f"{v:g}" if isinstance(v, float) else str(v) for v in dict(respond)[key]]
         double = [n for n in names if names.count(n) > 1]
         if double:
             raise InputError(f"{where} {key}: {double[0]} stands there twice")
-    if len(respond["patches"]) != 2:
-        raise InputError(f"{where} patches = {list(respond['patches'])}: two groups are needed, one on each blade")
+    if len(respond.patches) != 2:
+        raise InputError(f"{where} patches = {list(respond.patches)}: two groups are needed, one on each blade")
 
 
-def check_history(where, preload, cases):
-    if preload["history"] and not preload["friction"]:
+def check_loads(study: Study) -> None:
+    """Cases that [preload] names exist; with matrices a case has only its pull."""
+    preload = study.preload
+    for name, case in study.loads.items():
+        extra = [key for key in LoadCase.model_fields if key != "pull" and key in case.model_fields_set]
+        if "model" in study and extra:
+            raise InputError(f"{study.path}: [loads.{name}] {extra[0]}: with [model] the case is the load '{name}' of "
+                             "its matrices; only pull may be stated")
+    where = f"{study.path}: [preload]"
+    if preload.history and not preload.friction:
         raise InputError(f"{where} history: without friction the preload does not depend on it; set friction = true")
-    for key, names in (("history", preload["history"]), ("case", [preload["case"]] if preload["case"] else [])):
+    for key, names in (("history", preload.history), ("case", [preload.case] if preload.case else [])):
         for name in names:
-            if name not in cases:
-                raise InputError(f"{where} {key}: no load case [loads.{name}]; {nearest(name, cases)}")
+            if name not in study.loads:
+                raise InputError(f"{where} {key}: no load case [loads.{name}]; {nearest(name, list(study.loads))}")
 
 
-def check_modes(where, body):
-    given = [k for k in ("modes", "modes_below_hz", "error") if k in body]
+def check_modes(where: str, body: Section) -> None:
+    """One way alone says how many modes are kept."""
+    given = [k for k in ("modes", "modes_below_hz", "error") if k in body.model_fields_set]
     if len(given) > 1:
         raise InputError(f"{where} {given[0]} and {given[1]} exclude each other: one of them says how many modes")
 
 
-def check_tune(where, tune):
-    if (tune["target_hz"] is None) == (not tune["stations"]):
+def check_tune(where: str, tune: Tune) -> None:
+    """A target or the stations."""
+    stations = tune.stations
+    if (tune.target_hz is None) == (not stations):
         raise InputError(f"{where} needs either target_hz or stations = [front, back]")
-    if tune["stations"] and tune["stations"] != "all" and (len(tune["stations"]) != 2 or not any(tune["stations"])):
-        raise InputError(f"{where} stations = {list(tune['stations'])}: must be two numbers [front, back], not both 0, "
-                         "or 'all'")
+    if stations and stations != "all" and (len(stations) != 2 or not any(stations)):
+        raise InputError(f"{where} stations = {list(stations)}: must be two numbers [front, back], not both 0, or "
+                         "'all'")

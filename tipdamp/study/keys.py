@@ -1,15 +1,9 @@
-"""The language of study files as a text: every section and key with kind, unit, default, range and meaning."""
+"""What a study file may hold, from its schema: as a text for readers, and as a JSON schema for editors."""
 
 import numpy as np
 
-from tipdamp.study.schema import LOAD, OTHER_MATERIAL, REFERENCE, REQUIRED, SECTIONS, SIDE, STUDY, UNITS
-
-_KINDS = {"texts": "list of texts", "one_or_more": "text or list of texts", "numbers": "list of numbers",
-          "ratios": "number or list", "counts": "whole number or list", "stations": "[front, back] or 'all'",
-          "count": "whole number", "vector": "[x, y, z]",
-          "triple": "[x, y, z]", "group_values": "[[body, group, value], ...]",
-          "group_vectors": "[[body, group, x, y, z], ...]", "band": "[first, last]",
-          "flag": "true or false", "table": "[[coordinate, value], ...]", "roll": "'from_flat' or number"}
+from tipdamp.study.schema import REFERENCE, SECTIONS, UNITS, LoadCase, OtherMaterial, Section, Side, Top
+from tipdamp.study.values import Key
 
 
 def reference() -> str:
@@ -19,36 +13,59 @@ def reference() -> str:
              "A study is one TOML file. Every key that is not in these tables is refused. Units are stated once, in "
              "`[units]`; all lengths, forces, stresses and densities of the file, mesh coordinates included, are in "
              "them. Frequencies are in Hz.", "", "## [units]", "", "| key | choices (first: default) |", "|---|---|",
-             *(f"| `{k}` | {', '.join(v)} |" for k, v in UNITS.items())]
-    tables = {"top of the file": STUDY, **{f"[{k}]": v for k, v in SECTIONS.items()}}
-    for title, keys in tables.items():
-        lines += _table(title, keys)
-        if title == "[material]":
-            lines += _table("[material.NAME], one for each other material", OTHER_MATERIAL)
-        if title == "[contact]":
-            lines += _table("[contact.NAME], one for each side of the damper", SIDE)
-        if title == "[rotation]":
-            lines += _table("[loads.NAME], one for each further load case of the preload", LOAD)
+             *(f"| `{k}` | {', '.join(v)} |" for k, v in UNITS.items()), *_table("top of the file", Top)]
+    after = {"material": ("[material.NAME], one for each other material", OtherMaterial),
+             "contact": ("[contact.NAME], one for each side of the damper", Side),
+             "rotation": ("[loads.NAME], one for each further load case of the preload", LoadCase)}
+    for name, section in SECTIONS.items():
+        lines += _table(f"[{name}]", section)
+        if name in after:
+            lines += _table(*after[name])
     lines += ["", "## [reference]", "", "Measured or published values, set beside the computed ones in the report: "
               + ", ".join(f"`{k}`" for k in REFERENCE) + "."]
     return "\n".join(lines) + "\n"
 
 
-def _table(title, keys):
-    rows = [f"| `{k}` | {', '.join(s.choices) or _KINDS.get(s.kind, s.kind)} | {s.unit or ''} | {_default(s)} | "
-            f"{_range(s)} | {s.text} |"
-            for k, s in keys.items()]
+def json_schema() -> dict:
+    """JSON schema of a whole study file, in its own units."""
+    number = {"type": "number", "minimum": 0}
+    sections = {name: _object(section) for name, section in SECTIONS.items()}
+    for name, inner in (("contact", Side), ("material", OtherMaterial)):
+        sections[name]["additionalProperties"] = _object(inner)
+    units = {key: {"enum": list(names), "default": next(iter(names))} for key, names in UNITS.items()}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Study of tipdamp", **_object(Top),
+            "properties": {
+                **_object(Top)["properties"], "units": {"type": "object", "properties": units,
+                                                        "additionalProperties": False}, **sections,
+                "loads": {"type": "object", "additionalProperties": _object(LoadCase)},
+                "reference": {"type": "object", "properties": dict.fromkeys(REFERENCE, number),
+                              "additionalProperties": False}}}
+
+
+def _object(section: type[Section]) -> dict:
+    """The section's own schema; an absent value has no form in TOML, so no default None."""
+    schema = section.model_json_schema()
+    for key in schema["properties"].values():
+        if key.get("default", "") is None:
+            del key["default"]
+    return {k: v for k, v in schema.items() if k not in ("title", "$defs")}
+
+
+def _table(title: str, section: type[Section]) -> list[str]:
+    rows = [f"| `{name}` | {', '.join(key.choices) or key.kind.shown} | {key.unit} | {_default(section, name)} | "
+            f"{_range(key)} | {key.text} |" for name, key in section.data_sheets().items()]
     head = ["", f"## {title}", "", "| key | kind | unit | default | range | meaning |", "|---|---|---|---|---|---|"]
     return head + rows
 
 
-def _default(spec):
-    if spec.default is REQUIRED:
+def _default(section: type[Section], name: str) -> str:
+    field = section.model_fields[name]
+    if field.is_required():
         return "required"
-    return "" if spec.default in (None, "", ()) else f"`{spec.default}`"
+    return "" if field.default in (None, "", ()) else f"`{field.default}`"
 
 
-def _range(spec):
-    low = f"{'>' if spec.open_low else '≥'} {spec.low:g}" if np.isfinite(spec.low) else ""
-    high = f"≤ {spec.high:g}" if np.isfinite(spec.high) else ""
+def _range(key: Key) -> str:
+    low = f"{'>' if key.open_low else '≥'} {key.low:g}" if np.isfinite(key.low) else ""
+    high = f"≤ {key.high:g}" if np.isfinite(key.high) else ""
     return ", ".join(part for part in (low, high) if part)

@@ -1,178 +1,291 @@
-"""The language of study files as data sheets: section, key, kind, unit, default, range and what it means."""
+"""Sections of a study file, one frozen model each: every key with its type, kind, unit, default, range and meaning.
 
-from dataclasses import dataclass
+docs/study_files.md and the JSON schema for editors are made from them (study/keys.py). Values are in SI units.
+"""
 
-import numpy as np
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from tipdamp.study.law import LAW, LawChoice
+from tipdamp.study.values import (
+    BAND,
+    CHOICE,
+    COUNT,
+    COUNTS,
+    FLAG,
+    GROUP_VALUES,
+    GROUP_VECTORS,
+    NUMBER,
+    NUMBERS,
+    ONE_OR_MORE,
+    RATIOS,
+    ROLL,
+    STATIONS,
+    TABLE,
+    TEXT,
+    TEXTS,
+    TRIPLE,
+    VECTOR,
+    Key,
+)
 
 UNITS = {"length": {"m": 1.0, "mm": 1e-3}, "force": {"N": 1.0, "kN": 1e3},
          "stress": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
          "density": {"kg/m3": 1.0, "t/mm3": 1e12, "g/cm3": 1e3}}
-REQUIRED = object()
-
-
-@dataclass(frozen=True)
-class Key:
-    """kind - how the value is read (READ in values.py); unit - a name in UNITS or force/length; low, high - range."""
-
-    kind: str
-    text: str
-    default: object = REQUIRED
-    unit: str = ""
-    low: float = -np.inf
-    high: float = np.inf
-    choices: tuple = ()
-    open_low: bool = False
-
-
-STUDY = {
-    "title": Key("text", "shown on the report", ""),
-    "results": Key("text", "folder of the results, relative to the study file; default: results/<study name>", ""),
-}
-MATERIAL = {
-    "E": Key("number", "Young's modulus", unit="stress", low=0, open_low=True),
-    "nu": Key("number", "Poisson's ratio", low=0, high=0.4999),
-    "density": Key("number", "density", unit="density", low=0, open_low=True),
-    "wave_speed": Key("band", "range of sqrt(E/density) in m/s that passes without a warning of wrong units",
-                      (2000.0, 7000.0), low=0, open_low=True),
-}
-OTHER_MATERIAL = {"group": Key("text", "cells that are made of it: a group of cells of one of the meshes"), **MATERIAL}
-HOW_MANY = {  # fixed-interface modes of a body, other than by `modes`
-    "modes_below_hz": Key("number", "instead of a number: all fixed-interface modes below this frequency", low=0,
-                          open_low=True, default=None),
-    "error": Key("number", "instead of a number: as many modes as it takes for the body to add at most this relative "
-                 "error to any stuck frequency below 5 kHz", low=1e-9, high=0.1, default=None),
-    "load_modes": Key("flag", "keep beside the modes the static shape of each load (pull, [loads.NAME]) that acts off "
-                      "the contact, so that the displacement of the whole body under it is exact", False),
-}
-BLADES = {
-    "mesh": Key("text", "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf"),
-    "clamp": Key("one_or_more", "group of nodes that are fixed, or several groups"),
-    "modes": Key("count", "fixed-interface modes kept", 40, low=0, high=2000),
-    **HOW_MANY,
-}
-DAMPER = {
-    "mesh": Key("text", "mesh of the damper: .msh, .inp, .cdb or .bdf"),
-    "modes": Key("count", "fixed-interface modes kept", 20, low=0, high=2000),
-    **HOW_MANY,
-    "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
-    "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
-    "pull_direction": Key("vector", "direction of the pull", (0.0, 0.0, 1.0)),
-    "load_points": Key("text", "group of nodes that carry the pull", "load_points"),
-    "shares": Key("numbers", "part of the pull on each load point, in the order of the axis; default: equal", (),
-                  low=0, high=1),
-    "positions": Key("numbers", "where the pull acts along the axis (0..1 of the damper's length), carried by the two "
-                     "mesh nodes beside each on the line through the load points; default: at the load points", (),
-                     low=0, high=1),
-}
-MODEL = {
-    "matrices": Key("text", ".npz with M, K, the dof table, groups and the load 'pull', instead of meshes"),
-    "axis": Key("vector", "direction along the damper", (0.0, 1.0, 0.0)),
-    "pull": Key("number", "Fc, the total pull on the damper", unit="force", low=0, open_low=True),
-    "pull_direction": Key("vector", "direction of the pull", (0.0, 0.0, 1.0)),
-}
-CONTACT = {
-    "pairs": Key("text", "CSV of your own pairs of the whole patch, instead of those matched between the meshes", ""),
-    "mu": Key("number", "friction coefficient; above 2 with a warning", None, low=0),
-    "tolerance": Key("number", "largest distance of the two nodes of a pair", 1e-6, unit="length", low=0,
-                     open_low=True),
-    "distance": Key("choice", "of the two nodes of a pair along the normal: 'closed': they count as touching; 'gap': "
-                    "it adds to the initial gap", "closed", choices=("closed", "gap")),
-    "stiffness": Key("choice", "of sides without kn and kt of their own: 'halfspace': smooth bodies in three "
-                     "dimensions; 'plane_depth': plane strain with depth; 'rough_series': halfspace in series with a "
-                     "rough interface; 'given': none, every side has its kn and kt. Given kn and kt win over every "
-                     "model", "given", choices=("given", "halfspace", "plane_depth", "rough_series")),
-    "kind": Key("choice", "of the stiffness from a model: 'tangent' at the side's force under the pull, or 'secant' "
-                "from zero force", "tangent", choices=("tangent", "secant")),
-    "scale": Key("number", "factor on all stiffness from a model, such as one found by calibration; given kn and kt "
-                 "are taken as they are", 1.0, low=0, open_low=True),
-    "shares": Key("choice", "nodes of a side share the stiffness from a model: 'equal', or by 'tributary' area, which "
-                  "gives end nodes half (needs every row at every station)", "equal", choices=("equal", "tributary")),
-    "normal": Key("choice", "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)",
-                  "springs", choices=("springs", "hard")),
-}
-SIDE = {
-    "blade": Key("text", "node group of the blades' mesh", ""),
-    "damper": Key("text", "node group of the damper's mesh", ""),
-    "shape": Key("choice", "form of the damper's side",
-                 choices=("cylinder", "flat", "rounded")),
-    "kn": Key("number", "normal stiffness per node; with kt it wins over [contact] stiffness", None,
-              unit="force/length", low=0, open_low=True),
-    "kt": Key("number", "tangential stiffness per node", None, unit="force/length", low=0, open_low=True),
-    "radius": Key("number", "radius of a cylindrical side, or of the edges of a rounded one; a stiffness from a model "
-                  "needs it", None, unit="length", low=0, open_low=True),
-    "width": Key("number", "width of a flat side, or of the flat part of a rounded one; a stiffness from a model and "
-                 "the roll of an edge line need it", None, unit="length", low=0, open_low=True),
-    "depth": Key("numbers", "[blade, damper]: depths below the contact against which stiffness = 'plane_depth' counts "
-                 "the displacement", (), unit="length", low=0, open_low=True),
-    "h_rms": Key("number", "rms height of both surfaces combined, needed by stiffness = 'rough_series'", None,
-                 unit="length", low=0, open_low=True),
-    "gamma": Key("number", "of K_rough = N / (gamma h_rms), about 0.5, by the roughness spectrum; needed by stiffness "
-                 "= 'rough_series'", None, low=0, open_low=True),
-    "rows": Key("choice", "rows kept in the line model: 'edge' (row 0, the lower edge line) or 'all'", "all",
-                choices=("edge", "all")),
-    "roll_stiffness": Key("roll", "resistance to roll that the kept edge line lacks: 'from_flat' (sum kn w^2/12), "
-                          "a number (N m/rad) or 0", "from_flat"),
-    "gap": Key("table", "initial gap g0 along the axis: [[coordinate, gap], ...]", (), unit="length"),
-}
-ROTATION = {
-    "axis": Key("vector", "axis of rotation", (1.0, 0.0, 0.0)),
-    "point": Key("triple", "a point on the axis", (0.0, 0.0, 0.0), unit="length"),
-    "speed": Key("number", "rad/s at which the blades vibrate: stress stiffening and spin softening (no Coriolis "
-                 "forces); 0: at rest", 0.0, low=0),
-}
-LOAD = {
-    "pull": Key("number", "pull on the damper in this case; default: Fc", None, unit="force", low=0),
-    "speed": Key("number", "rad/s about the axis of [rotation]: centrifugal load on blades and damper, beside the pull",
-                 0.0, low=0),
-    "gravity": Key("triple", "acceleration [x, y, z] in m/s2", (0.0, 0.0, 0.0)),
-    "forces": Key("group_vectors", "[[body, group, Fx, Fy, Fz], ...]: a total force in equal parts on the nodes of a "
-                  "group", (), unit="force"),
-    "pressure": Key("group_values", "[[body, group, p], ...]: on the faces of a surface group, positive presses", (),
-                    unit="stress"),
-    "traction": Key("group_vectors", "[[body, group, tx, ty, tz], ...]: force per area on the faces of a surface group",
-                    (), unit="stress"),
-}
-PRELOAD = {
-    "friction": Key("flag", "the preload with Coulomb friction (mu and kt of the pairs): it then depends on how the "
-                    "load was reached, and the response starts from the friction forces at the end", False),
-    "history": Key("texts", "load cases ([loads.NAME]) that are passed in this order before the pull (or `case`); "
-                   "default: straight from no load to it", ()),
-    "case": Key("text", "load case ([loads.NAME]) whose preload is that of the stages tune and respond, instead of the "
-                "pull alone: a damper pressed by rotation, say", ""),
-    "steps": Key("count", "increments from each load of the history to the next", 20, low=1, high=10000),
-    "stress": Key("flag", "write displacement and von Mises stress of blades and damper at rest, stress_*.vtu; both "
-                  "are assembled and factorised for it", False),
-}
-TUNE = {
-    "target_hz": Key("number", "measured stuck frequency that the kept stations must meet", None, low=0,
-                     open_low=True),
-    "stations": Key("stations", "[front, back]: stations kept at each end, or 'all', instead of a target", (), low=0,
-                    high=9999),
-    "stiffness": Key("choice", "'kept': a node keeps its share of the full patch; 'conserved': the nodes that stay "
-                     "take over the stiffness of their whole side", "kept", choices=("kept", "conserved")),
-    "follow": Key("choice", "free mode that is tracked", "out_of_phase", choices=("out_of_phase", "in_phase")),
-    "preload": Key("choice", "'scaled': the whole map's part on the kept stations carries the whole pull; "
-                   "'resolved': the static problem is solved again on them", "scaled", choices=("scaled", "resolved")),
-}
-RESPOND = {
-    "excitation": Key("text", "group (one node) where the force acts", "excitation"),
-    "direction": Key("vector", "direction of the excitation and of the response", (1.0, 0.0, 0.0)),
-    "patches": Key("texts", "groups of response nodes, blade 1 first", ("patch_1", "patch_2")),
-    "levels": Key("numbers", "Fe, amplitudes of the excitation", unit="force", low=0, open_low=True),
-    "harmonics": Key("counts", "H, highest order kept; several give several curves", (5,), low=1, high=99),
-    "band": Key("band", "first and last frequency in Hz", low=0, open_low=True),
-    "damping_ratio": Key("ratios", "zeta of the stuck modes: one value, or one per mode from the lowest (the last one "
-                         "holds for all above)", low=0, high=0.9999),
-    "both_ways": Key("flag", "follow every curve from the other end too and compare the peaks", True),
-}
-POINTS = ("text", "texts", "vector")    # kinds of the keys of [respond] that say where, not how much
-FREE = {
-    "band": Key("band", "first and last frequency of the response without damper, Hz; default: around the blades' own "
-                "out-of-phase and in-phase modes", None, low=0, open_low=True),
-    "damping_ratio": Key("ratios", "zeta of the modes without damper: one value, or one per mode from the lowest",
-                         (0.005,), low=0, high=0.9999),
-}
-SECTIONS = {"material": MATERIAL, "blades": BLADES, "damper": DAMPER, "model": MODEL, "contact": CONTACT,
-            "rotation": ROTATION, "preload": PRELOAD, "tune": TUNE, "free": FREE, "respond": RESPOND}
 # measured or published values that the report sets beside ours
 REFERENCE = ("out_of_phase_hz", "in_phase_hz", "full_line_hz", "tuned_hz", "full_area_hz", "front", "back")
+
+Numbers = tuple[float, ...]
+Texts = tuple[str, ...]
+Vector = tuple[float, float, float]
+OnGroup = tuple[str, str, float]
+VectorOnGroup = tuple[str, str, float, float, float]
+Band = tuple[float, float]
+
+# keys of several sections
+Young = Annotated[float, Key(NUMBER, "Young's modulus", "stress", low=0, open_low=True)]
+Poisson = Annotated[float, Key(NUMBER, "Poisson's ratio", low=0, high=0.4999)]
+Density = Annotated[float, Key(NUMBER, "density", "density", low=0, open_low=True)]
+WaveSpeed = Annotated[Band, Key(BAND, "range of sqrt(E/density) in m/s that passes without a warning of wrong units",
+                                low=0, open_low=True)]
+ModesBelow = Annotated[float | None, Key(NUMBER, "instead of a number: all fixed-interface modes below this frequency",
+                                         low=0, open_low=True)]
+WantedError = Annotated[float | None, Key(NUMBER, "instead of a number: as many modes as it takes for the body to add "
+                                          "at most this relative error to any stuck frequency below 5 kHz", low=1e-9,
+                                          high=0.1)]
+LoadModes = Annotated[bool, Key(FLAG, "keep beside the modes the static shape of each load (pull, [loads.NAME]) that "
+                                "acts off the contact, so that the displacement of the whole body under it is exact")]
+Modes = Annotated[int, Key(COUNT, "fixed-interface modes kept", low=0, high=2000)]
+Axis = Annotated[Vector, Key(VECTOR, "direction along the damper")]
+Pull = Annotated[float, Key(NUMBER, "Fc, the total pull on the damper", "force", low=0, open_low=True)]
+PullDirection = Annotated[Vector, Key(VECTOR, "direction of the pull")]
+
+
+class Section(BaseModel):
+    """A section of a study: frozen, read by attribute; a key that it does not have is refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @classmethod
+    def data_sheets(cls) -> dict[str, Key]:
+        """Data sheets of its keys, in the order of the documentation."""
+        return {name: next(m for m in field.metadata if isinstance(m, Key)).of(field.annotation)
+                for name, field in cls.model_fields.items()}
+
+
+class Top(Section):
+    """Keys at the top of the file."""
+
+    title: Annotated[str, Key(TEXT, "shown on the report")] = ""
+    results: Annotated[str, Key(TEXT, "folder of the results, relative to the study file; default: results/<study "
+                                "name>")] = ""
+
+
+class Material(Section):
+    """[material]: of all cells that no other material names."""
+
+    E: Young
+    nu: Poisson
+    density: Density
+    wave_speed: WaveSpeed = (2000.0, 7000.0)
+
+
+class OtherMaterial(Section):
+    """[material.NAME]: of a group of cells."""
+
+    group: Annotated[str, Key(TEXT, "cells that are made of it: a group of cells of one of the meshes")]
+    E: Young
+    nu: Poisson
+    density: Density
+    wave_speed: WaveSpeed = (2000.0, 7000.0)
+
+
+class Blades(Section):
+    """[blades]: both blades on their fixture."""
+
+    mesh: Annotated[str, Key(TEXT, "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf")]
+    clamp: Annotated[Texts, Key(ONE_OR_MORE, "group of nodes that are fixed, or several groups")]
+    modes: Modes = 40
+    modes_below_hz: ModesBelow = None
+    error: WantedError = None
+    load_modes: LoadModes = False
+
+
+class Damper(Section):
+    """[damper]: its mesh, reduction and pull."""
+
+    mesh: Annotated[str, Key(TEXT, "mesh of the damper: .msh, .inp, .cdb or .bdf")]
+    modes: Modes = 20
+    modes_below_hz: ModesBelow = None
+    error: WantedError = None
+    load_modes: LoadModes = False
+    axis: Axis = (0.0, 1.0, 0.0)
+    pull: Pull
+    pull_direction: PullDirection = (0.0, 0.0, 1.0)
+    load_points: Annotated[str, Key(TEXT, "group of nodes that carry the pull")] = "load_points"
+    shares: Annotated[Numbers, Key(NUMBERS, "part of the pull on each load point, in the order of the axis; default: "
+                                   "equal", low=0, high=1)] = ()
+    positions: Annotated[Numbers, Key(
+        NUMBERS, "where the pull acts along the axis (0..1 of the damper's length), carried by the two mesh nodes "
+        "beside each on the line through the load points; default: at the load points", low=0, high=1)] = ()
+
+
+class Model(Section):
+    """[model]: reduced matrices instead of meshes."""
+
+    matrices: Annotated[str, Key(TEXT, ".npz with M, K, the dof table, groups and the load 'pull', instead of meshes")]
+    axis: Axis = (0.0, 1.0, 0.0)
+    pull: Pull
+    pull_direction: PullDirection = (0.0, 0.0, 1.0)
+
+
+class Contact(Section):
+    """[contact]: what all sides have in common."""
+
+    pairs: Annotated[str, Key(TEXT, "CSV of your own pairs of the whole patch, instead of those matched between the "
+                              "meshes")] = ""
+    mu: Annotated[float | None, Key(NUMBER, "friction coefficient; above 2 with a warning", low=0)] = None
+    tolerance: Annotated[float, Key(NUMBER, "largest distance of the two nodes of a pair", "length", low=0,
+                                    open_low=True)] = 1e-6
+    distance: Annotated[Literal["closed", "gap"], Key(
+        CHOICE, "of the two nodes of a pair along the normal: 'closed': they count as touching; 'gap': it adds to the "
+        "initial gap")] = "closed"
+    stiffness: Annotated[Literal["given", "halfspace", "plane_depth", "rough_series"], Key(
+        CHOICE, "of sides without kn and kt of their own: 'halfspace': smooth bodies in three dimensions; "
+        "'plane_depth': plane strain with depth; 'rough_series': halfspace in series with a rough interface; 'given': "
+        "none, every side has its kn and kt. Given kn and kt win over every model")] = "given"
+    kind: Annotated[Literal["tangent", "secant"], Key(
+        CHOICE, "of the stiffness from a model: 'tangent' at the side's force under the pull, or 'secant' from zero "
+        "force")] = "tangent"
+    scale: Annotated[float, Key(NUMBER, "factor on all stiffness from a model, such as one found by calibration; given "
+                                "kn and kt are taken as they are", low=0, open_low=True)] = 1.0
+    shares: Annotated[Literal["equal", "tributary"], Key(
+        CHOICE, "nodes of a side share the stiffness from a model: 'equal', or by 'tributary' area, which gives end "
+        "nodes half (needs every row at every station)")] = "equal"
+    normal: Annotated[Literal["springs", "hard"], Key(
+        CHOICE, "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)")] = "springs"
+
+
+class Side(Section):
+    """[contact.NAME]: one side of the damper."""
+
+    blade: Annotated[str, Key(TEXT, "node group of the blades' mesh")] = ""
+    damper: Annotated[str, Key(TEXT, "node group of the damper's mesh")] = ""
+    shape: Annotated[Literal["cylinder", "flat", "rounded"], Key(CHOICE, "form of the damper's side")]
+    kn: Annotated[float | None, Key(NUMBER, "normal stiffness per node; with kt it wins over [contact] stiffness",
+                                    "force/length", low=0, open_low=True)] = None
+    kt: Annotated[float | None, Key(NUMBER, "tangential stiffness per node", "force/length", low=0,
+                                    open_low=True)] = None
+    radius: Annotated[float | None, Key(NUMBER, "radius of a cylindrical side, or of the edges of a rounded one; a "
+                                        "stiffness from a model needs it", "length", low=0, open_low=True)] = None
+    width: Annotated[float | None, Key(NUMBER, "width of a flat side, or of the flat part of a rounded one; a "
+                                       "stiffness from a model and the roll of an edge line need it", "length", low=0,
+                                       open_low=True)] = None
+    depth: Annotated[Numbers, Key(NUMBERS, "[blade, damper]: depths below the contact against which stiffness = "
+                                  "'plane_depth' counts the displacement", "length", low=0, open_low=True)] = ()
+    h_rms: Annotated[float | None, Key(NUMBER, "rms height of both surfaces combined, needed by stiffness = "
+                                       "'rough_series'", "length", low=0, open_low=True)] = None
+    gamma: Annotated[float | None, Key(NUMBER, "of K_rough = N / (gamma h_rms), about 0.5, by the roughness spectrum; "
+                                       "needed by stiffness = 'rough_series'", low=0, open_low=True)] = None
+    rows: Annotated[Literal["edge", "all"], Key(
+        CHOICE, "rows kept in the line model: 'edge' (row 0, the lower edge line) or 'all'")] = "all"
+    roll_stiffness: Annotated[float | Literal["from_flat"], Key(
+        ROLL, "resistance to roll that the kept edge line lacks: 'from_flat' (sum kn w^2/12), a number (N m/rad) or 0",
+        low=0)] = "from_flat"
+    gap: Annotated[tuple[Band, ...], Key(TABLE, "initial gap g0 along the axis: [[coordinate, gap], ...]",
+                                         "length")] = ()
+
+    @property
+    def given(self) -> bool:
+        """Whether the side brings its own kn and kt, which win over every model."""
+        return self.kn is not None
+
+
+class Rotation(Section):
+    """[rotation]: axis and speed of the blades."""
+
+    axis: Annotated[Vector, Key(VECTOR, "axis of rotation")] = (1.0, 0.0, 0.0)
+    point: Annotated[Vector, Key(TRIPLE, "a point on the axis", "length")] = (0.0, 0.0, 0.0)
+    speed: Annotated[float, Key(NUMBER, "rad/s at which the blades vibrate: stress stiffening and spin softening (no "
+                                "Coriolis forces); 0: at rest", low=0)] = 0.0
+
+
+class LoadCase(Section):
+    """[loads.NAME]: a further load case of the preload."""
+
+    pull: Annotated[float | None, Key(NUMBER, "pull on the damper in this case; default: Fc", "force", low=0)] = None
+    speed: Annotated[float, Key(NUMBER, "rad/s about the axis of [rotation]: centrifugal load on blades and damper, "
+                                "beside the pull", low=0)] = 0.0
+    gravity: Annotated[Vector, Key(TRIPLE, "acceleration [x, y, z] in m/s2")] = (0.0, 0.0, 0.0)
+    forces: Annotated[tuple[VectorOnGroup, ...], Key(
+        GROUP_VECTORS, "[[body, group, Fx, Fy, Fz], ...]: a total force in equal parts on the nodes of a group",
+        "force")] = ()
+    pressure: Annotated[tuple[OnGroup, ...], Key(
+        GROUP_VALUES, "[[body, group, p], ...]: on the faces of a surface group, positive presses", "stress")] = ()
+    traction: Annotated[tuple[VectorOnGroup, ...], Key(
+        GROUP_VECTORS, "[[body, group, tx, ty, tz], ...]: force per area on the faces of a surface group",
+        "stress")] = ()
+
+
+class Preload(Section):
+    """[preload]: load history and friction of the static contact."""
+
+    friction: Annotated[bool, Key(FLAG, "the preload with Coulomb friction (mu and kt of the pairs): it then depends "
+                                  "on how the load was reached, and the response starts from the friction forces at "
+                                  "the end")] = False
+    history: Annotated[Texts, Key(TEXTS, "load cases ([loads.NAME]) that are passed in this order before the pull (or "
+                                  "`case`); default: straight from no load to it")] = ()
+    case: Annotated[str, Key(TEXT, "load case ([loads.NAME]) whose preload is that of the stages tune and respond, "
+                             "instead of the pull alone: a damper pressed by rotation, say")] = ""
+    steps: Annotated[int, Key(COUNT, "increments from each load of the history to the next", low=1, high=10000)] = 20
+    stress: Annotated[bool, Key(FLAG, "write displacement and von Mises stress of blades and damper at rest, "
+                                "stress_*.vtu; both are assembled and factorised for it")] = False
+
+
+class Tune(Section):
+    """[tune]: which stations are kept."""
+
+    target_hz: Annotated[float | None, Key(NUMBER, "measured stuck frequency that the kept stations must meet", low=0,
+                                           open_low=True)] = None
+    stations: Annotated[tuple[int, ...] | Literal["all"], Key(
+        STATIONS, "[front, back]: stations kept at each end, or 'all', instead of a target", low=0, high=9999)] = ()
+    stiffness: Annotated[Literal["kept", "conserved"], Key(
+        CHOICE, "'kept': a node keeps its share of the full patch; 'conserved': the nodes that stay take over the "
+        "stiffness of their whole side")] = "kept"
+    follow: Annotated[Literal["out_of_phase", "in_phase"], Key(CHOICE, "free mode that is tracked")] = "out_of_phase"
+    preload: Annotated[Literal["scaled", "resolved"], Key(
+        CHOICE, "'scaled': the whole map's part on the kept stations carries the whole pull; 'resolved': the static "
+        "problem is solved again on them")] = "scaled"
+
+
+class Free(Section):
+    """[free]: response without damper."""
+
+    band: Annotated[Band | None, Key(BAND, "first and last frequency of the response without damper, Hz; default: "
+                                     "around the blades' own out-of-phase and in-phase modes", low=0,
+                                     open_low=True)] = None
+    damping_ratio: Annotated[Numbers, Key(RATIOS, "zeta of the modes without damper: one value, or one per mode from "
+                                          "the lowest", low=0, high=0.9999)] = (0.005,)
+
+
+class Respond(Section):
+    """[respond]: excitation, outputs and settings of the forced response."""
+
+    excitation: Annotated[str, Key(TEXT, "group (one node) where the force acts")] = "excitation"
+    direction: Annotated[Vector, Key(VECTOR, "direction of the excitation and of the response")] = (1.0, 0.0, 0.0)
+    patches: Annotated[Texts, Key(TEXTS, "groups of response nodes, blade 1 first")] = ("patch_1", "patch_2")
+    levels: Annotated[Numbers, Key(NUMBERS, "Fe, amplitudes of the excitation", "force", low=0, open_low=True)]
+    harmonics: Annotated[tuple[int, ...], Key(COUNTS, "H, highest order kept; several give several curves", low=1,
+                                              high=99)] = (5,)
+    band: Annotated[Band, Key(BAND, "first and last frequency in Hz", low=0, open_low=True)]
+    damping_ratio: Annotated[Numbers, Key(RATIOS, "zeta of the stuck modes: one value, or one per mode from the lowest "
+                                          "(the last one holds for all above)", low=0, high=0.9999)]
+    both_ways: Annotated[bool, Key(FLAG, "follow every curve from the other end too and compare the peaks")] = True
+    law: Annotated[LawChoice, Key(LAW, "contact law by name, or { name = \"...\", parameter = value } with parameters "
+                                  "in SI units; kn, kt, mu and preload come from the pairs")] = LawChoice()
+
+
+SECTIONS: dict[str, type[Section]] = {
+    "material": Material, "blades": Blades, "damper": Damper, "model": Model, "contact": Contact, "rotation": Rotation,
+    "preload": Preload, "tune": Tune, "free": Free, "respond": Respond}

@@ -1,129 +1,214 @@
-"""One value of a study file: read by its kind, checked, in SI units.
+"""Kinds of values in a study file: how each is read and checked, how it is documented, and its JSON schema.
 
-Every reader has the form f(where, value, spec, factor): `where` opens the message of its InputError, `factor` is that
-of the unit.
+A reader has the form f(value, key, factor): `factor` converts the unit of the file to SI. It raises ValueError with
+what is allowed; the place in the file is added by whoever reads the section.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
 import numpy as np
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema, core_schema
 
-from hbm.errors import InputError, nearest
-from tipdamp.study.schema import Key
-
-
-def read(where: str, value, spec: Key, factor: float):
-    """The value of a key in SI units. Raises InputError, which says what is allowed."""
-    return READ[spec.kind](where, value, spec, factor)
+from hbm.errors import nearest
 
 
-def _text(where, value, spec, _):
+@dataclass(frozen=True)
+class Kind:
+    """shown - its name in the documentation; read - from the value of the file; json - JSON schema of a key."""
+
+    shown: str
+    read: Callable[[Any, "Key", float], Any]
+    json: Callable[["Key"], dict]
+
+
+@dataclass(frozen=True)
+class Key:
+    """Data sheet of one key, as metadata of a field of a section.
+
+    text - its meaning; unit - a name in `schema.UNITS` or 'force/length'; low, high - range in the unit of the file
+    default - as documented, where it differs from the field's own; choices - filled in from the Literal of the field
+    """
+
+    kind: Kind
+    text: str
+    unit: str = ""
+    low: float = -np.inf
+    high: float = np.inf
+    open_low: bool = False
+    choices: tuple[str, ...] = field(default=(), compare=False)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        def read(value: Any, info: ValidationInfo) -> Any:
+            return self.kind.read(value, self.of(source), (info.context or {}).get(self.unit, 1.0))
+
+        return core_schema.with_info_before_validator_function(read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict:
+        unit = f" ({self.unit}, in the unit of [units])" if self.unit else ""
+        choices = {"enum": handler(schema)["enum"]} if self.kind is CHOICE else {}
+        return {**self.kind.json(self), **choices, "description": self.text + unit}
+
+    def of(self, annotation: Any) -> "Key":
+        """The key with the choices of its field."""
+        return Key(self.kind, self.text, choices=get_args(annotation)) if self.kind is CHOICE else self
+
+
+# ---- readers ---------------------------------------------------------------------------------------------------
+
+def number(value: Any, key: Key, factor: float = 1.0) -> float:
+    """A finite number within the range of the key."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError("must be a number")
+    low_ok = value > key.low if key.open_low else value >= key.low
+    if not (np.isfinite(value) and low_ok and value <= key.high):
+        bound = f"{'above' if key.open_low else 'at least'} {key.low:g}" if np.isfinite(key.low) else "finite"
+        upper = f" and at most {key.high:g}" if np.isfinite(key.high) else ""
+        raise ValueError(f"must be {bound}{upper}")
+    return factor * float(value)
+
+
+def _text(value: Any, *_: Any) -> str:
     if not isinstance(value, str) or not value:
-        raise InputError(f"{where}: must be a text in quotes")
-    if spec.choices and value not in spec.choices:
-        raise InputError(f"{where}: {nearest(value, spec.choices)}")
+        raise ValueError("must be a text in quotes")
     return value
 
 
-def _flag(where, value, *_):
+def _choice(value: Any, key: Key, _: float) -> str:
+    if _text(value) not in key.choices:
+        raise ValueError(nearest(value, key.choices))
+    return value
+
+
+def _flag(value: Any, *_: Any) -> bool:
     if not isinstance(value, bool):
-        raise InputError(f"{where}: must be true or false")
+        raise ValueError("must be true or false")
     return value
 
 
-def _roll(where, value, *_):
-    """'from_flat' becomes None: the value is worked out from the flat."""
-    return None if value == "from_flat" else number(f"{where} (or 'from_flat')", value, Key("number", "", low=0))
+def _count(value: Any, key: Key, _: float = 1.0) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError(f"must be a whole number from {key.low:g} to {key.high:g}")
+    if not key.low <= value <= key.high:
+        raise ValueError(f"must lie between {key.low:g} and {key.high:g}")
+    return value
 
 
-def _each(read, alone):
+def _each(read: Callable, alone: bool) -> Callable:
     """A list of values; a single value stands for a list of one where `alone` allows it."""
-    def many(where, value, spec, factor):
+    def many(value: Any, key: Key, factor: float) -> tuple:
         items = [value] if alone and not isinstance(value, list) else value
         if not isinstance(items, list) or not items:
-            raise InputError(f"{where}: must be a list that is not empty")
-        return tuple(read(where, v, spec, factor) for v in items)
+            raise ValueError("must be a list that is not empty")
+        return tuple(read(item, key, factor) for item in items)
     return many
 
 
-def number(where: str, value, spec: Key) -> float:
-    """A finite number within the range of the key, in the unit of the file."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{where}: must be a number")
-    low_ok = value > spec.low if spec.open_low else value >= spec.low
-    if not (np.isfinite(value) and low_ok and value <= spec.high):
-        bound = f"{'above' if spec.open_low else 'at least'} {spec.low:g}" if np.isfinite(spec.low) else "finite"
-        upper = f" and at most {spec.high:g}" if np.isfinite(spec.high) else ""
-        raise InputError(f"{where}: must be {bound}{upper}")
-    return float(value)
+def _or(word: str, read: Callable) -> Callable:
+    """A value of another kind, or this word."""
+    def either(value: Any, key: Key, factor: float) -> Any:
+        if value == word:
+            return value
+        try:
+            return read(value, key, factor)
+        except ValueError as error:
+            raise ValueError(f"{error}, or '{word}'") from None
+    return either
 
 
-def _count(where, value, spec, _=1.0):
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise InputError(f"{where}: must be a whole number from {spec.low:g} to {spec.high:g}")
-    if not spec.low <= value <= spec.high:
-        raise InputError(f"{where}: must lie between {spec.low:g} and {spec.high:g}")
-    return value
-
-
-def _stations(where, value, spec, factor):
-    return value if value == "all" else _each(_count, True)(f"{where} (or 'all')", value, spec, factor)
-
-
-def _vector(where, value, *_):
+def _triple(value: Any, key: Key, factor: float) -> tuple[float, ...]:
     if not isinstance(value, list) or len(value) != 3:
-        raise InputError(f"{where}: must be three numbers")
-    vector = np.array([number(where, v, Key("number", "")) for v in value])
+        raise ValueError("must be three numbers")
+    return tuple(number(v, key, factor) for v in value)
+
+
+def _vector(value: Any, key: Key, _: float) -> tuple[float, ...]:
+    """A direction: of unit length."""
+    vector = np.array(_triple(value, key, 1.0))
     size = np.linalg.norm(vector)
     if size == 0:
-        raise InputError(f"{where}: must not be zero")
+        raise ValueError("must not be zero")
     return tuple((vector / size).tolist())
 
 
-def _triple(where, value, _, factor):
-    if not isinstance(value, list) or len(value) != 3:
-        raise InputError(f"{where}: must be three numbers")
-    return tuple(factor * number(where, v, Key("number", "")) for v in value)
-
-
-def _on_groups(numbers):
+def _on_groups(numbers: int) -> Callable:
     """Rows [body, group, one number or three]."""
-    last = "value" if numbers == 1 else "x, y, z"
-
-    def rows(where, value, _, factor):
+    def rows(value: Any, key: Key, factor: float) -> tuple:
         if not isinstance(value, list) or not all(isinstance(r, list) and len(r) == 2 + numbers for r in value):
-            raise InputError(f"{where}: must be a list of [body, group, {last}]")
-        texts, any_number = Key("text", ""), Key("number", "")
-        return tuple((*(_text(where, t, texts, 1.0) for t in r[:2]), *(factor * number(where, v, any_number)
-                                                                     for v in r[2:])) for r in value)
+            raise ValueError(f"must be a list of [body, group, {'value' if numbers == 1 else 'x, y, z'}]")
+        return tuple((*map(_text, row[:2]), *(number(v, key, factor) for v in row[2:])) for row in value)
     return rows
 
 
-def _band(where, value, spec, _=1.0):
+def _band(value: Any, key: Key, _: float) -> tuple[float, float]:
     if not isinstance(value, list) or len(value) != 2:
-        raise InputError(f"{where}: must be two numbers [first, last]")
-    a, b = (number(where, v, spec) for v in value)
-    if a >= b:
-        raise InputError(f"{where}: the band is empty: the first must be below the last")
-    return a, b
+        raise ValueError("must be two numbers [first, last]")
+    first, last = (number(v, key) for v in value)
+    if first >= last:
+        raise ValueError("the band is empty: the first must be below the last")
+    return first, last
 
 
-def _profile(where, value, _, factor):
+def _table(value: Any, _: Key, factor: float) -> tuple:
     try:
         table = np.array(value, dtype=float)
     except (TypeError, ValueError):
         table = np.empty(0)
     if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2 or not np.isfinite(table).all():
-        raise InputError(f"{where}: must be at least two rows [coordinate, gap]")
+        raise ValueError("must be at least two rows [coordinate, gap]")
     if (np.diff(table[:, 0]) <= 0).any():
-        raise InputError(f"{where}: the coordinates must ascend")
+        raise ValueError("the coordinates must ascend")
     return tuple(map(tuple, (table * factor).tolist()))
 
 
-def _scaled(where, value, spec, factor):
-    return factor * number(where, value, spec)
+# ---- JSON schema -----------------------------------------------------------------------------------------------
+
+def _ranged(kind: str) -> Callable[[Key], dict]:
+    def schema(key: Key) -> dict:
+        low = {"exclusiveMinimum" if key.open_low else "minimum": key.low} if np.isfinite(key.low) else {}
+        return {"type": kind, **low, **({"maximum": key.high} if np.isfinite(key.high) else {})}
+    return schema
 
 
-READ = {"text": _text, "choice": _text, "flag": _flag, "roll": _roll, "number": _scaled, "count": _count,
-         "texts": _each(_text, False), "one_or_more": _each(_text, True),
-         "numbers": _each(_scaled, False), "ratios": _each(_scaled, True),
-         "counts": _each(_count, True), "stations": _stations, "vector": _vector, "triple": _triple,
-         "group_values": _on_groups(1), "group_vectors": _on_groups(3), "band": _band, "table": _profile}
+def _plain(kind: str) -> Callable[[Key], dict]:
+    return lambda _: {"type": kind}
+
+
+def _list_of(items: Callable[[Key], dict], size: int | None = None) -> Callable[[Key], dict]:
+    length = {"minItems": 1} if size is None else {"minItems": size, "maxItems": size}
+    return lambda key: {"type": "array", "items": items(key), **length}
+
+
+def _any_of(*schemas: Callable[[Key], dict]) -> Callable[[Key], dict]:
+    return lambda key: {"anyOf": [schema(key) for schema in schemas]}
+
+
+def _word(word: str) -> Callable[[Key], dict]:
+    return lambda _: {"const": word}
+
+
+_NUMBER, _WHOLE, _STRING = _ranged("number"), _ranged("integer"), _plain("string")
+_ROWS = _list_of(_list_of(_any_of(_STRING, _NUMBER)))
+
+# ---- kinds -----------------------------------------------------------------------------------------------------
+
+TEXT = Kind("text", _text, _STRING)
+TEXTS = Kind("list of texts", _each(_text, False), _list_of(_STRING))
+ONE_OR_MORE = Kind("text or list of texts", _each(_text, True), _any_of(_STRING, _list_of(_STRING)))
+CHOICE = Kind("choice", _choice, _STRING)
+FLAG = Kind("true or false", _flag, _plain("boolean"))
+NUMBER = Kind("number", number, _NUMBER)
+NUMBERS = Kind("list of numbers", _each(number, False), _list_of(_NUMBER))
+RATIOS = Kind("number or list", _each(number, True), _any_of(_NUMBER, _list_of(_NUMBER)))
+COUNT = Kind("whole number", _count, _WHOLE)
+COUNTS = Kind("whole number or list", _each(_count, True), _any_of(_WHOLE, _list_of(_WHOLE)))
+STATIONS = Kind("[front, back] or 'all'", _or("all", _each(_count, True)), _any_of(_list_of(_WHOLE, 2), _word("all")))
+ROLL = Kind("'from_flat' or number", _or("from_flat", number), _any_of(_NUMBER, _word("from_flat")))
+VECTOR = Kind("[x, y, z]", _vector, _list_of(_NUMBER, 3))
+TRIPLE = Kind("[x, y, z]", _triple, _list_of(_NUMBER, 3))
+BAND = Kind("[first, last]", _band, _list_of(_NUMBER, 2))
+TABLE = Kind("[[coordinate, value], ...]", _table, _list_of(_list_of(_NUMBER, 2)))
+GROUP_VALUES = Kind("[[body, group, value], ...]", _on_groups(1), _ROWS)
+GROUP_VECTORS = Kind("[[body, group, x, y, z], ...]", _on_groups(3), _ROWS)

@@ -32,7 +32,7 @@ def arrays(folder) -> dict:
     springs = terms.declared_springs(study, table)
     sprung = with_springs(model, table, springs)
     pairs = table.select(table.carrying)
-    damping = terms.ratio(study["respond"]["damping_ratio"])
+    damping = terms.ratio(study.respond.damping_ratio)
     problem, _ = contact_problem(sprung, pairs, DryFriction2T(), damping_ratio=damping)
     R = stuck_receptance(problem.M, None, problem.stuck_stiffness, problem.damping_ratio)
     rows = terms.outputs(study, model)

@@ -12,23 +12,26 @@ from static_contact.full.newton import full_preload  # noqa: E402
 from static_contact.full.ranks import Part, distributed_bodies  # noqa: E402
 from static_contact.full.stuck_modes import full_stuck_hz  # noqa: E402
 from static_contact.pull import pull_forces  # noqa: E402
-from tipdamp import bodies, stiffness  # noqa: E402
+from tipdamp import stiffness  # noqa: E402
+from tipdamp.assemble import assemble_bodies  # noqa: E402
+from tipdamp.bodies.pair import matched_pairs  # noqa: E402
+from tipdamp.bodies.read import read_meshes  # noqa: E402
 from tipdamp.study.study import load_study  # noqa: E402
 
 
 def rig(path, assembled=True):
     """Bodies (None where they are not to be assembled here), meshes, pairs and study of the two-blade rig."""
     study = load_study(path)
-    meshes = bodies.read_meshes(study)
-    pairs = stiffness.with_values(study, bodies.matched_pairs(study, meshes), {})
-    return bodies.assemble_bodies(study, meshes, lambda *_: None) if assembled else None, meshes, pairs, study
+    meshes = read_meshes(study)
+    pairs = stiffness.with_values(study, matched_pairs(study, meshes), {})
+    return assemble_bodies(study, meshes, lambda *_: None) if assembled else None, meshes, pairs, study
 
 
 def parts(meshes, study):
     """What the bodies are made of."""
-    m = study["material"]
-    steel = Material(m["E"], m["nu"], m["density"])
-    return [Part(meshes["blades"], steel, "blades", clamp=study["blades"]["clamp"]),
+    m = study.material
+    steel = Material(m.E, m.nu, m.density)
+    return [Part(meshes["blades"], steel, "blades", clamp=study.blades.clamp),
             Part(meshes["damper"], steel, "damper", free=True)]
 
 
@@ -52,10 +55,10 @@ def solve(path, gap, hard=False, together=False):
     if hard:
         pairs = with_hard_pairs(pairs)
     both = both or shares(meshes, study, int(np.isinf(pairs.kn).sum()))
-    damper, d = both[1], study["damper"]
-    nodes, forces = pull_forces(meshes["damper"], d["load_points"], d["axis"], d["pull_direction"])
+    damper, d = both[1], study.damper
+    nodes, forces = pull_forces(meshes["damper"], d.load_points, d.axis, d.pull_direction)
     nodal = np.zeros((len(damper.node), 3))
-    nodal[meshes["damper"].index(nodes)] = d["pull"] * forces
+    nodal[meshes["damper"].index(nodes)] = d.pull * forces
     return full_preload(both, pairs, {"damper": nodal[damper.dof_node, damper.dof_direction]})
 
 

@@ -23,7 +23,10 @@ from static_contact.preload import StaticContact  # noqa: E402
 from tests.static_contact.corner import SHARES, corner, pulls, random_pairs  # noqa: E402
 from tests.static_contact.full.on_ranks import crown, parts, solve, stuck_hz, with_hard_pairs  # noqa: E402
 from tests.static_contact.full.on_ranks import rig as rig_parts  # noqa: E402
-from tipdamp import bodies, stiffness  # noqa: E402
+from tipdamp import stiffness  # noqa: E402
+from tipdamp.bodies.assemble import assemble_bodies  # noqa: E402
+from tipdamp.bodies.pair import matched_pairs  # noqa: E402
+from tipdamp.bodies.read import read_meshes  # noqa: E402
 from tipdamp.study.study import load_study  # noqa: E402
 
 
@@ -120,9 +123,9 @@ def test_ranks_agree(rig, alone, hard_alone, hz_alone, ranks, tmp_path):
 
 def test_refusals(rig):
     study = load_study(rig / "rig.toml")
-    meshes = bodies.read_meshes(study)
-    pairs = stiffness.with_values(study, bodies.matched_pairs(study, meshes), {})
-    both = bodies.assemble_bodies(study, meshes, lambda *_: None)
+    meshes = read_meshes(study)
+    pairs = stiffness.with_values(study, matched_pairs(study, meshes), {})
+    both = assemble_bodies(study, meshes, lambda *_: None)
     along = both[1].rigid_motions()[:, 1]
     with pytest.raises(InputError, match=r"slide along y is loaded: 2.08e\+03 N"):      # 6231 dofs / 3
         full_preload(both, pairs, {"damper": along})

@@ -9,11 +9,13 @@ import pytest
 from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tipdamp import pair_checks
+from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.read import read_meshes
 from tipdamp.cli import main
 from tipdamp.report import mesh_page
 from tipdamp.report.scene import Points
-from tipdamp.stages.inspection import describe_meshes
-from tipdamp.stages.run import results_folder
+from tipdamp.stages.results import InspectResult
+from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
 
 HALF = 1 / np.sqrt(2)      # the pull along x + z on faces x and z
@@ -54,9 +56,8 @@ def test_nodes_without_a_partner_are_shown(tmp_path, capsys):
     page, error, file = inspected(path, capsys, code=2)
     assert f"(look at {file})" in error and "Stopped" in page and "without a partner within 1e-06 m" in page
     study = load_study(path)
-    from tipdamp import bodies
 
-    lonely = list(mesh_page._lonely(study, bodies.read_meshes(study)))
+    lonely = list(mesh_page._lonely(study, read_meshes(study)))
     assert len(lonely) == 4 and all(isinstance(p, Points) and len(p.position) == 9 for p in lonely)
     text = [t for p in lonely if "side 'one': damper" in p.name for t in p.hover]
     nodes = {int(re.search(r"damper node (\d+)", t)[1]) for t in text}
@@ -114,12 +115,11 @@ def test_a_side_that_the_pull_opens_is_named(own_table, capsys):
 
 def test_angles_count_both_surfaces(tmp_path):
     study = load_study(corner_study.write(tmp_path))
-    found = describe_meshes(study, results_folder(study, None), lambda *_: None)
-    assert set(found["pair_checks"]) == {"one", "two"}
-    from tipdamp import bodies
-
-    meshes = bodies.read_meshes(study)
-    pairs = bodies.matched_pairs(study, meshes)
+    store = results_folder(study, None)
+    run_stage("inspect", study, store, quiet=True)
+    assert set(InspectResult.load(store).pair_checks) == {"one", "two"}
+    meshes = read_meshes(study)
+    pairs = matched_pairs(study, meshes)
     turn = np.radians(25)
     lean = np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
     leaning = pairs.replace(frame=pairs.frame @ lean.T)

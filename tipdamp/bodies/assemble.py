@@ -1,0 +1,59 @@
+"""The finite-element bodies of a study: materials, supports, and the nodes that they are reduced onto."""
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from modal.body import Body
+from modal.elasticity import Material
+from modal.mesh import Mesh
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.loads import at_speed
+from tipdamp.progress import Tick
+from tipdamp.study import schema
+from tipdamp.study.view import Study
+
+
+def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: dict | None = None) -> list[Body]:
+    """[blades, damper]; the support of each is checked when it is reduced.
+
+    masters : {body: node numbers} that the forecast of the memory then counts
+    """
+    from modal.elasticity import elastic_body
+    from modal.memory import check_memory
+
+    check_memory(*((len(mesh.node), len(np.unique(masters[name])) if masters else 0, mesh.source)
+                   for name, mesh in meshes.items()))
+    tick(0.02, "assembling the blades")
+    material, others = materials(study, meshes[BLADES])
+    blades = elastic_body(meshes[BLADES], material, BLADES, other_materials=others, clamp=study.blades.clamp)
+    blades = at_speed(study, blades, meshes[BLADES], material, others)
+    tick(0.1, "assembling the damper")
+    material, others = materials(study, meshes[DAMPER])
+    return [blades, elastic_body(meshes[DAMPER], material, DAMPER, other_materials=others, free=True)]
+
+
+def materials(study: Study, mesh: Mesh) -> tuple[Material, dict[str, Material]]:
+    """The study's Material, and {group of cells: Material} of those cells of the mesh that are of another."""
+    return _material(study.material), {m.group: _material(m) for m in study.materials.values()
+                                       if m.group in mesh.cell_groups}
+
+
+def _material(section: schema.Material | schema.OtherMaterial) -> Material:
+    return Material(section.E, section.nu, section.density)
+
+
+def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, np.ndarray]:
+    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto: contact, excitation and
+    response. InputError where one of them is clamped."""
+    nodes = {f"[contact.{s}] the pairs": pairs.blade_node[pairs.side == s] for s in pairs.sides}
+    if "respond" in study:
+        nodes |= {f"[respond] group '{g}'": meshes[BLADES].group(g)
+                  for g in (study.respond.excitation, *study.respond.patches)}
+    for group in study.blades.clamp:
+        held = meshes[BLADES].groups.get(group, ())          # one that is not there is refused where it is used
+        for what, mine in nodes.items():
+            if len(both := np.intersect1d(mine, held)):
+                raise InputError(f"{study.path}: {what}: node {both[0]} of the blades is clamped by group '{group}' "
+                                 f"and cannot move ({len(both)} such nodes)")
+    return {BLADES: np.concatenate(list(nodes.values())), DAMPER: pairs.damper_node}

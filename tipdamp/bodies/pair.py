@@ -1,0 +1,75 @@
+"""The contact pairs of a study: matched between the meshes, or a table of the user's own, which is checked."""
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from modal.mesh import Mesh
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.study.view import Study
+
+
+def matched_pairs(study: Study, meshes: dict[str, Mesh]) -> ContactTable:
+    """All node pairs of all sides with their frames: matched between the meshes, or the user's own table."""
+    from static_contact.pairing import Side, join, offsets, pair
+
+    if study.contact.pairs:
+        pairs = own_pairs(study)
+        check_positions(study, meshes, pairs)
+        return pairs
+    pairs = join(*(pair(meshes[BLADES], meshes[DAMPER], Side(name, side.blade, side.damper, BLADES, DAMPER),
+                        axis=study.driver.axis, pull=study.driver.pull_direction, tolerance=study.contact.tolerance)
+                   for name, side in study.sides.items()))
+    if study.contact.distance == "gap":
+        pairs = pairs.replace(gap=offsets(pairs, meshes[BLADES], meshes[DAMPER]))
+    return pairs
+
+
+def own_pairs(study: Study) -> ContactTable:
+    """The user's own table, read and never written to."""
+    pairs, where = ContactTable.load(study.file(study.contact.pairs)), f"{study.path}: [contact] pairs"
+    unknown = sorted(set(study.sides) - set(pairs.sides))
+    if unknown:
+        raise InputError(f"{study.path}: [contact.{unknown[0]}]: the pairs have sides {', '.join(pairs.sides)}")
+    for column, bodies, body in (("blade_body", pairs.blade_body, BLADES), ("damper_body", pairs.damper_body, DAMPER)):
+        odd = sorted(set(bodies.tolist()) - {body})
+        if odd:
+            raise InputError(f"{where}: {column} '{odd[0]}' must be '{body}'")
+    _check_springs(where, pairs)
+    for name in pairs.sides:
+        _check_stations(f"{where}, side '{name}'", pairs.select(pairs.side == name), np.array(study.driver.axis))
+    return pairs
+
+
+def _check_springs(where, pairs):
+    for column, k, bad, more in (
+            ("kn", pairs.kn, ~np.isfinite(pairs.kn) | (pairs.kn <= 0),
+             " and above 0; hard contact in the statics is [contact] normal = \"hard\", a pair that does not carry has "
+             "weight 0"), ("kt", pairs.kt, ~np.isfinite(pairs.kt), "")):
+        if bad.any():
+            i = int(bad.argmax())
+            raise InputError(f"{where}, pair {i + 1}: {column} = {k[i]:g} must be finite{more}")
+
+
+def _check_stations(where, pairs, axis):
+    """Stations count from 0 along the axis without a gap, as detaching counts them."""
+    numbers = np.unique(pairs.station)
+    if numbers.tolist() != list(range(len(numbers))):
+        raise InputError(f"{where}: stations must count from 0 without a gap, found {numbers[0]}..{numbers[-1]} "
+                         f"({len(numbers)} different ones)")
+    along = pairs.position @ axis
+    place = np.array([along[pairs.station == s].mean() for s in numbers])
+    if (np.diff(place) <= 0).any():
+        raise InputError(f"{where}: station {int(np.diff(place).argmin()) + 1} does not lie further along the axis "
+                         "than the one before it")
+
+
+def check_positions(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> None:
+    """A table of one's own must belong to these meshes: nodes exist and lie where the table says."""
+    for name, numbers in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)):
+        mesh = meshes[name]
+        off = np.linalg.norm(mesh.position[mesh.index(numbers)] - pairs.position, axis=1)
+        if off.max() > study.contact.tolerance:
+            i = int(off.argmax())
+            raise InputError(f"{study.path}: [contact] pairs, row {i + 1}: node {numbers[i]} of the {name} lies "
+                             f"{off[i]:.3g} m from where the table has it, more than [contact] tolerance")

@@ -1,0 +1,64 @@
+"""The meshes of a study, with every group that the study names."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from hbm.errors import InputError, nearest, shown
+from modal.mesh import Mesh
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.study.view import Study, every_key
+
+# what every stage that works on meshes or given matrices reads of the study
+BODY_READS = ("length_unit", "material", "materials", "rotation", "blades", *every_key(DAMPER, but="pull"),
+              *every_key("model", but="pull"), "driver.axis", "driver.pull_direction", "contact.pairs",
+              "contact.tolerance", "contact.distance", "sides.blade", "sides.damper", "sides.shape", "sides.given",
+              "respond.excitation", "respond.direction", "respond.patches")
+
+
+class NamedGroup(NamedTuple):
+    """A node group that the study names: of which mesh, where it is named, and the dimensions that make sense."""
+
+    body: str
+    where: str
+    name: str
+    dimensions: tuple[int, ...]
+
+
+def read_meshes(study: Study) -> dict[str, Mesh]:
+    """{"blades": Mesh, "damper": Mesh} in metres; every group that the study names is checked."""
+    from tipdamp.readers.dispatch import read_mesh
+
+    meshes = {}
+    for body, name in ((BLADES, study.blades.mesh), (DAMPER, study.damper.mesh)):
+        try:
+            meshes[body] = read_mesh(study.file(name), study.length_unit)
+        except InputError as error:
+            raise InputError(f"{study.path}: [{body}] mesh = '{shown(name)}': {error}") from None
+    for group in named_groups(study):
+        try:
+            meshes[group.body].group(group.name, group.dimensions)
+        except InputError as error:
+            raise InputError(f"{study.path}: {group.where}: {error}") from None
+    held = sorted({group for mesh in meshes.values() for group in mesh.cell_groups})
+    for name, material in study.materials.items():
+        if material.group not in held:
+            raise InputError(f"{study.path}: [material.{name}] group: no mesh has a group of cells "
+                             f"'{shown(material.group)}'; {nearest(material.group, held)}")
+    return meshes
+
+
+def named_groups(study: Study) -> Iterator[NamedGroup]:
+    """Every node group of a mesh that the study names."""
+    for i, name in enumerate(study.blades.clamp):
+        yield NamedGroup(BLADES, f"[blades] clamp[{i}]", name, (0, 1, 2, 3))
+    yield NamedGroup(DAMPER, "[damper] load_points", study.damper.load_points, (0, 1, 2))
+    if "respond" in study:
+        yield NamedGroup(BLADES, "[respond] excitation", study.respond.excitation, (0, 1, 2))
+        for i, name in enumerate(study.respond.patches):
+            yield NamedGroup(BLADES, f"[respond] patches[{i}]", name, (0, 1, 2))
+    if study.contact.pairs:
+        return
+    for name, side in study.sides.items():
+        dimensions = (0, 1, 2) if side.shape == "cylinder" else (0, 2)
+        yield NamedGroup(BLADES, f"[contact.{name}] blade", side.blade, dimensions)
+        yield NamedGroup(DAMPER, f"[contact.{name}] damper", side.damper, dimensions)

@@ -1,0 +1,109 @@
+"""The reduced model of a study: Craig-Bampton models of blades and damper side by side, loads condensed onto them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.model import ReducedModel
+from modal.body import Body
+from modal.craig_bampton import Reduction as BodyReduction
+from modal.craig_bampton import assemble, craig_bampton
+from modal.mesh import Mesh
+from modal.truncation import Truncation, join
+from static_contact.reduction_error import enough_modes, own_error
+from tipdamp import loads
+from tipdamp.bodies import BLADES, CHECK_BELOW_HZ, DAMPER
+from tipdamp.bodies.assemble import assemble_bodies, master_nodes
+from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.read import read_meshes
+from tipdamp.progress import Tick
+from tipdamp.stages.results import Reduction
+from tipdamp.stiffness import side_materials, with_values
+from tipdamp.study.view import Study
+
+FIRST_CUT_HZ = 4 * CHECK_BELOW_HZ   # modes up to here at first, where an error is asked for
+LAST_CUT_HZ = 1e6
+
+
+@dataclass(frozen=True)
+class ReducedBodies:
+    """model - both bodies side by side; pairs - the whole patch; parts - (blades, damper) reductions; truncation -
+    what they left out; materials {side: E, nu, E, nu} where a model makes the stiffness; pull_positions - m."""
+
+    model: ReducedModel
+    pairs: ContactTable
+    meshes: dict[str, Mesh]
+    parts: tuple[BodyReduction, BodyReduction]
+    truncation: Truncation
+    materials: dict
+    pull_positions: list[float]
+
+    @property
+    def size(self) -> Reduction:
+        """Numbers of dofs and modes."""
+        return Reduction(dofs=sum(p.body.dofs for p in self.parts), masters=sum(len(p.boundary) for p in self.parts),
+                         modes={p.body.name: len(p.omega) - p.load_modes for p in self.parts},
+                         load_modes={p.body.name: p.load_modes for p in self.parts})
+
+    @property
+    def highest_hz(self) -> dict[str, float]:
+        """{body: highest fixed-interface frequency kept}"""
+        return {p.body.name: p.omega[:len(p.omega) - p.load_modes].max(initial=0) / (2 * np.pi) for p in self.parts}
+
+
+def wants_error(study: Study) -> bool:
+    """Whether a body's modes are chosen by the error of the stuck frequencies."""
+    return "model" not in study and bool(study.blades.error or study.damper.error)
+
+
+def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
+    """Meshes to the reduced model; load cases and pairs are checked before anything is assembled."""
+    meshes = read_meshes(study)
+    loads.check(study, meshes)
+    pairs = matched_pairs(study, meshes)
+    masters = master_nodes(study, meshes, pairs)
+    bodies = assemble_bodies(study, meshes, tick, masters)
+    side_moduli = side_materials(study, meshes, pairs)
+    pull = loads.unit_pull(study, bodies[1], meshes[DAMPER])
+    forces = {body.name: {case: loads.case_forces(study, case, body, meshes[body.name]) for case in study.loads}
+              for body in bodies}
+    forces[DAMPER][loads.PULL] = pull.force
+    springs = with_values(study, pairs, side_moduli) if wants_error(study) else pairs
+    parts = reduce_bodies(study, bodies, masters, forces, springs, tick)
+    for part in parts:
+        for case, force in forces[part.body.name].items():
+            part.model.loads[case] = part.condense_dofs(force)
+    blades, damper = parts
+    return ReducedBodies(assemble(blades.model, damper.model), pairs, meshes, (blades, damper),
+                         join(blades.truncation, damper.truncation), side_moduli, pull.along_axis)
+
+
+def reduce_bodies(study: Study, bodies: list[Body], masters: dict, forces: dict, pairs: ContactTable,
+                  tick: Tick) -> list[BodyReduction]:
+    """Reductions with the modes that the study asks for: a number, all below a frequency, or enough for an error; and
+    the static shapes of the forces {body: {case: (d,) N}} where it asks for them."""
+    settings = {BLADES: study.blades, DAMPER: study.damper}
+
+    def reduced(body: Body, cut_hz: float | None) -> BodyReduction:
+        given = settings[body.name]
+        shapes = list(forces[body.name].values()) if given.load_modes else ()
+        if cut_hz or given.modes_below_hz:
+            return craig_bampton(body, masters[body.name], below_hz=cut_hz or given.modes_below_hz, loads=shapes)
+        return craig_bampton(body, masters[body.name], given.modes, loads=shapes)
+
+    def error(i: int) -> float:
+        return own_error(parts, i, len(parts[i].omega) - parts[i].load_modes, pairs, CHECK_BELOW_HZ)
+
+    targets = [settings[body.name].error for body in bodies]
+    parts = []
+    for body, target, share in zip(bodies, targets, (0.15, 0.75), strict=True):
+        tick(share, f"reducing the {body.name}, {body.dofs} dofs")
+        parts.append(reduced(body, FIRST_CUT_HZ if target else None))
+    for i, target in enumerate(targets):
+        cut = FIRST_CUT_HZ
+        while target and error(i) > target and cut < LAST_CUT_HZ:
+            cut *= 2
+            tick(0.85, f"{bodies[i].name}: modes up to {cut:g} Hz")
+            parts[i] = reduced(bodies[i], cut)
+    return [part.fewer(n) for part, n in zip(parts, enough_modes(parts, targets, pairs, CHECK_BELOW_HZ), strict=True)]

@@ -1,0 +1,150 @@
+"""Stage inspect: what is in the meshes or matrices, before anything is computed, and the page to look at it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from modal.mesh import DIMENSION, Mesh
+from tipdamp import loads, pair_checks
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.assemble import assemble_bodies, master_nodes
+from tipdamp.bodies.matrices import given_model
+from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.read import BODY_READS, read_meshes
+from tipdamp.progress import Tick
+from tipdamp.sanity_checks import distance_warnings, expectations, first_frequency, friction_warnings, mesh_warnings
+from tipdamp.stages.results import InspectedBody, InspectResult
+from tipdamp.stages.stage import Stage
+from tipdamp.stiffness import side_materials
+from tipdamp.store import Store
+from tipdamp.study.view import Study
+
+
+@dataclass(frozen=True)
+class Inspected:
+    """What the page shows: meshes are absent for matrices, pairs where they cannot be matched (`trouble` says why).
+
+    places {body: (P, 3) m} of the two nodes of each pair; angles (P,) degrees between normals and surfaces
+    """
+
+    meshes: dict[str, Mesh] = field(default_factory=dict)
+    pairs: ContactTable | None = None
+    places: dict[str, np.ndarray] | None = None
+    angles: np.ndarray | None = None
+    trouble: str = ""
+
+
+def inspect(study: Study, store: Store, tick: Tick) -> list[str]:
+    """Counts, masses, boxes, groups and rigid modes of the bodies, the pairs, and inspect.html."""
+    result = _matrices(study, store) if "model" in study else _meshes(study, store, tick)
+    result.save(store)
+    return list(result.pictures)
+
+
+def _matrices(study, store):
+    model, pairs = given_model(study)
+    shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
+    warnings = [*friction_warnings(study), *pair_checks.warnings(pairs)]
+    warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction)
+    bodies = {b: InspectedBody(dofs=int((model.body == b).sum())) for b in (BLADES, DAMPER)}
+    return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings), shown)
+
+
+def _meshes(study, store, tick):
+    """Load cases and pairs are checked before anything is assembled; the page is also there without pairs."""
+    meshes = read_meshes(study)
+    loads.check(study, meshes)
+    bodies = {name: _of_mesh(mesh, study.blades.mesh if name == BLADES else study.damper.mesh)
+              for name, mesh in meshes.items()}
+    bodies[BLADES] = bodies[BLADES].model_copy(update={"first_hz": first_frequency(study, meshes[BLADES])})
+    try:
+        pairs = matched_pairs(study, meshes)
+    except InputError as error:
+        warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
+        found = _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings),
+                           Inspected(meshes, trouble=str(error)))
+        for name in found.pictures:
+            raise InputError(f"{error} (look at {store.path(name)})") from None
+        raise
+    bodies, warnings = _assembled(study, meshes, pairs, bodies, tick)
+    angles = pair_checks.surface_angles(pairs, meshes)
+    if not study.contact.pairs:
+        warnings += distance_warnings(study, pairs, meshes)
+    warnings += [*friction_warnings(study), *pair_checks.warnings(pairs, angles)]
+    warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction)
+    places = {BLADES: meshes[BLADES].position[meshes[BLADES].index(pairs.blade_node)],
+              DAMPER: meshes[DAMPER].position[meshes[DAMPER].index(pairs.damper_node)]}
+    moduli = side_materials(study, meshes, pairs, every=True)
+    return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings, side_moduli=moduli),
+                      Inspected(meshes, pairs, places, angles))
+
+
+def _of_mesh(mesh, file):
+    """What a mesh alone tells."""
+    return InspectedBody(
+        file=file, format=mesh.format, nodes=len(mesh.node), cells={k: len(c) for k, c in mesh.cells.items()},
+        box_m=[mesh.position.min(axis=0), mesh.position.max(axis=0)],
+        groups={k: len(v) for k, v in sorted(mesh.groups.items())},
+        groups_are={k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
+        cell_groups={k: len(v) for k, v in sorted(mesh.cell_groups.items())}, not_read=tuple(mesh.unused))
+
+
+def _assembled(study, meshes, pairs, bodies, tick):
+    """The bodies with dofs, mass and rigid modes; the warnings about each."""
+    from modal.body import check_support
+
+    found, warnings = dict(bodies), []
+    for body in assemble_bodies(study, meshes, tick, master_nodes(study, meshes, pairs)):
+        found[body.name] = InspectedBody(**{**dict(bodies[body.name]), "free_dofs": body.dofs,
+                                            "moving_mass_kg": body.mass(), "rigid_modes": check_support(body)})
+        warnings += mesh_warnings(study, body.name, meshes[body.name], body.mass().max())
+    return found, warnings
+
+
+def _with_page(study, store, result, shown):
+    """The result with its pairs, and inspect.html beside it; without plotly a warning instead."""
+    found = dict(result)
+    if shown.pairs is not None:
+        direction = np.array(study.driver.pull_direction)
+        found["pairs"] = {s: int((shown.pairs.side == s).sum()) for s in shown.pairs.sides}
+        found["pair_checks"] = pair_checks.side_checks(shown.pairs, shown.places, direction, shown.angles)
+    try:
+        import plotly  # noqa: F401
+    except ImportError:
+        found["warnings"] = (*result.warnings, "inspect.html is left out: plotly is not installed")
+        return InspectResult(**found)
+    from tipdamp.report.mesh_page import mesh_page
+
+    with store.writing("inspect.html") as path:
+        path.write_text(mesh_page(study, InspectResult(**found).model_dump(), shown.meshes, shown.pairs,
+                                  shown.places, shown.angles, shown.trouble), encoding="utf-8")
+    return InspectResult(**{**found, "pictures": ("inspect.html",)})
+
+
+def line(store: Store) -> str:
+    """Numbers of pairs, then a line for each body."""
+    found = InspectResult.load(store)
+    lines = [", ".join(f"{n} pairs on side '{s}'" for s, n in found.pairs.items())]
+    for name, b in found.bodies.items():
+        if b.nodes is None:
+            lines.append(f"{name}: {b.dofs} dofs")
+            continue
+        size = " x ".join(f"{1e3 * (high - low):.4g}" for low, high in zip(*b.box_m, strict=True))
+        cells = ", ".join(f"{n} {kind}" for kind, n in b.cells.items())
+        groups = ", ".join(f"{group} ({n})" for group, n in b.groups.items())
+        lines.append(f"{name}: {b.nodes} nodes, {cells}, {b.free_dofs} free dofs, {size} mm, moving mass "
+                     f"{b.moving_mass_kg[0]:.4g} kg, {b.rigid_modes} rigid modes; groups (nodes): {groups}")
+    lines += [f"to look at: {store.path(name)}" for name in found.pictures]
+    return "\n".join([lines[0], *(" " * 21 + text for text in lines[1:])])
+
+
+def warnings(study: Study, store: Store) -> list[str]:
+    """Of the meshes and pairs, and what of the study does not fit them."""
+    found = InspectResult.load(store)
+    return [*found.warnings, *expectations(study, found)]
+
+
+STAGE = Stage(inspect, line, warnings, outputs=("inspect.json",), reads=("title", "loads", "contact.mu", *BODY_READS),
+              reads_files=True)

@@ -1,0 +1,35 @@
+"""What a stage declares."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tipdamp.progress import Tick
+from tipdamp.store import Store
+from tipdamp.study.view import Study
+
+
+def _nothing(_: Study) -> tuple[str, ...]:
+    return ()
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of a run.
+
+    work - of the study (what it reads of it), the results folder and the progress; returns the files that it wrote
+    beside its `outputs`. Its results are in its files.
+    line, warnings - of a finished stage for the command line; they see the whole study, since they are made anew
+    reads, reads_more - parts and keys of the study (see `View`), always or where the study asks for them
+    reads_files - whether the content of meshes, matrices and pairs that the study names counts
+    needs - stages whose files it reads; requires - sections without which it has nothing to do
+    """
+
+    work: Callable[[Study, Store, Tick], list[str]]
+    line: Callable[[Store], str]
+    warnings: Callable[[Study, Store], list[str]]
+    outputs: tuple[str, ...]
+    reads: tuple[str, ...]
+    reads_more: Callable[[Study], tuple[str, ...]] = _nothing
+    reads_files: bool = False
+    needs: tuple[str, ...] = ()
+    requires: tuple[str, ...] = ()

@@ -1,0 +1,144 @@
+"""A checked study, and the view of it that a stage gets: what it has declared, so that its key follows from that."""
+
+from collections.abc import Iterable
+from operator import attrgetter
+from pathlib import Path
+from typing import Any, NoReturn
+
+from pydantic import BaseModel
+
+from tipdamp.study.schema import (
+    SECTIONS,
+    Blades,
+    Contact,
+    Damper,
+    Free,
+    LoadCase,
+    Material,
+    Model,
+    OtherMaterial,
+    Preload,
+    Respond,
+    Rotation,
+    Side,
+    Tune,
+)
+
+
+class Study:
+    """A checked study in SI units, read by attribute: `study.damper.pull`. `"tune" in study` asks for a section.
+
+    Sections that the file does not have are not there, except [free] and [preload], whose keys all have defaults.
+    sides, materials, loads - [contact.NAME], [material.NAME], [loads.NAME] in the order of the file
+    driver - the section with axis, pull and pull_direction: [damper] with meshes, [model] with matrices
+    length_unit - m, of the coordinates of the meshes
+    """
+
+    path: Path
+    title: str
+    results: Path
+    length_unit: float
+    material: Material
+    blades: Blades
+    damper: Damper
+    model: Model
+    driver: Damper | Model
+    contact: Contact
+    rotation: Rotation
+    preload: Preload
+    tune: Tune
+    free: Free
+    respond: Respond
+    sides: dict[str, Side]
+    materials: dict[str, OtherMaterial]
+    loads: dict[str, LoadCase]
+    reference: dict[str, float]
+
+    def __init__(self, **parts: object) -> None:
+        vars(self).update(parts)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"a study is not changed: {name}")
+
+    def __contains__(self, part: str) -> bool:
+        return part in vars(self)
+
+    @property
+    def name(self) -> str:
+        """Name of the file without its ending."""
+        return self.path.stem
+
+    def file(self, relative: str) -> Path:
+        """A file named in the study, relative to the study's own folder."""
+        return self.path.parent / relative
+
+    def input_files(self) -> list[Path]:
+        """Files that the study names: meshes, or matrices, and pairs."""
+        names = [self.model.matrices] if "model" in self else [self.blades.mesh, self.damper.mesh]
+        return [self.file(name) for name in (*names, self.contact.pairs) if name]
+
+
+PARTS = tuple(name for name in Study.__annotations__ if name not in ("path", "results"))    # all that can be declared
+
+
+class Undeclared(AttributeError):
+    """A stage reads what its declaration does not name: a fault of the program."""
+
+
+class _Keys:
+    """Some keys of a section, by attribute."""
+
+    def __init__(self, owner: str, section: object, keys: Iterable[str]) -> None:
+        vars(self).update({"_owner": owner, **{key: attrgetter(key)(section) for key in keys}})
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise Undeclared(f"{vars(self)['_owner']}.{name} is read, but not declared")
+
+
+class View(Study):
+    """A study cut down to `reads`: names of parts, such as 'contact' or 'sides', and of keys, such as
+    'respond.patches' or 'sides.blade' (of every side). Where the file is, is always known."""
+
+    def __init__(self, study: Study, stage: str, reads: Iterable[str]) -> None:
+        wanted: dict[str, list[str]] = {}
+        for name in reads:
+            part, _, key = name.partition(".")
+            wanted.setdefault(part, []).append(key)
+        found = {part: _cut(f"stage '{stage}': {part}", vars(study)[part], keys) for part, keys in wanted.items()
+                 if part in study}
+        super().__init__(path=study.path, results=study.results, _stage=stage, _declared=frozenset(wanted), **found)
+
+    def __getattr__(self, name: str) -> NoReturn:
+        stage = vars(self).get("_stage")
+        raise Undeclared(f"stage '{stage}': {name} is read, but " + (
+            "the study does not have it" if name in vars(self).get("_declared", ()) else "not declared"))
+
+    def __contains__(self, part: str) -> bool:
+        if part not in vars(self)["_declared"]:
+            raise Undeclared(f"stage '{vars(self)['_stage']}': {part} is asked for, but not declared")
+        return part in vars(self)
+
+    def values(self) -> dict[str, Any]:
+        """What was declared as plain values: the study's share in the key of the stage."""
+        return {part: _plain(vars(self)[part]) for part in sorted(vars(self)["_declared"]) if part in self}
+
+
+def every_key(section: str, but: str) -> list[str]:
+    """The keys of a section without one of them, as names for a declaration."""
+    return [f"{section}.{key}" for key in SECTIONS[section].model_fields if key != but]
+
+
+def _cut(owner, part, keys):
+    if "" in keys:
+        return part
+    if isinstance(part, dict):
+        return {name: _Keys(f"{owner}.{name}", section, keys) for name, section in part.items()}
+    return _Keys(owner, part, keys)
+
+
+def _plain(part):
+    if isinstance(part, dict):
+        return [[name, _plain(value)] for name, value in part.items()]      # their order counts
+    if isinstance(part, BaseModel):
+        return part.model_dump()
+    return {k: _plain(v) for k, v in vars(part).items() if k != "_owner"} if isinstance(part, _Keys) else part
