@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm.balance import residual
+from hbm import problem
 from hbm.model import ReducedModel
 from tests.hbm.test_bad_input import with_entry
 from tipdamp.cli import main
@@ -118,7 +118,7 @@ def test_refused_in_a_study(row, study, capsys, monkeypatch):
 
     def heavy(*_, **__):
         raise AssertionError("something heavy has started")
-    monkeypatch.setattr(residual, "stuck_receptance", heavy)
+    monkeypatch.setattr(problem, "stuck_receptance", heavy)
     assert main(["run", str(study), "--quiet"]) == 2
     error = capsys.readouterr().err.strip()
     assert re.search(message, error), error

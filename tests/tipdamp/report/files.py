@@ -88,19 +88,21 @@ def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None):
     files = {
         "inspect.json": {"bodies": {"blades": {"dofs": 90}, "damper": {"dofs": 30}}, "pairs": {"left": 5, "right": 10}},
         "reduce.json": {"reduction": {"dofs": 120, "masters": 60, "modes": {"blades": 4, "damper": 2}},
-                        "rows": {"left": 1, "right": 2},
+                        "rows": {"left": 1, "right": 2}, "free_modes_hz": [1591.0, 1664.0],
                         "free_hz": {"out_of_phase": 1591.0, "in_phase": 1664.0},
                         "free_response": {"hz": hz, "m_per_N": {"patch_1": 1e-6 + 0 * hz, "patch_2": 2e-6 + 0 * hz}}},
         "preload.json": {"kn_kt_N_per_m": {"left": [1e6, 9e5], "right": [1e6, 9e5]},
-                         "sides": side_figures(), "residual": 1e-15},
+                         "sides": side_figures(), "residual": 1e-15, "iterations": 3, "method": "newton"},
         "tune.json": {"target_hz": 2800.0, "tuned_pairs": {"front": 2, "back": 2},
                       "history": [{"front": 3, "back": 2, "hz": 2900.0, "mac": 0.8},
                                   {"front": 2, "back": 2, "hz": 2801.0, "mac": 0.9}],
                       "stuck_hz": {"full_area": 3000.0, "full_line": 2900.0, "tuned": 2801.0},
                       "mac": {"full_area": 0.7, "full_line": 0.8, "tuned": 0.9},
+                      "stuck_modes_hz": {"full_area": [3000.0], "full_line": [2900.0], "tuned": [2801.0]},
                       "full_model_check": {"tuned": {"reduced_hz": [2801.0], "full_hz": [2800.9],
                                                      "largest_error": 4e-5}},
-                      "preload_kept": side_figures(), "carried": {"scale": {"left": 1.5, "right": 1.6}, "moment_Nm": 0},
+                      "preload_kept": side_figures(),
+                      "redistribution": {"scale": {"left": 1.5, "right": 1.6}, "moment_Nm": 0},
                       "roll_stiffness_Nm_per_rad": 1.7},
         "kept": kept, "responses": []}
     for H in (1, 3):
@@ -114,9 +116,11 @@ def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None):
                 "file": name, "Fe_N": Fe, "H": H, "peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom, "points": 41,
                 "failed_points": len(failed) if Fe > 1 else 0, "complete": one.complete, "ended": one.ended,
                 "slipping_pairs": ["left 0", "left 1", "right 4"] if Fe > 1 else [], "seconds": 0.5,
-                "origin": "preloaded", "start": "zero_slider", "peak_inside_band": True,
-                "back": {"peak_hz": hz_top, "peak_m": top, "complete": True, "ended": "", "failed_points": 0,
-                         "seconds": 0.5}})
+                "origin": "preloaded", "start": "zero_slider", "peak_inside_band": True, "residual_calls": 100,
+                "patches": {p: {"peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom}
+                            for p in ("patch_1", "patch_2")},
+                "back": {"peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom, "complete": True,
+                         "ended": "", "failed_points": 0, "seconds": 0.5}})
     if damage:
         damage(files)
     for name, pairs in (("preload.csv", table()), ("kept.csv", files["kept"])):
@@ -125,8 +129,9 @@ def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None):
     for name in ("inspect", "reduce", "preload", "tune"):
         store.write_json(f"{name}.json", files[f"{name}.json"])
         store.finish(name, "key", [f"{name}.json"], 1.25)
-    store.write_json("respond.json", {"responses": files["responses"], "stuck_difference":
-                                      {f["file"]: 1e-15 for f in files["responses"] if not f["slipping_pairs"]}})
+    stuck = {f["file"]: 1e-15 for f in files["responses"] if not f["slipping_pairs"]}
+    store.write_json("respond.json", {"responses": files["responses"], "law": {"name": "DryFriction2T"},
+                                      "zeta": [0.022], "stuck_difference": stuck})
     first = curve(1.0, 1)
     np.savez(store.path("stuck.npz"), frequency=first.frequency, response=first.harmonics[:, :, 1],
              output_names=first.output_names)
