@@ -14,15 +14,16 @@ _FLAT = 1e-6      # width over length below which the pairs lie on one line
 class Patch:
     """One side of the damper between its pairs. rows : (p,) int - rows of the contact table
     cells : (c, 3) triangles of an area or (c, 2) pieces of a line - indices into `rows`
-    share : (p,) m2 or m - tributary area or length of each pair: what of the cells is nearest to it."""
+    tributary : (p,) m2 or m - area or length of each pair: the part of the cells that is nearest to it."""
 
     side: str
     rows: np.ndarray
     cells: np.ndarray
-    share: np.ndarray
+    tributary: np.ndarray
 
     @property
     def is_area(self) -> bool:
+        """Whether the pairs span an area, not a line."""
         return self.cells.shape[1] == 3
 
     @property
@@ -30,11 +31,11 @@ class Patch:
         """Of `load`."""
         return "N/mm²" if self.is_area else "N/mm"
 
-    def load(self, force) -> np.ndarray:
+    def load(self, force: np.ndarray) -> np.ndarray:
         """(p,) N/mm2 or N/mm from the preload of the table, (P,) N; open pairs carry nothing."""
         closed = np.maximum(np.asarray(force)[self.rows], 0.0)
-        share = np.where(self.share > 0, self.share, np.nan)        # a pair in the place of another has none
-        return closed / (share * (1e6 if self.is_area else 1e3))
+        tributary = np.where(self.tributary > 0, self.tributary, np.nan)    # a pair in the place of another has none
+        return closed / (tributary * (1e6 if self.is_area else 1e3))
 
 
 def patches(pairs: ContactTable) -> list[Patch]:
@@ -57,9 +58,9 @@ def _patch(pairs, side):
     else:
         cells = Delaunay(plane).simplices            # counter-clockwise in t1, t2: seen along -n, from outside
         part = _nearest(place[cells])
-    share = np.zeros(len(rows))
-    np.add.at(share, cells, part)
-    return Patch(side, rows, cells, share)
+    tributary = np.zeros(len(rows))
+    np.add.at(tributary, cells, part)
+    return Patch(side, rows, cells, tributary)
 
 
 def _nearest(corner):

@@ -84,24 +84,24 @@ class Bars(Silence):
 
     def __init__(self, stream: TextIO) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn
+        from rich.progress import BarColumn, Progress, TaskID, TextColumn
         from rich.table import Column
 
         title, state = (TextColumn(text, markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
                         for text in ("{task.fields[job].title}", "{task.fields[job].state}"))
         self.bars = Progress(title, BarColumn(BAR), state, console=Console(file=stream), transient=True,
                              redirect_stdout=False)
-        self.tasks: dict[Job, int] = {}
+        self.tasks: dict[Job, TaskID] = {}
 
     def update(self, job: Job) -> None:
         """A bar, from the first time on; rich draws it anew ten times a second, with the elapsed time."""
         if not self.tasks:
             self.bars.start()
-        share = {"completed": job.share or 0.0, "total": None if job.share is None else 1.0}
+        done, total = job.share or 0.0, None if job.share is None else 1.0
         if job in self.tasks:
-            self.bars.update(self.tasks[job], **share)
+            self.bars.update(self.tasks[job], completed=done, total=total)
         else:
-            self.tasks[job] = self.bars.add_task("", job=job, **share)
+            self.tasks[job] = self.bars.add_task("", job=job, completed=done, total=total)    # type: ignore[arg-type]
 
     def close(self, job: Job, line: str) -> None:
         """The bar is removed, the last line stands above the others."""

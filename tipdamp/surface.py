@@ -33,6 +33,7 @@ class Surface:
 
     def displacement(self, q: np.ndarray) -> np.ndarray:
         """(n, 3) m from this body's part of the reduced vector, (r,)."""
+        assert self.recovery is not None, "a surface without reduction does not move"
         return (self.recovery @ np.asarray(q, dtype=np.float32)).reshape(-1, 3)
 
 
@@ -119,6 +120,6 @@ def save(surfaces, path) -> None:
 def load(path) -> dict:
     """{body: Surface}"""
     with np.load(path, allow_pickle=False) as z:
-        return {body: Surface(body, *(z[f"{body}/{k}"] for k in ("node", "position", "triangles", "edges")),
-                              z[f"{body}/recovery"] if f"{body}/recovery" in z else None, bool(z[f"{body}/thinned"]))
-                for body in z["bodies"].tolist()}
+        return {body: Surface(body, z[f"{body}/node"], z[f"{body}/position"], z[f"{body}/triangles"],
+                              z[f"{body}/edges"], z[f"{body}/recovery"] if f"{body}/recovery" in z else None,
+                              bool(z[f"{body}/thinned"])) for body in z["bodies"].tolist()}

@@ -1,1 +1,1 @@
-"""The report of a study: summary.json, the figures as PNG, and one HTML page that needs no network."""
+"""report.html and inspect.html: the results as figures and tables with numbers and captions, and summary.json."""

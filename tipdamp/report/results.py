@@ -1,6 +1,7 @@
-"""What the stages left in the results folder, read back for the report."""
+"""The results folder read back for the report: records of the stages, contact tables, curves and shapes."""
 
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
@@ -8,30 +9,49 @@ from hbm.contact import ContactTable
 from hbm.model import ReducedModel
 from hbm.result import ForcedResponse
 from tipdamp import pair_checks, surface
+from tipdamp.stages.results import (
+    CurveResult,
+    InspectResult,
+    PreloadResult,
+    ReduceResult,
+    RespondResult,
+    Result,
+    TuneResult,
+)
+from tipdamp.store import Store
+from tipdamp.study.view import Study
+from tipdamp.surface import Surface
 from tipdamp.visualization import Shapes
 
-BEFORE = ("inspect", "reduce", "preload", "tune", "respond")
+R = TypeVar("R", bound=Result)
 
 
 @dataclass(frozen=True)
 class Case:
-    """One curve: `facts` are its figures in respond.json."""
+    """One curve with its figures."""
 
-    facts: dict
+    facts: CurveResult
     curve: ForcedResponse
 
     @property
     def Fe(self) -> float:
-        return self.facts["Fe_N"]
+        """N, amplitude of the excitation."""
+        return self.facts.Fe_N
 
     @property
     def H(self) -> int:
-        return self.facts["H"]
+        """Highest harmonic order."""
+        return self.facts.H
 
     @property
     def has_peak(self) -> bool:
-        """The whole band was followed: its largest value is a peak, and not just as far as the curve came."""
-        return bool(self.facts["complete"]) and self.facts["peak_m"] is not None
+        """Whether the whole band was followed: only then its largest value is a peak."""
+        return self.facts.complete and self.facts.peak_m is not None
+
+    @property
+    def peak_per_newton(self) -> float | None:
+        """m/N."""
+        return None if self.facts.peak_m is None else self.facts.peak_m / self.Fe
 
     def patch(self, name: str) -> np.ndarray:
         """(n, k) m, half of peak-to-peak of the k nodes of a patch; NaN where a point failed."""
@@ -39,93 +59,108 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Results:
-    """`found` {stage: content of its json file}; a stage that the study has no section for is not in it.
+class StuckResponse:
+    """Linear response with all kept pairs stuck: hz (n,), m_per_N (n, k) of the k nodes of the first patch."""
 
-    whole, kept - contact tables of the whole patch and after tuning, or None; cases - the curves, H by H, levels
-    ascending; stuck - {"hz": (n,), "m_per_N": (n, k) of the patch of blade 1} or None; seconds {stage: s}
-    loads {case: ContactTable} - preload of the further load cases; model - the reduced one, None where it is gone
-    surfaces {body: Surface}, empty without meshes; shapes - modes to look at, stuck ones first
+    hz: np.ndarray
+    m_per_N: np.ndarray
+
+
+@dataclass(frozen=True)
+class Results:
+    """What a study has computed; None or empty where a stage has not run or does not apply.
+
+    whole, kept - contact tables of the whole patch and after `tune`; loads {case: table of the whole patch}
+    cases - the curves, ascending in H, then in Fe; stuck - their linear limit
+    said {stage: its warnings} of the stages that the study asks for; seconds {stage: s} of those that have run
+    model - the reduced one; surfaces {body: Surface}, empty without meshes; shapes - modes, stuck ones first
     """
 
-    study: object
-    found: dict
-    whole: ContactTable | None
-    kept: ContactTable | None
-    cases: tuple
-    stuck: dict | None
-    seconds: dict
-    loads: dict = field(default_factory=dict)
+    study: Study
+    inspect: InspectResult | None = None
+    reduce: ReduceResult | None = None
+    preload: PreloadResult | None = None
+    tune: TuneResult | None = None
+    respond: RespondResult | None = None
+    whole: ContactTable | None = None
+    kept: ContactTable | None = None
+    loads: dict[str, ContactTable] = field(default_factory=dict)
+    cases: tuple[Case, ...] = ()
+    stuck: StuckResponse | None = None
+    said: dict[str, list[str]] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
     model: ReducedModel | None = None
-    surfaces: dict = field(default_factory=dict)
-    shapes: tuple = ()
-
-    def __contains__(self, stage: str) -> bool:
-        return stage in self.found
-
-    def __getitem__(self, stage: str) -> dict:
-        return self.found[stage]
+    surfaces: dict[str, Surface] = field(default_factory=dict)
+    shapes: tuple[Shapes, ...] = ()
 
     @property
     def first_patch(self) -> str:
+        """Response patch of blade 1."""
         return self.study.respond.patches[0]
 
     @property
     def orders(self) -> list[int]:
-        """Numbers of harmonics, ascending."""
+        """Values of H, ascending."""
         return sorted({case.H for case in self.cases})
 
     def of_order(self, H: int) -> list[Case]:
+        """The curves of one H, ascending in Fe."""
         return [case for case in self.cases if case.H == H]
 
     def beside_paper(self, words: str) -> str:
-        """A sentence on the seed paper's figures, where the study has its values as [reference]; else nothing."""
+        """A sentence on the figures of the seed paper where the study states its values as [reference], else ''."""
         return f" {words} of Zucca, Berruti and Cosi (2016)." if self.study.reference else ""
 
     @property
     def axis(self) -> np.ndarray:
-        """(3,) of the damper."""
+        """(3,) direction along the damper."""
         return np.array(self.study.driver.axis)
 
-    def places(self, pairs: ContactTable) -> dict:
-        """{"blades", "damper": (P, 3) m} of the two nodes of each pair; where the table has them without a model."""
+    def places(self, pairs: ContactTable) -> dict[str, np.ndarray]:
+        """{"blades", "damper": (P, 3) m} of the two nodes of each pair; without a model the place in the table."""
         return pair_checks.places_in(self.model, pairs)
 
     def along(self, pairs: ContactTable) -> np.ndarray:
-        """(P,) mm, coordinate along the damper's axis."""
+        """(P,) mm, coordinate along the axis of the damper."""
         return 1e3 * pairs.position @ self.axis
 
 
-def load_results(study, store) -> Results:
-    """All that is there and that the study still asks for."""
-    asked = BEFORE if "tune" in study and "respond" in study else BEFORE[:3]
-    found = {stage: store.read_json(f"{stage}.json") for stage in asked if store.path(f"{stage}.json").is_file()}
-    whole = ContactTable.load(store.path("preload.csv")) if "preload" in found else None
-    kept = ContactTable.load(store.path("kept.csv")) if "tune" in found else None
-    cases = [Case(facts, ForcedResponse.load(store.path(facts["file"])))
-             for facts in found.get("respond", {}).get("responses", [])]
-    loads = {case: ContactTable.load(store.path(facts["file"]))
-             for case, facts in found.get("preload", {}).get("cases", {}).items()}
-    kept_modes = (("stuck_modes.npz", "tune"), ("free_modes.npz", "reduce"))
-    shapes = [Shapes.load(store.path(name)) for name, stage in kept_modes
-              if stage in found and store.path(name).is_file()]
-    records = {stage: store.record(stage) for stage in BEFORE}
-    seconds = {stage: record["seconds"] for stage, record in records.items() if record and stage in found}
-    return Results(study, found, whole, kept, tuple(sorted(cases, key=lambda c: (c.H, c.Fe))),
-                   _stuck(study, store) if "respond" in found else None, seconds, loads,
-                   ReducedModel.load(store.path("model.npz")) if store.path("model.npz").is_file() else None,
-                   surface.load(store.path("surface.npz")) if store.path("surface.npz").is_file() else {},
-                   tuple(shapes))
+def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Results:
+    """Read what is there of the stages that `said` {stage: warnings} names; InputError where a file is damaged."""
+    def read(stage: str, kind: type[R]) -> R | None:
+        return kind.load(store) if stage in said and store.path(kind.file).is_file() else None
+
+    inspect, reduce, preload = (read("inspect", InspectResult), read("reduce", ReduceResult),
+                                read("preload", PreloadResult))
+    tune, respond = read("tune", TuneResult), read("respond", RespondResult)
+    cases = [Case(c, ForcedResponse.load(store.path(c.file))) for c in (respond.responses if respond else ())]
+    records = {stage: store.record(stage) for stage in said}
+    model, skins = store.path("model.npz"), store.path("surface.npz")
+    return Results(
+        study, inspect, reduce, preload, tune, respond,
+        whole=ContactTable.load(store.path("preload.csv")) if preload else None,
+        kept=ContactTable.load(store.path("kept.csv")) if tune else None,
+        loads={case: ContactTable.load(store.path(c.file)) for case, c in (preload.cases if preload else {}).items()},
+        cases=tuple(sorted(cases, key=lambda c: (c.H, c.Fe))),
+        stuck=_stuck(study, store) if respond else None,
+        said=said,
+        seconds={stage: record["seconds"] for stage, record in records.items() if record},
+        model=ReducedModel.load(model) if model.is_file() else None,
+        surfaces=surface.load(skins) if skins.is_file() else {},
+        shapes=tuple(Shapes.load(store.path(name)) for result, name in ((tune, "stuck_modes.npz"),
+                                                                        (reduce, "free_modes.npz"))
+                     if result and store.path(name).is_file()))
 
 
-def _stuck(study, store):
-    if not store.path("stuck.npz").is_file():
+def _stuck(study, store) -> StuckResponse | None:
+    path = store.path("stuck.npz")
+    if not path.is_file():
         return None
-    with np.load(store.path("stuck.npz"), allow_pickle=False) as z:
+    with np.load(path, allow_pickle=False) as z:
         mine = in_patch(z["output_names"], study.respond.patches[0])
-        return {"hz": z["frequency"], "m_per_N": np.abs(z["response"][:, mine])}
+        return StuckResponse(z["frequency"], np.abs(z["response"][:, mine]))
 
 
-def in_patch(output_names, patch: str) -> np.ndarray:
-    """(m,) bool - outputs named 'patch:node' that belong to the patch."""
+def in_patch(output_names: np.ndarray, patch: str) -> np.ndarray:
+    """(m,) bool: outputs named 'patch:node' that belong to the patch."""
     return np.array([name.rpartition(":")[0] == patch for name in output_names.tolist()])

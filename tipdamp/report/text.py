@@ -1,15 +1,18 @@
 """How numbers, names and lists are written."""
 
 import math
+from collections.abc import Iterable
 
 NOTHING = "\N{EN DASH}"
 MICRO = 1e6
+NEGLIGIBLE = 1e-9       # N, N m: rounding of balanced loads
 
 
-def number(value, digits: int = 4) -> str:
-    """Significant digits without an exponent where that is readable: 0.7523, 79.90, 43896."""
+def number(value: float | None, digits: int = 4, scale: float = 1.0) -> str:
+    """Significant digits of scale * value, without an exponent where that is readable: 0.7523, 79.90, 43896."""
     if value is None or not math.isfinite(value):
         return NOTHING
+    value *= scale
     if value == 0:
         return "0"
     size = math.floor(math.log10(abs(value)))
@@ -19,21 +22,32 @@ def number(value, digits: int = 4) -> str:
     return f"{value:.{max(digits - 1 - size, 0)}f}".replace("-", "\N{MINUS SIGN}")
 
 
-def hertz(value) -> str:
+def hertz(value: float | None) -> str:
+    """One decimal."""
     return NOTHING if value is None or not math.isfinite(value) else f"{value:.1f}"
 
 
-def micro(value) -> str:
+def micro(value: float | None) -> str:
     """m as µm with four digits."""
-    return number(None if value is None else MICRO * value)
+    return number(value, scale=MICRO)
 
 
-def distance(value) -> str:
+def distance(value: float | None) -> str:
     """m as µm with three digits; what is only rounding of coordinates is 0."""
-    return "0" if value is not None and abs(value) < 1e-10 else number(None if value is None else MICRO * value, 3)
+    return "0" if value is not None and abs(value) < 1e-10 else number(value, 3, MICRO)
 
 
-def percent(share, digits: int = 2) -> str:
+def amount(value: float | None, unit: str) -> str:
+    """Three digits with the unit; what is only rounding of a sum is 0."""
+    return f"{number(0 if value is not None and abs(value) < NEGLIGIBLE else value, 3)} {unit}"
+
+
+def force_along(motion: str, load: float) -> str:
+    """A load along a rigid motion: '0.0500 N m along 'roll about y''."""
+    return f"{amount(load, 'N m' if motion.startswith('roll') else 'N')} along '{motion}'"
+
+
+def percent(share: float | None, digits: int = 2) -> str:
     """A ratio as signed percent."""
     if share is None or not math.isfinite(share):
         return NOTHING
@@ -41,7 +55,8 @@ def percent(share, digits: int = 2) -> str:
     return f"{rounded:+.{digits}f} %".replace("-", "\N{MINUS SIGN}") if rounded else f"{0:.{digits}f} %"
 
 
-def deviation(value, reference) -> str:
+def deviation(value: float | None, reference: float | None) -> str:
+    """From a reference value, as signed percent; a dash without one."""
     return percent(value / reference - 1) if value and reference else NOTHING
 
 
@@ -50,23 +65,24 @@ def sentence(warning: str) -> str:
     return f"{warning[:1].upper()}{warning[1:]}."
 
 
-def listing(parts) -> str:
+def listing(parts: Iterable) -> str:
     """'a, b and c'."""
     parts = [str(p) for p in parts]
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}" if parts else ""
 
 
-def names_of_pairs(names) -> str:
-    """['left 1', 'left 2', 'left 7', 'right 0'] as 'left 1-2, 7; right 0', with true dashes."""
-    sides = {}
+def names_of_pairs(names: Iterable[str]) -> str:
+    """['left 1', 'left 2', 'left 7', 'right 0/1'] as 'left 1-2, 7; right (row 1) 0', with true dashes."""
+    groups: dict[str, set[int]] = {}
     for name in names:
-        side, _, station = name.rpartition(" ")
-        sides.setdefault(side, set()).add(int(station))
-    return "; ".join(f"{side} {_ranges(sorted(stations))}" for side, stations in sides.items()) or "none"
+        side, _, place = name.rpartition(" ")
+        station, _, row = place.partition("/")
+        groups.setdefault(f"{side} (row {row})" if row else side, set()).add(int(station))
+    return "; ".join(f"{group} {_ranges(sorted(stations))}" for group, stations in groups.items()) or "none"
 
 
 def _ranges(whole) -> str:
-    runs = []
+    runs: list[list[int]] = []
     for k in whole:
         if runs and k == runs[-1][1] + 1:
             runs[-1][1] = k

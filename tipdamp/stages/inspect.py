@@ -1,12 +1,9 @@
 """Stage inspect: what is in the meshes or matrices, before anything is computed, and the page to look at it."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
-from hbm.contact import ContactTable
 from hbm.errors import InputError
-from modal.mesh import DIMENSION, Mesh
+from modal.mesh import DIMENSION
 from tipdamp import loads, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes
@@ -14,26 +11,14 @@ from tipdamp.bodies.matrices import given_model
 from tipdamp.bodies.pair import matched_pairs
 from tipdamp.bodies.read import BODY_READS, read_meshes
 from tipdamp.progress import Tick
+from tipdamp.report.inspection_page import Inspected, inspection_page
+from tipdamp.report.libraries import missing
 from tipdamp.sanity_checks import distance_warnings, expectations, first_frequency, friction_warnings, mesh_warnings
 from tipdamp.stages.results import InspectedBody, InspectResult
 from tipdamp.stages.stage import Stage
 from tipdamp.stiffness import side_materials
 from tipdamp.store import Store
 from tipdamp.study.view import Study
-
-
-@dataclass(frozen=True)
-class Inspected:
-    """What the page shows: meshes are absent for matrices, pairs where they cannot be matched (`trouble` says why).
-
-    places {body: (P, 3) m} of the two nodes of each pair; angles (P,) degrees between normals and surfaces
-    """
-
-    meshes: dict[str, Mesh] = field(default_factory=dict)
-    pairs: ContactTable | None = None
-    places: dict[str, np.ndarray] | None = None
-    angles: np.ndarray | None = None
-    trouble: str = ""
 
 
 def inspect(study: Study, store: Store, tick: Tick) -> list[str]:
@@ -104,22 +89,17 @@ def _assembled(study, meshes, pairs, bodies, tick):
 
 
 def _with_page(study, store, result, shown):
-    """The result with its pairs, and inspect.html beside it; without plotly a warning instead."""
+    """The result with its pairs, and inspect.html beside it; a warning instead where a library is missing."""
     found = dict(result)
     if shown.pairs is not None:
         direction = np.array(study.driver.pull_direction)
         found["pairs"] = {s: int((shown.pairs.side == s).sum()) for s in shown.pairs.sides}
         found["pair_checks"] = pair_checks.side_checks(shown.pairs, shown.places, direction, shown.angles)
-    try:
-        import plotly  # noqa: F401
-    except ImportError:
-        found["warnings"] = (*result.warnings, "inspect.html is left out: plotly is not installed")
+    if absent := missing("plotly", "jinja2"):
+        found["warnings"] = (*result.warnings, f"inspect.html is left out: {absent} is not installed")
         return InspectResult(**found)
-    from tipdamp.report.mesh_page import mesh_page
-
     with store.writing("inspect.html") as path:
-        path.write_text(mesh_page(study, InspectResult(**found).model_dump(), shown.meshes, shown.pairs,
-                                  shown.places, shown.angles, shown.trouble), encoding="utf-8")
+        path.write_text(inspection_page(study, InspectResult(**found), shown), encoding="utf-8")
     return InspectResult(**{**found, "pictures": ("inspect.html",)})
 
 

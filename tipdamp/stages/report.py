@@ -1,16 +1,25 @@
 """Stage report: one HTML page, the figures and summary.json."""
 
 from tipdamp.progress import Tick
+from tipdamp.report.write import write_report
+from tipdamp.stages import inspect, preload, reduce, respond, tune
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.view import PARTS, Study
 
+BEFORE = {"inspect": inspect.STAGE, "reduce": reduce.STAGE, "preload": preload.STAGE, "tune": tune.STAGE,
+          "respond": respond.STAGE}
+
 
 def report(study: Study, store: Store, tick: Tick) -> list[str]:
     """Write the page of what the stages before it found."""
-    from tipdamp.report.page import write_report
+    return write_report(study, store, tick, said(study, store))
 
-    return write_report(study, store, tick)
+
+def said(study: Study, store: Store) -> dict[str, list[str]]:
+    """{stage: its warnings} of the stages that the study asks for and that have run."""
+    return {name: stage.warnings(study, store) for name, stage in BEFORE.items()
+            if all(section in study for section in stage.requires) and store.path(f"{name}.json").is_file()}
 
 
 def line(store: Store) -> str:
@@ -23,5 +32,4 @@ def warnings(_: Study, __: Store) -> list[str]:
     return []
 
 
-STAGE = Stage(report, line, warnings, outputs=("report.html", "summary.json"), reads=PARTS,
-              needs=("inspect", "reduce", "preload", "tune", "respond"))
+STAGE = Stage(report, line, warnings, outputs=("report.html", "summary.json"), reads=PARTS, needs=tuple(BEFORE))

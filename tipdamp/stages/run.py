@@ -85,9 +85,9 @@ def missing_sections(name: str, study: Study) -> list[str]:
 def program_mark(with_report: bool) -> str:
     """Fingerprint of the program's own sources: another version computes anew."""
     folders = [Path(str(package.__file__)).parent for package in (tipdamp, hbm, modal, static_contact)]
-    kinds = (".py", ".csv", ".css", ".js")
+    kinds = (".py", ".csv", ".css", ".js", ".html")
     return fingerprint(*sorted(f for folder in folders for f in folder.rglob("*") if f.suffix in kinds
-                               and (with_report or f.parent.name != "report")))
+                               and (with_report or "report" not in f.parts)))
 
 
 def _check_current(name, need, study, store):

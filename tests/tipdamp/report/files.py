@@ -4,13 +4,16 @@ Two sides of five stations, two rows on the right; the curves are those of one d
 """
 
 import json
+from dataclasses import replace
 
 import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.result import ForcedResponse
-from tipdamp.report import page
-from tipdamp.store import Store
+from tipdamp.report.results import Results, load_results
+from tipdamp.report.write import write_report
+from tipdamp.stages.report import said
+from tipdamp.store import Store, plain
 from tipdamp.study.study import load_study
 
 STUDY = """
@@ -43,6 +46,7 @@ band = [2300, 3300]
 damping_ratio = 0.022
 """
 HOSTILE = "<script>alert('x')</script> & $a_$ %{y}"
+HOSTILE_NAMES = {"left": f"<b>{HOSTILE}", "patch_1": f"<img src=x onerror=alert(1)>{HOSTILE}"}
 
 
 def table(weight=None, preload=10.0):
@@ -77,10 +81,17 @@ def side_figures():
             for s in ("left", "right")}
 
 
-def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None):
-    """(study, store) with the files that the stages leave; `damage` changes {file: content} before it is written."""
+def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None, names=None):
+    """(study, store) with the files that the stages leave; `damage` changes {file: content} before it is written,
+    names {name: another} those of sides and patches."""
+    names = names or {}
+    text = STUDY.format(title=json.dumps(title), rest=sections)
+    for name, other in names.items():
+        text = text.replace(f"contact.{name}", f"contact.{json.dumps(other)}")
+    if names and sections == FULL:
+        text = text.replace("levels =", f"patches = [{json.dumps(names['patch_1'])}, \"patch_2\"]\nlevels =")
     study_file = folder / "rig.toml"
-    study_file.write_text(STUDY.format(title=json.dumps(title), rest=sections), encoding="utf-8")
+    study_file.write_text(text, encoding="utf-8")
     study = load_study(study_file)
     store = Store(study.results)
     hz = np.linspace(1400, 1900, 50)
@@ -96,13 +107,13 @@ def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None):
         "tune.json": {"target_hz": 2800.0, "tuned_pairs": {"front": 2, "back": 2},
                       "history": [{"front": 3, "back": 2, "hz": 2900.0, "mac": 0.8},
                                   {"front": 2, "back": 2, "hz": 2801.0, "mac": 0.9}],
+                      "stuck_modes_hz": {"full_area": [3000.0], "full_line": [2900.0], "tuned": [2801.0]},
                       "stuck_hz": {"full_area": 3000.0, "full_line": 2900.0, "tuned": 2801.0},
                       "mac": {"full_area": 0.7, "full_line": 0.8, "tuned": 0.9},
-                      "stuck_modes_hz": {"full_area": [3000.0], "full_line": [2900.0], "tuned": [2801.0]},
                       "full_model_check": {"tuned": {"reduced_hz": [2801.0], "full_hz": [2800.9],
                                                      "largest_error": 4e-5}},
                       "preload_kept": side_figures(),
-                      "redistribution": {"scale": {"left": 1.5, "right": 1.6}, "moment_Nm": 0},
+                      "redistribution": {"scale": {"left": 1.5, "right": 1.6}, "moment_Nm": 1e-14},
                       "roll_stiffness_Nm_per_rad": 1.7},
         "kept": kept, "responses": []}
     for H in (1, 3):
@@ -110,38 +121,58 @@ def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None):
             one = curve(Fe, H, failed if Fe > 1 else ())
             name = f"responses/Fe_{Fe:g}N_H{H}.npz"
             with store.writing(name) as path:
-                one.save(path)
+                replace(one, output_names=renamed(one.output_names, names)).save(path)
             (hz_top, top), bottom = one.peak("patch_1:1"), one.peak("patch_1:2")[1]
             files["responses"].append({
                 "file": name, "Fe_N": Fe, "H": H, "peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom, "points": 41,
+                "patches": {}, "residual_calls": 100,
                 "failed_points": len(failed) if Fe > 1 else 0, "complete": one.complete, "ended": one.ended,
                 "slipping_pairs": ["left 0", "left 1", "right 4"] if Fe > 1 else [], "seconds": 0.5,
-                "origin": "preloaded", "start": "zero_slider", "peak_inside_band": True, "residual_calls": 100,
-                "patches": {p: {"peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom}
-                            for p in ("patch_1", "patch_2")},
-                "back": {"peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom, "complete": True,
-                         "ended": "", "failed_points": 0, "seconds": 0.5}})
+                "origin": "preloaded", "start": "zero_slider", "peak_inside_band": True,
+                "back": {"peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom, "complete": True, "ended": "",
+                         "failed_points": 0, "seconds": 0.5}})
     if damage:
         damage(files)
     for name, pairs in (("preload.csv", table()), ("kept.csv", files["kept"])):
         with store.writing(name) as path:
-            pairs.save(path)
+            pairs.replace(side=renamed(pairs.side, names)).save(path)
     for name in ("inspect", "reduce", "preload", "tune"):
-        store.write_json(f"{name}.json", files[f"{name}.json"])
+        store.write_json(f"{name}.json", renamed_json(files[f"{name}.json"], names))
         store.finish(name, "key", [f"{name}.json"], 1.25)
-    stuck = {f["file"]: 1e-15 for f in files["responses"] if not f["slipping_pairs"]}
-    store.write_json("respond.json", {"responses": files["responses"], "law": {"name": "DryFriction2T"},
-                                      "zeta": [0.022], "stuck_difference": stuck})
+    store.write_json("respond.json", renamed_json({
+        "responses": files["responses"], "law": {"name": "DryFriction2T"}, "zeta": [0.022],
+        "stuck_difference": {f["file"]: 1e-15 for f in files["responses"] if not f["slipping_pairs"]}}, names))
     first = curve(1.0, 1)
     np.savez(store.path("stuck.npz"), frequency=first.frequency, response=first.harmonics[:, :, 1],
-             output_names=first.output_names)
+             output_names=renamed(first.output_names, names))
     return study, store
 
 
+def renamed(words, names) -> np.ndarray:
+    return np.array([next((w.replace(a, b) for a, b in names.items() if w.startswith(a)), w) for w in words.tolist()])
+
+
+def renamed_json(content, names) -> dict:
+    text = json.dumps(plain(content))
+    for name, other in names.items():
+        text = text.replace(f'"{name}', f'"{other}')
+    return json.loads(text)
+
+
 def written(folder, **options):
+    """Store of a report that was written."""
     study, store = artefacts(folder, **options)
-    page.write_report(study, store, lambda *_: None)
+    write(study, store)
     return store
+
+
+def write(study, store):
+    write_report(study, store, lambda *_: None, said(study, store))
+
+
+def results_of(study, store) -> Results:
+    """The files of the stages, read back."""
+    return load_results(study, store, said(study, store))
 
 
 def damage(stage, *path, value):

@@ -12,10 +12,8 @@ from tipdamp import pair_checks
 from tipdamp.bodies.pair import matched_pairs
 from tipdamp.bodies.read import read_meshes
 from tipdamp.cli import main
-from tipdamp.report import mesh_page
-from tipdamp.report.scene import Points
-from tipdamp.stages.results import InspectResult
-from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.report.drawing.scene import Points
+from tipdamp.report.figures.mesh_groups import without_partner
 from tipdamp.study.study import load_study
 
 HALF = 1 / np.sqrt(2)      # the pull along x + z on faces x and z
@@ -56,8 +54,7 @@ def test_nodes_without_a_partner_are_shown(tmp_path, capsys):
     page, error, file = inspected(path, capsys, code=2)
     assert f"(look at {file})" in error and "Stopped" in page and "without a partner within 1e-06 m" in page
     study = load_study(path)
-
-    lonely = list(mesh_page._lonely(study, read_meshes(study)))
+    lonely = list(without_partner(study, read_meshes(study)))
     assert len(lonely) == 4 and all(isinstance(p, Points) and len(p.position) == 9 for p in lonely)
     text = [t for p in lonely if "side 'one': damper" in p.name for t in p.hover]
     nodes = {int(re.search(r"damper node (\d+)", t)[1]) for t in text}
@@ -115,9 +112,6 @@ def test_a_side_that_the_pull_opens_is_named(own_table, capsys):
 
 def test_angles_count_both_surfaces(tmp_path):
     study = load_study(corner_study.write(tmp_path))
-    store = results_folder(study, None)
-    run_stage("inspect", study, store, quiet=True)
-    assert set(InspectResult.load(store).pair_checks) == {"one", "two"}
     meshes = read_meshes(study)
     pairs = matched_pairs(study, meshes)
     turn = np.radians(25)

@@ -11,9 +11,22 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from tests.tipdamp.report.files import FULL, HOSTILE, artefacts, curve, damage, table, written
-from tipdamp.report import figure, page, response_figures, static_figures
-from tipdamp.report.results import load_results
+from tests.tipdamp.report.files import (
+    FULL,
+    HOSTILE,
+    HOSTILE_NAMES,
+    artefacts,
+    curve,
+    damage,
+    results_of,
+    table,
+    write,
+    written,
+)
+from tipdamp.report.contents import contents
+from tipdamp.report.drawing import figure, matplotlib, plotly
+from tipdamp.report.drawing.table import Table
+from tipdamp.report.figures import free_response, kept_preload, response_levels
 from tipdamp.report.summary import summarise
 
 ROOT = Path(__file__).parents[3]
@@ -26,8 +39,8 @@ def plain_report(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def hostile_report(tmp_path_factory):
-    """Failed points and a title that means harm, together."""
-    return written(tmp_path_factory.mktemp("hostile"), title=HOSTILE, failed=(19, 20))
+    """Failed points, and a title and names of sides and patches that mean harm, together."""
+    return written(tmp_path_factory.mktemp("hostile"), title=HOSTILE, failed=(19, 20), names=HOSTILE_NAMES)
 
 
 class Reader(HTMLParser):
@@ -91,30 +104,30 @@ def test_pictures_are_not_empty(plain_report):
         assert min(image.shape[:2]) > 300 and 0.01 < inked < 0.9, path.name
 
 
-def test_hostile_title_is_text(hostile_report):
-    read = html_of(hostile_report)
-    assert "<script>alert" not in hostile_report.path("report.html").read_text(encoding="utf-8")
+def test_hostile_names_are_text(hostile_report):
+    """Title, sides and patches: escaped in paragraphs, tables, captions and figures."""
+    content, read = hostile_report.path("report.html").read_text(encoding="utf-8"), html_of(hostile_report)
+    assert "<script>alert" not in content and "<img" not in content and "<b><" not in content
     assert not any(script.startswith("alert") for script in read.scripts)
-    assert HOSTILE in read.text
+    for text in (HOSTILE, f"N on side '{HOSTILE_NAMES['left']}'", f"{HOSTILE_NAMES['left']} 0"):
+        assert text in read.text
 
 
 def test_backends_escape_names():
-    from tipdamp.report import draw_matplotlib, draw_plotly
-
     one = figure.Curve(np.arange(3), np.arange(3), HOSTILE)
     drawn = figure.Figure("x", HOSTILE, "", (figure.Panel(HOSTILE, HOSTILE, HOSTILE, (
         one, figure.Line("y", 1.0, HOSTILE), figure.Marks(np.ones(1), np.ones(1), labels=(HOSTILE,)))),))
-    content = draw_plotly.draw(drawn)
+    content = plotly.draw(drawn)
     assert "<script>alert" not in content and "%{y}" not in content
     assert content.replace("\\u0026", "&").count("&lt;script&gt;alert") == 8    # every text, as plotly must read it
     picture = io.BytesIO()
-    draw_matplotlib.draw(drawn, picture)       # "$a_$" alone would stop its reader of formulas
+    matplotlib.draw(drawn, picture)       # "$a_$" alone would stop its reader of formulas
     assert picture.getvalue().startswith(b"\x89PNG")
 
 
 def test_failed_points_are_gaps_with_a_mark(hostile_report, tmp_path):
     study, store = artefacts(tmp_path, failed=(19, 20))
-    items = response_figures.levels(load_results(study, store)).panels[0].items
+    items = next(response_levels.figures(results_of(study, store))).panels[0].items
     band = next(i for i in items if isinstance(i, figure.Band))
     assert [len(x) // 2 for x, _ in figure.outlines(band)] == [19, 20]     # 41 points without two
     assert np.nanmin(band.low / band.high) == pytest.approx(0.9)           # the nodes of blade 1 alone
@@ -125,7 +138,7 @@ def test_failed_points_are_gaps_with_a_mark(hostile_report, tmp_path):
     early = marks_of_early_stop(tmp_path / "early")
     assert early.name == "curve stops" and early.x.tolist() == [3300.0]
     read = html_of(hostile_report)
-    assert "2, incomplete" in read.text and "incomplete, 2 failed points" in read.text
+    assert "incomplete, 2 points failed" in read.text and "is incomplete, 2 points failed: " in read.text
     assert any("failed point" in script for script in read.scripts[1:])
 
 
@@ -133,7 +146,7 @@ def marks_of_early_stop(folder):
     """The curve of 20 N at H = 3 says that it is incomplete, and no point failed."""
     folder.mkdir()
     study, store = artefacts(folder, damage=damage("responses", 3, "complete", value=False))
-    items = response_figures.levels(load_results(study, store)).panels[0].items
+    items = next(response_levels.figures(results_of(study, store))).panels[0].items
     return next(i for i in items if isinstance(i, figure.Marks))
 
 
@@ -142,13 +155,12 @@ def marks_of_early_stop(folder):
                                             ("[tune]\ntarget_hz = 2800\n", {"tuning", "response", "reduction"})])
 def test_sections_without_data_are_left_out(tmp_path, sections, gone):
     study, store = artefacts(tmp_path, sections=sections)
-    results = load_results(study, store)
-    shown = page.sections_of(results)
-    assert not gone & {name for name, _, _ in shown} and len(shown) == 9 - len(gone)
+    results = results_of(study, store)
+    shown = contents(results)
+    assert not gone & {section.name for section in shown} and len(shown) == 9 - len(gone)
     assert all(not name.startswith("respon") for name in summarise(results))
 
 
-@pytest.mark.slow
 def test_further_load_cases_have_a_table_and_a_map_each(tmp_path):
     light = table(preload=2.0)
     light = light.replace(preload=np.where(light.station == 2, -0.5, light.preload))
@@ -159,17 +171,17 @@ def test_further_load_cases_have_a_table_and_a_map_each(tmp_path):
                              damage=lambda files: files["preload.json"].update(cases={"light": case}))
     store.path("loads").mkdir()
     light.save(store.path("loads/light.csv"))
-    blocks = dict((name, shown) for name, _, shown in page.sections_of(load_results(study, store)))["preload"]
-    rows = next(b for b in blocks if hasattr(b, "rows") and hasattr(b, "columns") and not hasattr(b, "panels")).rows
+    blocks = next(s.blocks for s in contents(results_of(study, store)) if s.name == "preload")
+    rows = next(b for b in blocks if isinstance(b, Table)).rows
     assert rows == (("the pull", "100", "70.00", "9.000", "0", "70.00", "9.000", "0"),
                     ("light: another pull", "20", "8.000", "2.000", "1", "16.00", "2.000", "2"))
-    map_of_case = next(b for b in blocks if getattr(b, "name", "") == "preload_light")
+    pictures = {b.name: b for b in blocks if not isinstance(b, Table)}
+    map_of_case = pictures["preload_light"]
     marks = [i for panel in map_of_case.panels for i in panel.items if isinstance(i, figure.Marks)]
     assert sum(len(m.x) for m in marks) == len(light) and {float(y) for m in marks for y in m.y} == {2.0, -0.5}
     assert all(m.filled == (m.y > 0).all() for m in marks)
-    scene = next(b for b in blocks if getattr(b, "name", "") == "preload_on_damper")
-    assert scene.cases == ["the pull", "light"]
-    page.write_report(study, store, lambda *_: None)
+    assert pictures["preload_on_damper"].cases == ["the pull", "light"]
+    write(study, store)
     assert store.path("figures/preload_light.png").is_file()
 
 
@@ -183,27 +195,27 @@ def test_a_curve_that_never_began(tmp_path):
     dead = {name: getattr(one, name)[:1] * np.nan for name in ("harmonics", "share_stick", "share_slip", "share_open")}
     replace(one, frequency=one.frequency[:1], converged=np.array([False]), iterations=one.iterations[:1],
             dissipated=one.dissipated[:1], complete=False, **dead).save(store.path("responses/Fe_20N_H1.npz"))
-    page.write_report(study, store, lambda *_: None)
+    write(study, store)
     found = store.read_json("summary.json")
     assert len(found["warnings"]) == 1 and found["responses"][1]["peak_m"] is None
 
 
-@pytest.mark.parametrize("missing", ["plotly", "matplotlib"])
+@pytest.mark.parametrize("missing", ["plotly", "matplotlib", "jinja2"])
 def test_missing_library_is_named(tmp_path, monkeypatch, missing):
     study, store = artefacts(tmp_path)
-    monkeypatch.setattr(page.draw_matplotlib, "draw", page.draw_matplotlib.draw if missing == "matplotlib" else
-                        lambda _, path: path.write_bytes(b""))
+    if missing != "matplotlib":
+        monkeypatch.setattr(matplotlib, "draw", lambda _, path: path.write_bytes(b""))
     for name in [n for n in sys.modules if n.split(".")[0] == missing]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, missing, None)
-    with pytest.raises(InputError, match=rf"{missing}.*extra 'report'"):
-        page.write_report(study, store, lambda *_: None)
+    with pytest.raises(InputError, match=rf"{missing}.*extra 'study'"):
+        write(study, store)
     assert store.path("summary.json").is_file() and not store.path("report.html").exists()
 
 
 def test_drawing_libraries_wait_until_they_are_needed():
-    code = ("import sys, tipdamp.report.page\n"
-            "print([m for m in ('plotly', 'matplotlib', 'dolfinx', 'gmsh') if m in sys.modules])")
+    code = ("import sys, tipdamp.report.write\n"
+            "print([m for m in ('plotly', 'matplotlib', 'jinja2', 'dolfinx', 'gmsh') if m in sys.modules])")
     child = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert child.stdout.strip() == "[]", child.stdout + child.stderr
 
@@ -211,20 +223,18 @@ def test_drawing_libraries_wait_until_they_are_needed():
 def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
     """All stations kept, a band without resonance, a blade that the other one leaves alone: no name without a mark
     inside the panel, and matplotlib has nothing to say."""
-    from tipdamp.report import draw_matplotlib
-
     def change(files):
         files["kept"] = files["kept"].replace(weight=np.ones(len(files["kept"])))
         files["reduce.json"]["free_hz"] = {"out_of_phase": 3901.0, "in_phase": 3996.0}
         files["reduce.json"]["free_response"]["m_per_N"]["patch_2"] *= 0
 
     study, store = artefacts(tmp_path, damage=change)
-    results = load_results(study, store)
-    linear, kept = static_figures.linear(results), static_figures.kept(results)
+    results = results_of(study, store)
+    linear, kept = next(free_response.figures(results)), next(kept_preload.figures(results))
     for panel in kept.panels:
         for item in panel.items:
-            if getattr(item, "name", ""):
+            if not isinstance(item, figure.Line) and item.name:
                 low, high = panel.y_range
                 assert len(item.x) and ((np.asarray(item.y) >= low) & (np.asarray(item.y) <= high)).all(), item.name
-    draw_matplotlib.draw(linear, tmp_path / "linear.png")
+    matplotlib.draw(linear, tmp_path / "linear.png")
     assert not [str(w.message) for w in recwarn]

@@ -4,8 +4,7 @@ import json
 
 import pytest
 
-from tests.tipdamp.report.files import artefacts, damage, written
-from tipdamp.report.results import load_results
+from tests.tipdamp.report.files import artefacts, damage, results_of, written
 from tipdamp.report.summary import summarise
 
 # at least these, and so deep                                               [what a run promises to leave]
@@ -43,21 +42,21 @@ def open_pair(files):
 
 
 @pytest.mark.parametrize("change, words", [
-    (damage("inspect", "bodies", "damper", "not_read", value=["tetra"]), "not read: tetra"),
+    (damage("inspect", "bodies", "damper", "not_read", value=["tetra"]), "were not read: tetra"),
     (damage("reduce", "free_hz", "out_of_phase", value=1640.0), "+3.1 % from the reference 1590 Hz"),
     (damage("preload", "residual", value=1e-3), "residual of 1.0e-03"),
     (damage("preload", "sides", "left", "sum_N", value=70.01), "side 'left' is 70.01 N, not the 70.00 N"),
     (damage("preload", "sides", "left", "balance_error", value=1e-4), "not in equilibrium: 1.0e-04"),
     (damage("tune", "full_model_check", "tuned", "largest_error", value=2e-3), "off by 0.2 %"),
     (damage("tune", "redistribution", "moment_Nm", value=-0.064), "moment of \N{MINUS SIGN}0.0640 N m"),
-    (damage("tune", "redistribution", value={"reactions": {"roll about y": 0.05}}), "along 'roll about y'"),
+    (damage("tune", "redistribution", value={"reactions": {"roll about y": 0.05}}), "0.0500 N m along 'roll about y'"),
     (damage("tune", "tuned_pairs", "front", value=3), "keeps 3 + 2 stations, the reference is 2 + 2"),
     (damage("tune", "history", 0, "hz", value=2700.0), "not monotone: with 3 + 2"),
-    (damage("tune", "mac", "full_area", value=0.3), "MAC of 0.30"),
+    (damage("tune", "mac", "full_area", value=0.3), "a MAC of 0.30"),
     (damage("tune", "target_hz", value=2700.0), "misses the target of 2700 Hz by +3.7 %"),
     (open_pair, "1 of 8 kept pairs are open at rest: left 0"),
-    (damage("responses", 1, "complete", value=False), "Fe = 20 N, H = 1 is incomplete, 0 failed points: reached"),
-    (damage("responses", 1, "back", "failed_points", value=2), "from the other end is incomplete, 2 failed"),
+    (damage("responses", 1, "complete", value=False), "Fe = 20 N, H = 1 is incomplete: reached"),
+    (damage("responses", 1, "back", "failed_points", value=2), "from the other end is incomplete, 2 points failed"),
     (damage("responses", 1, "peak_inside_band", value=False), "at the edge of the band"),
     (damage("responses", 3, "back", "peak_m", value=1.9e-5), "two ways through the band disagree"),
     (damage("responses", 0, "peak_hz", value=2760.0), "from the stuck frequency: another mode is near"),
@@ -65,7 +64,7 @@ def open_pair(files):
 ])
 def test_warnings_appear_when_they_should(tmp_path, change, words):
     study, store = artefacts(tmp_path, damage=change)
-    found = summarise(load_results(study, store))["warnings"]
+    found = summarise(results_of(study, store))["warnings"]
     assert any(words in sentence for sentence in found), found
 
 
@@ -74,4 +73,4 @@ def test_curve_without_slip_must_be_the_linear_one(tmp_path):
     content = store.read_json("respond.json")
     content["stuck_difference"] = {"responses/Fe_1N_H1.npz": 3e-5}
     store.write_json("respond.json", content)
-    assert [w for w in summarise(load_results(study, store))["warnings"] if "differs from the linear" in w]
+    assert [w for w in summarise(results_of(study, store))["warnings"] if "differs from the linear" in w]

@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 
-from tipdamp.report import figure, text
+from tipdamp.report import text
+from tipdamp.report.drawing import figure
 
 
 @pytest.mark.parametrize("value, written", [(0.75226, "0.7523"), (79.903, "79.90"), (43896, "43896"), (0, "0"),
@@ -19,8 +20,13 @@ def test_percent_of_nearly_nothing():
 
 
 def test_names_of_pairs():
-    names = ["the left 3", "the left 1", "the left 2", "right 0", "the left 9", "right 0"]
-    assert text.names_of_pairs(names) == "the left 1\N{EN DASH}3, 9; right 0"
+    names = ["the left 3", "the left 1", "the left 2", "right 0/1", "the left 9", "right 0/0", "right 1/1"]
+    assert text.names_of_pairs(names) == "the left 1\N{EN DASH}3, 9; right (row 1) 0\N{EN DASH}1; right (row 0) 0"
+
+
+@pytest.mark.parametrize("value, written", [(-1e-14, "0 N m"), (None, "\N{EN DASH} N m"), (0.05, "0.0500 N m")])
+def test_rounding_is_nothing(value, written):
+    assert text.amount(value, "N m") == written
 
 
 def test_colors_of_levels_go_from_dark_to_light():

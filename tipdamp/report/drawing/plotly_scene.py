@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from tipdamp.report.draw_plotly import CONFIG, FONT, library, plain_text, small
-from tipdamp.report.figure import INK
-from tipdamp.report.scene import Points, Scene, Segments, Solid
+from tipdamp.report.drawing.figure import INK
+from tipdamp.report.drawing.plotly import CONFIG, FONT, library, plain_text, small
+from tipdamp.report.drawing.scene import Points, Scene, Segments, Solid
 
 CONFIG_3D = {**CONFIG, "modeBarButtons": [["orbitRotation", "pan3d", "zoom3d", "resetCameraDefault3d", "toImage"]]}
 AXIS = {"backgroundcolor": "#fbfbfc", "gridcolor": "#e4e7ea", "showbackground": True, "zeroline": False,
-        "tickfont": {"size": 10}, "nticks": 6, "showspikes": False}
+        "tickfont": {"size": 12}, "nticks": 5, "showspikes": False}
+PER_HEIGHT = 0.655       # heights of the picture that a unit takes, seen from the distance 1 (measured on plotly.js 3)
 LIGHT = {"ambient": 0.8, "diffuse": 0.45, "specular": 0.08, "roughness": 0.7, "fresnel": 0.05}
 
 
@@ -21,7 +22,8 @@ def draw(scene: Scene) -> str:
 def figure_of(scene: Scene):
     """The plotly figure."""
     out = library().graph_objects.Figure()
-    seen, bars = set(), {}
+    seen: set[tuple[str, str]] = set()
+    bars: dict[str, set[str]] = {}
     for item in scene.items:
         name = plain_text(item.name)
         first = not item.case or item.case == scene.cases[0]
@@ -40,17 +42,24 @@ def figure_of(scene: Scene):
     return out
 
 
-def space(box, eye, up) -> dict:
-    """Layout of the axes in mm: true proportions, as large as the picture holds."""
+def space(box: np.ndarray, eye: tuple, up: tuple) -> dict:
+    """Layout of the axes in mm: true proportions, as large as the picture holds with the labels of the axes."""
     box = np.asarray(box, dtype=float)
-    size = box[1] - box[0]
-    slender = size.max() / np.linalg.norm(size)              # 0.58 for a cube, 1 for a needle
-    axes = {f"{k}axis": {**AXIS, "title": {"text": f"{k} (mm)", "font": {"size": 11}}, "range": box[:, i].tolist()}
+    axes = {f"{k}axis": {**AXIS, "title": {"text": f"{k} (mm)", "font": {"size": 13}}, "range": box[:, i].tolist()}
             for i, k in enumerate("xyz")}
-    return {**axes, "aspectmode": "manual", "aspectratio": dict(zip("xyz", ((0.3 + 2.4 * slender) * size
-                                                                   / np.linalg.norm(size)).tolist(), strict=True)),
+    return {**axes, "aspectmode": "manual", "aspectratio": _xyz(_fitted(box[1] - box[0], eye, up)),
             "dragmode": "orbit", "bgcolor": "#ffffff",
             "camera": {"eye": _xyz(eye), "up": _xyz(up), "projection": {"type": "orthographic"}}}
+
+
+def _fitted(size, eye, up) -> np.ndarray:
+    """(3,) edges of the box so that its outline takes 0.8 of the height and 1.15 heights of the width: the labels stand
+    outside it, and a printed page is 1.4 times as wide as high."""
+    eye = np.asarray(eye, dtype=float)
+    across = np.cross(up, eye)
+    high = np.cross(eye, across)
+    wide, tall = (np.abs(size * v).sum() / np.linalg.norm(v) for v in (across, high))
+    return size * np.linalg.norm(eye) / PER_HEIGHT * min(0.8 / tall, 1.15 / wide)
 
 
 def _xyz(vector) -> dict:

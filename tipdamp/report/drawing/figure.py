@@ -1,4 +1,4 @@
-"""Figures as plain data: described once, drawn by `draw_plotly` for the page and by `draw_matplotlib` as PNG.
+"""Figures as plain data: described once, drawn by `plotly` for the page and by `matplotlib` as PNG.
 
 A Figure holds panels, a panel holds items (Curve, Band, Marks, Line). Coordinates are in the units of the axis labels.
 NaN in a curve or band is a gap. Items of one name share one entry of the legend; an empty name has none. Names,
@@ -6,6 +6,7 @@ titles and labels are plain text: the backends escape what their own markup woul
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -59,7 +60,8 @@ class Marks:
 class Line:
     """A straight line across the panel at a value of its x or y axis.
 
-    end - where its label stands: 'high' (top, or above the line) or 'low'; left - label left of a line at an x value
+    end - where its label stands: 'high' (top, or above the line) or 'low'; left - label left of a line at an x value,
+    or at the left end of a line at a y value
     """
 
     axis: str
@@ -71,12 +73,17 @@ class Line:
     left: bool = False
 
 
+Item = Curve | Band | Marks | Line
+
+
 @dataclass(frozen=True)
 class Panel:
+    """One pair of axes; items - Curve, Band, Marks and Line, in the order of drawing."""
+
     title: str
     x_label: str
     y_label: str
-    items: tuple
+    items: tuple[Item, ...]
     log_y: bool = False
     x_range: tuple | None = None
     y_range: tuple | None = None
@@ -86,15 +93,18 @@ class Panel:
 class Figure:
     """name - of the PNG file; caption - what one sees; row_height - px of one row of panels."""
 
+    kind: ClassVar[str] = "Figure"
+
     name: str
     title: str
     caption: str
-    panels: tuple
+    panels: tuple[Panel, ...]
     columns: int = 2
     row_height: int = 340
 
     @property
     def rows(self) -> int:
+        """Rows of panels."""
         return -(-len(self.panels) // self.columns)
 
     @property

@@ -1,12 +1,14 @@
-"""Pictures in three dimensions as plain data, drawn by `draw_scene`. Coordinates in mm.
+"""Pictures in three dimensions as plain data, drawn by `plotly_scene`. Coordinates in mm.
 
 Items of one name share one entry of the legend, by which they are switched; an empty name has none. An item with a
 `case` is shown only while that case is chosen from the menu above the picture.
 """
 
 from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 BODY, BLADE = "#b9c0c8", "#8fb3d1"
 NORMAL, TANGENT_1, TANGENT_2 = "#D55E00", "#009E73", "#7b3f9d"
@@ -64,14 +66,19 @@ class Scale:
     colors: str = "YlOrRd"
 
 
+Item = Solid | Points | Segments
+
+
 @dataclass(frozen=True)
 class Scene:
     """box : (2, 3) mm - what is shown; eye - from where it is seen; up - what is drawn upwards."""
 
+    kind: ClassVar[str] = "Figure"
+
     name: str
     title: str
     caption: str
-    items: tuple
+    items: tuple[Item, ...]
     box: np.ndarray
     eye: tuple = (1.0, -1.0, 0.8)
     up: tuple = (0.0, 0.0, 1.0)
@@ -80,21 +87,30 @@ class Scene:
 
     @property
     def cases(self) -> list[str]:
+        """Names for the menu."""
         return list(dict.fromkeys(item.case for item in self.items if item.case))
 
 
-def view(outward, axis) -> dict:
-    """eye and up that show both sides of a damper with its axis across the picture; outward - where its sides look."""
-    axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    up = outward - axis * (outward @ axis)
-    if np.linalg.norm(up) < 1e-3 * np.linalg.norm(outward) + 1e-12:
-        up = np.eye(3)[np.abs(axis).argmin()]
+class View(NamedTuple):
+    """eye - from where a scene is seen; up - what is drawn upwards."""
+
+    eye: tuple
+    up: tuple
+
+
+def view(outward: ArrayLike, axis: ArrayLike) -> View:
+    """The view that shows both sides of a damper with its axis across the picture; outward - where its sides look."""
+    along, out = np.asarray(axis, dtype=float), np.asarray(outward, dtype=float)
+    along = along / np.linalg.norm(along)
+    up = out - along * (out @ along)
+    if np.linalg.norm(up) < 1e-3 * np.linalg.norm(out) + 1e-12:
+        up = np.eye(3)[np.abs(along).argmin()]
     up = up / np.linalg.norm(up)
-    across = np.cross(axis, up)
-    return {"eye": tuple(1.15 * up + 0.75 * across - 0.3 * axis), "up": tuple(up)}
+    across = np.cross(along, up)
+    return View(tuple(1.15 * up + 0.75 * across - 0.3 * along), tuple(up))
 
 
-def inside(position, triangles, box) -> np.ndarray:
+def inside(position: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.ndarray:
     """The triangles that have a corner in the box."""
     within = ((position >= box[0]) & (position <= box[1])).all(axis=1)
     return triangles[within[triangles].any(axis=1)]

@@ -4,8 +4,8 @@ import html
 
 import numpy as np
 
-from hbm.errors import InputError
-from tipdamp.report.figure import INK, Band, Curve, Figure, Line, outlines
+from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Line, outlines
+from tipdamp.report.libraries import need
 
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, "DejaVu Sans", sans-serif'
 TOP, BOTTOM, LEGEND_ROW, LEGEND_LETTERS = 34, 62, 22, 125   # px; letters of one legend row
@@ -26,11 +26,11 @@ def draw(figure: Figure) -> str:
     bottom = BOTTOM + LEGEND_ROW * legend
     height = rows * figure.row_height + TOP + bottom
     inner = height - TOP - bottom
-    specs = [[{} if r * columns + c < len(figure.panels) else None for c in range(columns)] for r in range(rows)]
+    specs: list = [[{} if r * columns + c < len(figure.panels) else None for c in range(columns)] for r in range(rows)]
     out = plotly.subplots.make_subplots(
         rows, columns, specs=specs, subplot_titles=[plain_text(p.title) for p in figure.panels],
         horizontal_spacing=0.24 / max(columns, 2), vertical_spacing=min(84 / inner, 0.4) if rows > 1 else 0)
-    seen = set()
+    seen: set[str] = set()
     for i, panel in enumerate(figure.panels):
         _panel(out, panel, dict(row=i // columns + 1, col=i % columns + 1), seen)
     out.update_layout(
@@ -109,14 +109,12 @@ def plain_text(text) -> str:
 
 def library():
     """plotly with the parts that are used here; InputError where it is missing."""
-    try:
-        import plotly
-        import plotly.graph_objects
-        import plotly.offline
-        import plotly.subplots
-    except ModuleNotFoundError:
-        raise InputError("the report needs plotly, which is not installed; get the extra 'report': "
-                         "pip install -e '.[study]'") from None
+    need("plotly")
+    import plotly
+    import plotly.graph_objects
+    import plotly.offline
+    import plotly.subplots
+
     return plotly
 
 

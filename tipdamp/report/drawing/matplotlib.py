@@ -1,7 +1,7 @@
 """The same figures drawn with matplotlib, as PNG."""
 
-from hbm.errors import InputError
-from tipdamp.report.figure import INK, Band, Curve, Figure, Line, Panel, outlines
+from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Line, Marks, Panel, outlines
+from tipdamp.report.libraries import need
 
 DPI, PANEL_WIDTH, PIXELS_PER_INCH = 150, {1: 7.5, 2: 5.2, 3: 4.0}, 100
 DASH = {"solid": "-", "dash": (0, (5, 3)), "dashdot": (0, (6, 2, 1, 2)), "dot": (0, (1, 1.6))}
@@ -23,7 +23,7 @@ def draw(figure: Figure, path) -> None:
         out = base(figsize=(wide, high), dpi=DPI, facecolor="white")
         out.set_layout_engine("constrained", rect=(0, legend / high, 1, 1 - legend / high), w_pad=0.1, h_pad=0.1)
         backend(out)
-        handles = {}
+        handles: dict = {}
         for i, panel in enumerate(figure.panels):
             _panel(out.add_subplot(figure.rows, columns, i + 1), panel, handles)
         out.suptitle(_text(figure.title), x=0.01, ha="left", fontsize=11.5, fontweight="bold")
@@ -48,7 +48,7 @@ def _panel(axes, panel: Panel, handles):
         if isinstance(item, Line):
             _line(axes, item)
             continue
-        handle = _ITEM[type(item).__name__](axes, item)
+        handle = _ITEM[type(item)](axes, item)
         if item.name and handle is not None:
             handles.setdefault(item.name, handle)
     if panel.x_range is not None:
@@ -83,15 +83,17 @@ def _line(axes, item: Line):
         return
     along = 0.98 if item.end == "high" else 0.02
     side = "right" if item.left else "left"
+    across = (0.02, "left") if item.left else (0.98, "right")
     place = {"x": ((item.value, along), axes.get_xaxis_transform(), side, "top" if item.end == "high" else "bottom"),
-             "y": ((0.98, item.value), axes.get_yaxis_transform(), "right", "bottom" if item.end == "high" else "top")}
+             "y": ((across[0], item.value), axes.get_yaxis_transform(), across[1],
+                   "bottom" if item.end == "high" else "top")}
     xy, transform, ha, va = place[item.axis]
     axes.annotate(_text(item.label), xy, xycoords=transform, ha=ha, va=va, color=item.color, fontsize=8,
                   xytext=(-2 if item.left else 2, 0) if item.axis == "x" else (0, 2 if item.end == "high" else -2),
                   textcoords="offset points")
 
 
-_ITEM = {"Curve": _curve, "Band": _band, "Marks": _marks}
+_ITEM: dict = {Curve: _curve, Band: _band, Marks: _marks}
 
 
 def _text(text) -> str:
@@ -101,13 +103,11 @@ def _text(text) -> str:
 
 def _matplotlib():
     """The canvas without a screen, the figure class and the context of settings: pyplot is not needed."""
-    try:
-        from matplotlib import rc_context
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure as Base
-    except ModuleNotFoundError:
-        raise InputError("the report needs matplotlib, which is not installed; get the extra 'report': "
-                         "pip install -e '.[study]'") from None
+    need("matplotlib")
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure as Base
+
     return FigureCanvasAgg, Base, rc_context
 
 

@@ -1,0 +1,42 @@
+"""What the report shows, in its order: a new figure or table is a file of its own and a name in this list."""
+
+from collections.abc import Callable, Iterator
+
+from tipdamp.report.figures import (
+    contact_pairs,
+    contact_states,
+    detachment,
+    free_response,
+    kept_preload,
+    mode_shapes,
+    peak_trend,
+    preload_map,
+    pressure,
+    response_family,
+    response_levels,
+)
+from tipdamp.report.page import Block, Section
+from tipdamp.report.results import Results
+from tipdamp.report.tables import assumptions, bodies, key_figures, load_cases, peaks, reduction_check, software, stages
+
+# (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has no data for it
+SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]], ...] = (
+    ("figures", "Key figures", (key_figures.tables,)),
+    ("linear", "Without damper", (free_response.figures,)),
+    ("preload", "Preload", (preload_map.figures, pressure.figures, load_cases.tables, preload_map.load_case_figures)),
+    ("tuning", "Kept stations", (detachment.figures, kept_preload.figures)),
+    ("modes", "Mode shapes", (mode_shapes.figures,)),
+    ("response", "Forced response", (peaks.tables, response_family.figures, response_levels.figures,
+                                     peak_trend.figures, contact_states.figures)),
+    ("pairs", "Contact pairs", (contact_pairs.figures,)),
+    ("assumptions", "Assumptions", (assumptions.tables,)),
+    ("reduction", "Reduced and full model", (reduction_check.tables,)),
+    ("made", "Provenance", (bodies.tables, stages.tables, software.tables)),
+)
+
+
+def contents(results: Results) -> list[Section[Block]]:
+    """The sections that have something to show."""
+    found = [Section(name, title, [block for part in parts for block in part(results)])
+             for name, title, parts in SECTIONS]
+    return [section for section in found if section.blocks]

@@ -1,0 +1,29 @@
+"""What the preload figures share: forces along the axis of the damper, side by side."""
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from tipdamp.report.results import Results
+
+AXIAL = "axial coordinate (mm)"
+NODAL = "normal preload of each node (N)"
+
+
+def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
+    """(axial coordinate in mm, force of the closed rows together in N) of the stations, in the order of the axis."""
+    stations = np.unique(pairs.station)
+    x = np.array([results.along(pairs)[pairs.station == s].mean() for s in stations])
+    total = np.array([np.maximum(pairs.preload[pairs.station == s], 0).sum() for s in stations])
+    order = np.argsort(x)
+    return x[order], total[order]
+
+
+def of_side(pairs: ContactTable, side: str) -> ContactTable:
+    """The rows of one side."""
+    return pairs.select(pairs.side == side)
+
+
+def side_title(results: Results, side: str) -> str:
+    """Name and shape of a side."""
+    shape = results.study.sides[side].shape if side in results.study.sides else ""
+    return f"side '{side}'" + (f", {shape}" if shape else "")

@@ -1,0 +1,75 @@
+"""Figure: both nodes of every contact pair and its frame t1, t2, n in three dimensions."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from hbm.contact import ContactTable
+from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Item, Points, Scene, Segments
+from tipdamp.report.figures.surroundings import (
+    MM,
+    NO_SURFACE,
+    box_of,
+    node_numbers,
+    pair_name,
+    surroundings,
+    view_of,
+)
+from tipdamp.report.results import Results
+from tipdamp.report.text import distance, listing
+from tipdamp.surface import Surface
+
+FRAME = (("t1, along the axis", TANGENT_1), ("t2, across", TANGENT_2), ("n, into the blade", NORMAL))
+
+
+def figures(results: Results) -> Iterator[Scene]:
+    """The pairs of the whole patch."""
+    if results.whole is not None:
+        yield contact_pairs(results.whole, results.places(results.whole), results.surfaces, results.axis)
+
+
+def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surfaces: Mapping[str, Surface],
+                  axis: ArrayLike, angles: np.ndarray | None = None) -> Scene:
+    """places {body: (P, 3) m} of the nodes of the pairs; angles (P,) degrees between n and the surface of the damper,
+    where meshes are there."""
+    blade, damper = (MM * places[body] for body in ("blades", "damper"))
+    length = _triad_length(damper)
+    hover = list(_texts(pairs, places, angles))
+    box = box_of(pairs, surfaces, 4 * length)
+    items: list[Item] = [*surroundings(surfaces, box)]
+    for side in pairs.sides:
+        mine = pairs.side == side
+        texts = tuple(hover[i] for i in np.flatnonzero(mine))
+        items += [Points(damper[mine], f"damper nodes, side '{side}'", "#E69F00", 3.5, "diamond", hover=texts),
+                  Points(blade[mine], f"blade nodes, side '{side}'", "#0072B2", 5.5, "circle-open", hover=texts)]
+    items += [Segments(damper, damper + length * pairs.frame[:, k], name, color, 3.0)
+              for k, (name, color) in enumerate(FRAME)]
+    items.append(Segments(damper, blade, "from node to node", "#222222", 4.0))
+    along = np.asarray(axis, dtype=float)
+    end = damper.mean(axis=0) + along * ((damper - damper.mean(axis=0)) @ along).max()
+    items.append(Segments(end[None], end[None] + 4 * length * along, "axis of the damper", "#222222", 7.0))
+    counts = listing(f"{int((pairs.side == s).sum())} on side '{s}'" for s in pairs.sides)
+    caption = (f"The {len(pairs)} contact pairs ({counts}) with their frames: n must point out of the damper into the "
+               "blade, t1 along the axis. Point at a node for the node numbers of your meshes, the distance of the two "
+               "nodes and the initial gap." + (NO_SURFACE if not surfaces else ""))
+    return Scene("contact_pairs", "Contact pairs and their frames", caption, tuple(items), box, *view_of(pairs, axis))
+
+
+def _texts(pairs: ContactTable, places, angles) -> Iterator[str]:
+    u = np.einsum("pij,pj->pi", pairs.frame, places["blades"] - places["damper"])
+    for i in range(len(pairs)):
+        n = ", ".join(f"{v:+.3f}" for v in pairs.frame[i, 2])
+        yield (f"{pair_name(pairs, i)}\n{node_numbers(pairs, i)}\n"
+               f"nodes apart: {distance(u[i, 2])} µm along n, {distance(np.hypot(*u[i, :2]))} µm across\n"
+               f"initial gap {distance(pairs.gap[i])} µm\nn = ({n})"
+               + ("" if angles is None else f", {angles[i]:.1f}° off the damper's surface"))
+
+
+def _triad_length(place: np.ndarray) -> float:
+    """About half the usual distance of neighbours, mm."""
+    if len(place) < 2:
+        return 1.0
+    nearest = cKDTree(place).query(place, k=2)[0][:, 1]
+    return 0.6 * float(np.median(nearest)) or 1.0

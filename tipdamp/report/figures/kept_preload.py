@@ -1,0 +1,52 @@
+"""Figure: preload of the kept stations, on which the forced response rests."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from tipdamp.report.drawing.figure import BLUE, GREY, VERMILION, Curve, Figure, Item, Line, Marks, Panel
+from tipdamp.report.figures.axial import AXIAL, NODAL, of_side, side_title, station_sums
+from tipdamp.report.results import Results
+from tipdamp.report.text import listing, number
+
+HOW = {"scaled": "the preload of the whole patch on the kept stations, scaled so that it balances the whole load",
+       "resolved": "from static contact on the kept stations alone"}
+
+
+def figures(results: Results) -> Iterator[Figure]:
+    """One figure, a panel for each side."""
+    table, whole = results.kept, results.whole
+    if results.tune is None or table is None or whole is None:
+        return
+    sums_of_whole = [station_sums(results, of_side(whole, side))[1] for side in table.sides]
+    values = np.r_[table.preload[table.carrying], whole.preload, np.concatenate(sums_of_whole)]
+    span = (min(1.1 * float(values.min()), 0.0) - 0.04 * float(values.max()), 1.12 * float(values.max()))
+    panels = [Panel(side_title(results, side), AXIAL, NODAL, tuple(_items(results, of_side(table, side), side)),
+                    y_range=span) for side in table.sides]
+    sums = listing(f"{number(s.sum_N)} N on side '{name}' ({number(s.min_N, 3)} to {number(s.max_N, 3)} N, "
+                   f"{s.detached} open)" for name, s in results.tune.preload_kept.items())
+    pairs = results.tune.tuned_pairs
+    caption = (f"Normal preload of the {pairs.front} + {pairs.back} kept stations: "
+               f"{HOW[results.study.tune.preload]}. The sum is {sums}. The forced response starts from this "
+               "preload.")
+    yield Figure("preload_kept", "Preload of the kept stations", caption, tuple(panels), row_height=310)
+
+
+def _items(results, mine: ContactTable, side: str) -> Iterator[Item]:
+    carrying = mine.select(mine.carrying)
+    x, whole = station_sums(results, of_side(results.whole, side))
+    yield Line("y", 0.0, dash="solid")
+    yield Curve(x, whole, "whole patch, sum over the rows", GREY, "dash", 1.2)
+    detached = mine.select(~mine.carrying)
+    detached = results.along(detached)[~np.isin(detached.station, carrying.station)]
+    if len(detached):
+        yield Marks(detached, np.zeros(len(detached)), "detached station", GREY, "x", size=6)
+    at, force = results.along(carrying), carrying.preload
+    gap = np.full(len(at), np.nan)
+    yield Curve(np.column_stack([at, at, gap]).ravel(), np.column_stack([0 * force, force, gap]).ravel(), "", BLUE,
+                width=1.2)
+    if (force > 0).any():
+        yield Marks(at[force > 0], force[force > 0], "kept pair", BLUE)
+    if (force <= 0).any():
+        yield Marks(at[force <= 0], force[force <= 0], "kept pair, open at rest", VERMILION, filled=False)

@@ -1,0 +1,77 @@
+"""Figure: the outside of the meshes with their node groups, and contact nodes without a partner."""
+
+from collections.abc import Iterator
+
+from modal.mesh import Mesh
+from tipdamp import pair_checks
+from tipdamp.bodies.read import named_groups
+from tipdamp.report.drawing.scene import BLADE, BODY, Item, Points, Scene, Segments, Solid, view
+from tipdamp.report.figures.surroundings import MM, box_around
+from tipdamp.report.text import distance
+from tipdamp.study.view import Study
+from tipdamp.surface import Surface
+
+MAX_NODES = 2000         # of one group that are drawn
+COLORS = ("#D55E00", "#0072B2", "#009E73", "#7b3f9d", "#E69F00", "#56B4E9", "#a0522d", "#222222")
+
+
+def mesh_groups(study: Study, meshes: dict[str, Mesh], surfaces: dict[str, Surface], unmatched: bool) -> Scene:
+    """All groups of nodes, those that the study does not name switched off; unmatched - also contact nodes without a
+    partner."""
+    named = {(group.body, group.name) for group in named_groups(study)}
+    hidden: list[str] = []
+    items: list[Item] = [*_bodies(surfaces)]
+    for points, is_named in _groups(meshes, named):
+        items.append(points)
+        if not is_named:
+            hidden.append(points.name)
+    if unmatched:
+        items += without_partner(study, meshes)
+    caption = ("The outside of the meshes with their node groups. Groups that the study names are shown, the others "
+               "can be switched on in the legend. Point at a node for its number in your mesh."
+               + (" Squares are contact nodes without a partner." if unmatched else "")
+               + (" The surface is drawn with fewer nodes than the mesh has."
+                  if any(s.thinned for s in surfaces.values()) else ""))
+    box = box_around([MM * s.position for s in surfaces.values()])
+    return Scene("groups", "Meshes and their groups", caption, tuple(items), box,
+                 *view(study.driver.pull_direction, study.driver.axis), height=680, hidden=frozenset(hidden))
+
+
+def _bodies(surfaces) -> Iterator[Solid | Segments]:
+    for name, skin in surfaces.items():
+        place, near = MM * skin.position, name == "damper"
+        yield Solid(place, skin.triangles, name, BODY if near else BLADE, 0.9 if near else 0.3)
+        yield Segments(place[skin.edges[:, 0]], place[skin.edges[:, 1]], name, "#6b7680", 1.5)
+
+
+def _groups(meshes, named) -> Iterator[tuple[Points, bool]]:
+    """(points of a group, whether the study names it); named groups first, groups of cells left out."""
+    found = [(body, (body, group) not in named, group) for body, mesh in meshes.items() for group, nodes
+             in mesh.groups.items() if mesh.dimension.get(group, 0) != 3 and len(nodes)]
+    order = list(meshes)
+    for k, (body, unnamed, group) in enumerate(sorted(found, key=lambda f: (order.index(f[0]), *f[1:]))):
+        mesh, nodes = meshes[body], meshes[body].groups[group]
+        step = -(-len(nodes) // MAX_NODES)
+        nodes = nodes[::step]
+        title = f"{body}: {group}" + (f" (every {step}th node)" if step > 1 else "")
+        texts = tuple(f"{body}, group {group}\nnode {n}" for n in nodes.tolist())
+        yield (Points(MM * mesh.position[mesh.index(nodes)], title, COLORS[k % len(COLORS)], 3.5, hover=texts),
+               not unnamed)
+
+
+def without_partner(study: Study, meshes: dict[str, Mesh]) -> Iterator[Points]:
+    """Nodes of the contact sides that have no partner within the tolerance."""
+    for name, side in study.sides.items():
+        groups = [("blade", meshes["blades"], meshes["blades"].groups.get(side.blade, ())),
+                  ("damper", meshes["damper"], meshes["damper"].groups.get(side.damper, ()))]
+        if not all(len(nodes) for *_, nodes in groups):
+            continue
+        place = [mesh.position[mesh.index(nodes)] for _, mesh, nodes in groups]
+        found = pair_checks.without_partner(place[0], place[1], study.contact.tolerance)
+        for k, lonely in enumerate(found):
+            if lonely:
+                (key, _, nodes), (other, _, others) = groups[k], groups[1 - k]
+                texts = tuple(f"side {name}, {key} node {nodes[i]}: no partner\nnearest {other} node {others[j]}, "
+                              f"{distance(d)} µm away" for i, j, d in lonely)
+                yield Points(MM * place[k][[i for i, *_ in lonely]], f"side '{name}': {key} nodes without a partner",
+                             ("#b00000", "#D55E00")[k], 7.0, "square", hover=texts)

@@ -1,0 +1,59 @@
+"""Figure: height and frequency of the peak over the excitation level."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tipdamp.report.drawing.figure import (
+    BLUE,
+    DASHES,
+    GREEN,
+    INK,
+    ORANGE,
+    VERMILION,
+    Curve,
+    Figure,
+    Item,
+    Line,
+    Marks,
+    Panel,
+)
+from tipdamp.report.results import Results
+from tipdamp.report.text import MICRO, hertz, number
+
+COLORS = (VERMILION, BLUE, GREEN, ORANGE)       # from the largest H down
+SYMBOLS = ("circle", "square", "diamond")
+LEVEL = "excitation Fe (N)"
+
+
+def figures(results: Results) -> Iterator[Figure]:
+    """One figure, where at least two levels have a peak."""
+    if len({case.Fe for case in results.cases if case.has_peak}) < 2:
+        return
+    height: list[Item] = []
+    place: list[Item] = []
+    for k, H in enumerate(results.orders):
+        cases = [c for c in results.of_order(H) if c.has_peak]
+        Fe, hz, peak = np.array([(c.Fe, c.facts.peak_hz, c.peak_per_newton) for c in cases]).reshape(-1, 3).T
+        rank = (len(results.orders) - 1 - k) % 4
+        for items, y in ((height, MICRO * peak), (place, hz)):
+            items += [Curve(Fe, y, "", COLORS[rank], DASHES[rank]),
+                      Marks(Fe, y, f"H = {H}", COLORS[rank], SYMBOLS[k % 3])]
+    if results.tune:
+        stuck = results.tune.stuck_hz.tuned
+        place.append(_limit(stuck, f"stuck {hertz(stuck)} Hz", place))
+    if results.stuck:
+        top = MICRO * float(results.stuck.m_per_N.max())
+        height.append(_limit(top, f"linear, stuck {number(top, 3)} µm/N", height))
+    caption = ("Peak of blade 1 over the excitation level: amplitude per newton, and frequency. Curves that do not "
+               "cover the band are left out." + results.beside_paper("Corresponds to the trend of figure 7"))
+    yield Figure("peaks", "Peak over the excitation level", caption, (
+        Panel("", LEVEL, "peak per force (µm/N)", tuple(height)),
+        Panel("", LEVEL, "peak frequency (Hz)", tuple(place))), row_height=300)
+
+
+def _limit(value: float, label: str, items: list[Item]) -> Line:
+    """The stuck value as a line, its label at the end from which the marks are farther away."""
+    marks = [item for item in items if isinstance(item, Marks) and len(item.y)]
+    first, last = (min(abs(m.y[end] - value) for m in marks) for end in (0, -1))
+    return Line("y", value, label, INK, "dot", left=bool(first > last))

@@ -1,0 +1,76 @@
+"""Figures: preload map, the nodal preload of the whole patch along both sides, at rest and in each load case."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from tipdamp.loads import rest_name
+from tipdamp.report.drawing.figure import BLUE, GREEN, ORANGE, VERMILION, Curve, Figure, Item, Line, Marks, Panel
+from tipdamp.report.figures.axial import AXIAL, NODAL, of_side, side_title, station_sums
+from tipdamp.report.results import Results
+from tipdamp.report.text import listing, number
+
+ROWS = (BLUE, ORANGE, GREEN, VERMILION)
+SYMBOLS = ("circle", "square", "diamond")
+
+
+def figures(results: Results) -> Iterator[Figure]:
+    """The map at rest."""
+    if results.preload is None or results.whole is None:
+        return
+    sides = results.preload.sides
+    sums = listing(f"{number(s.sum_N)} N on side '{name}' (equilibrium {number(s.equilibrium_N)} N, {s.detached} open)"
+                   for name, s in sides.items())
+    worst = max(s.balance_error or 0.0 for s in sides.values())
+    caption = (f"Normal preload of every node of the whole patch under {rest_name(results.study)}, along the axis of "
+               "the damper. Filled marks are closed pairs, hollow ones open (negative: kn times the remaining gap). "
+               f"The sum is {sums}; contact forces and load balance to {number(worst, 1)} of the load. {_ends(results)}"
+               + results.beside_paper("Corresponds to figure 9"))
+    yield Figure("preload", "Preload of the whole patch", caption, _panels(results, results.whole))
+
+
+def load_case_figures(results: Results) -> Iterator[Figure]:
+    """One map for each further load case."""
+    for case, facts in (results.preload.cases if results.preload else {}).items():
+        sums = listing(f"{number(s.sum_N)} N on side '{name}' ({s.detached} open)" for name, s in facts.sides.items())
+        caption = (f"Normal preload of every node of the whole patch in the load case '{case}'. Filled marks are "
+                   f"closed pairs, hollow ones open. The sum is {sums}.")
+        yield Figure(f"preload_{case}", f"Preload in the load case '{case}'", caption,
+                     _panels(results, results.loads[case]), row_height=310)
+
+
+def _panels(results, table: ContactTable) -> tuple[Panel, ...]:
+    """One panel for each side, on one scale."""
+    top, low = float(table.preload.max()), min(float(table.preload.min()), 0.0)
+    span = (low - 0.05 * (top - low) if low < 0 else 0.0, top + 0.08 * (top - low))
+    panels = []
+    for side in table.sides:
+        mine = of_side(table, side)
+        items = [item for row in np.unique(mine.row) for item in _row(results, mine.select(mine.row == row), int(row))]
+        panels.append(Panel(side_title(results, side), AXIAL, NODAL, (Line("y", 0.0, dash="solid"), *items),
+                            y_range=span))
+    return tuple(panels)
+
+
+def _row(results, pairs: ContactTable, row: int) -> Iterator[Item]:
+    order = np.argsort(results.along(pairs))
+    x, y = results.along(pairs)[order], pairs.preload[order]
+    color, name, symbol = ROWS[row % len(ROWS)], f"row {row}" + " (lower edge line)" * (row == 0), SYMBOLS[row % 3]
+    closed = y > 0
+    yield Curve(x, y, "", color, width=1.0)
+    yield Marks(x[closed], y[closed], name, color, symbol)
+    if not closed.all():
+        yield Marks(x[~closed], y[~closed], f"{name}, open", color, symbol, filled=False)
+
+
+def _ends(results) -> str:
+    """Ratio of the station sums at the ends to the lowest in the middle third."""
+    parts = []
+    for side in results.whole.sides:
+        _, total = station_sums(results, of_side(results.whole, side))
+        third = max(len(total) // 3, 1)
+        middle = total[third:len(total) - third].min(initial=np.inf)
+        if np.isfinite(middle) and middle > 0:
+            parts.append(f"{min(total[0], total[-1]) / middle:.1f} times the middle on side '{side}'")
+    return f"Per station, the ends carry at least {listing(parts)}." if parts else ""

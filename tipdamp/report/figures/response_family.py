@@ -1,0 +1,55 @@
+"""Figures: forced response at all levels, one figure for each H."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Item, Marks, level_colors
+from tipdamp.report.figures.amplitudes import amplitude_panel, failures, levels_of
+from tipdamp.report.results import Case, Results
+from tipdamp.report.text import MICRO, hertz, micro
+
+DASHES = ("solid", "dash", "dashdot")
+
+
+def figures(results: Results) -> Iterator[Figure]:
+    """Per newton beside the linear stuck response, and absolute; the largest H first."""
+    for H in reversed(results.orders):
+        cases = results.of_order(H)
+        per_force: list[Item] = []
+        absolute: list[Item] = []
+        for k, (case, color) in enumerate(zip(cases, level_colors(len(cases)), strict=True)):
+            dash = DASHES[k % len(DASHES)]
+            per_force += _curve(results, case, color, dash, MICRO / case.Fe)
+            absolute += _curve(results, case, color, dash, MICRO)
+        if results.stuck:
+            per_force.append(Curve(results.stuck.hz, MICRO * results.stuck.m_per_N.max(axis=1), "linear, stuck", INK,
+                                   "dot", 1.8))
+        caption = (f"Response of blade 1 at {levels_of(cases)} with H = {H}, half of peak-to-peak: left per newton of "
+                   "force, right absolute. Lines are the largest amplitude over the response patch, shaded down to "
+                   f"the smallest; circles mark the peaks. {_trend(cases)}"
+                   + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14"))
+        yield Figure(f"family_H{H}", f"Forced response, H = {H}", caption, (
+            amplitude_panel(results, "per newton", "amplitude per force (µm/N)", per_force),
+            amplitude_panel(results, "absolute", "amplitude (µm)", absolute)), row_height=400)
+
+
+def _curve(results, case: Case, color, dash, factor) -> Iterator[Item]:
+    amplitude = factor * case.patch(results.first_patch)
+    top, low = amplitude.max(axis=1), amplitude.min(axis=1)
+    hz, facts = case.curve.frequency, case.facts
+    yield Band(hz, low, top, "", color, 0.13)
+    yield Curve(hz, top, f"Fe = {case.Fe:g} N", color, dash)
+    if case.has_peak:
+        yield Marks(np.array([facts.peak_hz]), np.array([factor * facts.peak_m]), "", color, filled=False)
+    yield from failures(case, top)
+
+
+def _trend(cases) -> str:
+    good = [c for c in cases if c.has_peak]
+    if len(good) < 2:
+        return ""
+    first, last = good[0], good[-1]
+    return (f"From {first.Fe:g} to {last.Fe:g} N the peak moves from {hertz(first.facts.peak_hz)} to "
+            f"{hertz(last.facts.peak_hz)} Hz and from {micro(first.peak_per_newton)} to "
+            f"{micro(last.peak_per_newton)} µm/N.")

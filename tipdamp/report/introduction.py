@@ -1,0 +1,51 @@
+"""The first paragraphs of the report: what was computed, in a few sentences."""
+
+from collections.abc import Iterator
+
+from tipdamp.report.results import Results
+from tipdamp.report.text import hertz, listing, micro, number
+
+
+def introduction(results: Results) -> list[str]:
+    """One paragraph on model, preload and kept stations, one on the response."""
+    return [" ".join([*_model(results), *_preload(results), *_kept(results)]), *_response(results)]
+
+
+def _model(results) -> Iterator[str]:
+    size, free = results.reduce.reduction, results.reduce.free_hz
+    yield (f"Two blades with a friction damper pressed between them: a model of {size.dofs} dofs, reduced to "
+           f"{size.masters} contact and response dofs and {sum(size.modes.values())} modes.")
+    if free:
+        yield (f"Without damper the blades vibrate out of phase at {hertz(free['out_of_phase'])} Hz and in phase at "
+               f"{hertz(free['in_phase'])} Hz.")
+
+
+def _preload(results) -> Iterator[str]:
+    if results.preload is not None:
+        case = results.study.preload.case
+        load = f"The load case '{case}'" if case else f"The pull of {results.study.driver.pull:g} N"
+        forces = listing(f"{number(s.sum_N)} N on side '{name}'" for name, s in results.preload.sides.items())
+        yield f"{load} presses the damper against the blades with {forces}."
+
+
+def _kept(results) -> Iterator[str]:
+    tune = results.tune
+    if tune is not None:
+        how = (f"detaching stations from the middle (target {tune.target_hz:g} Hz) leaves" if tune.target_hz
+               else "the study keeps")
+        yield (f"With all pairs stuck the tracked mode lies at {hertz(tune.stuck_hz.full_area)} Hz; {how} "
+               f"{tune.tuned_pairs.front} + {tune.tuned_pairs.back} stations, with which it lies at "
+               f"{hertz(tune.stuck_hz.tuned)} Hz.")
+
+
+def _response(results) -> Iterator[str]:
+    cases = [c for c in results.cases if c.H == results.orders[-1] and c.has_peak]
+    if not cases:
+        return
+    low, high = cases[0], cases[-1]
+    text = (f"At {low.Fe:g} N the peak of blade 1 is {micro(low.peak_per_newton)} µm/N at {hertz(low.facts.peak_hz)} "
+            f"Hz (H = {low.H})")
+    if len(cases) > 1:
+        text += (f", at {high.Fe:g} N {micro(high.peak_per_newton)} µm/N at {hertz(high.facts.peak_hz)} Hz, where "
+                 f"{len(high.facts.slipping_pairs)} of {high.curve.share_slip.shape[1]} pairs slip")
+    yield text + "."

@@ -1,0 +1,1 @@
+"""The tables of the report, one file each; contents.py says which stand where."""

@@ -1,0 +1,108 @@
+"""Table: what the study declares or the method fixes; not computed, and worth knowing."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tipdamp.report.drawing.table import Table
+from tipdamp.report.results import Results
+from tipdamp.report.text import amount, force_along, listing, micro, number
+from tipdamp.stages.results import SideStiffness
+
+LINE = {"edge": "represented by the lower edge line in the line model", "all": "all in the line model"}
+THEORY = {"halfspace_3d": "smooth half-spaces", "plane_depth": "plane strain",
+          "rough_series": "half-spaces in series with a rough interface"}
+ORIGIN = {"preloaded": "the preloaded state", "unloaded": "the unloaded state"}
+LAWS = {"DryFriction2T": "DryFriction2T: Coulomb friction with two tangents and elastic springs, variable normal load, "
+                         "slip and lift-off"}
+START = {"zero_slider": "unstrained in the preloaded state", "zero_force": "without force at the first instant"}
+
+
+def tables(results: Results) -> Iterator[Table]:
+    """One table of names and values."""
+    rows = [*_load(results)]
+    if results.preload is not None:
+        rows += _contact(results)
+    if results.tune is not None:
+        rows += _kept(results)
+    if "respond" in results.study:
+        rows += _response(results)
+    yield Table("Declared in the study, or fixed by the method.", ("", "value"), tuple(rows), left=(0, 1))
+
+
+def _load(results):
+    study, drive = results.study, results.study.driver
+    yield "pull Fc", f"{drive.pull:g} N along ({', '.join(f'{v:g}' for v in drive.pull_direction)})"
+    places = results.reduce.pull_positions_m if results.reduce is not None else ()
+    if places:
+        shares = ", ".join(f"{s:g}" for s in drive.shares) if drive.shares else "in equal parts"
+        yield "pull acts at", f"{listing(f'{1e3 * v:.1f}' for v in places)} mm along the axis, {shares}"
+    if "material" in study:
+        m = study.material
+        yield "material", f"E = {m.E / 1e9:g} GPa, nu = {m.nu:g}, density {m.density:g} kg/m³"
+
+
+def _contact(results):
+    mu = np.unique(results.whole.mu)
+    yield "friction coefficient mu", f"{mu[0]:g}" if len(mu) == 1 else f"{mu[0]:g} to {mu[-1]:g}"
+    for name, (kn, kt) in results.preload.kn_kt_N_per_m.items():
+        side, rows = results.study.sides.get(name), results.reduce.rows[name]
+        made = results.preload.stiffness.get(name)
+        where = _stiffness(made) if made else f"from {results.study.contact.pairs}"
+        yield (f"side '{name}'", (side.shape if side else "given pairs") + f"; kn = {kn / 1e6:.3g}, "
+               f"kt = {kt / 1e6:.3g} N/µm per node, {where}; {rows} row{'s' * (rows > 1)} in the patch"
+               + (f", {LINE[side.rows]}" if rows > 1 and side else "")
+               + ("; initial gap given along the axis" if side and side.gap else ""))
+
+
+def _stiffness(made: SideStiffness) -> str:
+    """Given, or the model with what it was made from."""
+    if made.model == "given":
+        return "given"
+    parts = [f"{THEORY[made.model]} ({made.model})",
+             f"{made.kind} at {number(made.load_N)} N on {1e3 * made.length_m:g} mm",
+             f"half-width of contact {micro(made.half_width_m)} µm", f"E* = {number(made.E_star_Pa, scale=1e-9)} GPa",
+             f"kt along {made.kt_along_N_per_m / 1e6:.3g}, across {made.kt_across_N_per_m / 1e6:.3g} N/µm"]
+    if made.depth_m:
+        parts.append(f"depths {listing(f'{1e3 * d:g}' for d in made.depth_m)} mm")
+    if made.h_rms_m:
+        parts.append(f"h_rms {micro(made.h_rms_m)} µm, gamma {made.gamma:g}")
+    if made.scale != 1:
+        parts.append(f"times {made.scale:g}")
+    if made.shares == "tributary":
+        parts.append("shared by tributary area (mean)")
+    return ", ".join(parts)
+
+
+def _kept(results):
+    tune = results.tune
+    yield ("roll stiffness of the kept edge lines",
+           f"{amount(tune.roll_stiffness_Nm_per_rad, 'N m/rad')}, for the rows that the line model leaves out")
+    done = tune.redistribution
+    if done.scale:
+        scale = ", ".join(f"{k:.3f} on side '{s}'" for s, k in done.scale.items())
+        yield "preload of the kept stations", f"scaled to the whole load: {scale}"
+        yield ("moment taken up in the reference state",
+               f"{amount(done.moment_Nm, 'N m')} about the axis of the damper: the force of each station is moved to "
+               "its kept row")
+    else:
+        yield "preload of the kept stations", "static contact solved again on them"
+    for motion, load in done.reactions.items():
+        yield "constraint reaction in the reference state", force_along(motion, load)
+
+
+def _response(results):
+    settings, free = results.study.respond, results.study.free
+    zetas = settings.damping_ratio
+    yield ("damping ratio of the stuck modes", listing(f"{z:g}" for z in zetas)
+           + (" (one value for all)" if len(zetas) == 1 else " (from the lowest mode)"))
+    yield "damping ratio without damper", listing(f"{z:g}" for z in free.damping_ratio)
+    if results.cases:
+        first = results.cases[0].facts
+        yield "displacements count from", ORIGIN[first.origin]
+        yield "sliders start", START.get(first.start, first.start)
+    yield "harmonics", f"orders 0 to H, H = {listing(settings.harmonics)}"
+    if results.respond is not None:
+        law = results.respond.law
+        own = listing(f"{name} = {value:g}" for name, value in law.parameters.items())
+        yield "contact law", LAWS.get(law.name, law.name) + (f" with {own}" if own else "")

@@ -1,0 +1,43 @@
+"""Tables of the page on what was read: contact pairs of each side, and bodies."""
+
+from tipdamp.report.drawing.table import Table
+from tipdamp.report.text import NOTHING, distance, number
+from tipdamp.stages.results import InspectResult
+
+MM = 1e3
+
+
+def pairs_table(found: InspectResult) -> Table:
+    """Geometry of the pairs of each side."""
+    trouble = next((c.trouble for c in found.pair_checks.values() if c.trouble), None)
+    return Table(
+        "Contact pairs. The mean normal points from the damper into the blade. Spread: largest angle between a normal "
+        "and their mean. Off the surface: largest angle between a normal and that of the faces of damper or blade. "
+        "Apart: from the node of the damper to that of the blade. Force: on the side per newton of pull, without "
+        "friction" + (f" (not found: {trouble})." if trouble else "."),
+        ("side", "pairs", "stations × rows", "mean normal", "spread", "off the surface", "apart along n (µm)",
+         "apart across (µm)", "force (N/N)"),
+        tuple(_side(name, check) for name, check in found.pair_checks.items()), left=(0,))
+
+
+def _side(name, check):
+    low, high = (distance(v) for v in check.apart_along_n_m)
+    return (name, f"{check.pairs}", f"{check.stations} × {check.rows}",
+            f"({', '.join(f'{v:+.3f}' for v in check.mean_normal)})", f"{check.normals_within_deg:.1f}°",
+            NOTHING if check.off_surface_deg is None else f"{check.off_surface_deg:.1f}°",
+            low if low == high else f"{low} to {high}", distance(check.apart_across_m), number(check.force_per_pull))
+
+
+def bodies_table(found: InspectResult) -> Table:
+    """Nodes, cells, size, mass and rigid modes of each mesh."""
+    return Table("Bodies as read.",
+                 ("body", "file", "nodes", "cells", "size (mm)", "moving mass (kg)", "rigid modes"),
+                 tuple(_body(name, body) for name, body in found.bodies.items()), left=(0, 1))
+
+
+def _body(name, body):
+    cells = ", ".join(f"{n} {kind}" for kind, n in body.cells.items())
+    size = " × ".join(f"{MM * (high - low):.4g}" for low, high in zip(*body.box_m, strict=True))
+    mass = NOTHING if body.moving_mass_kg is None else number(body.moving_mass_kg[0])
+    rigid = NOTHING if body.rigid_modes is None else f"{body.rigid_modes}"
+    return name, f"{body.file}", f"{body.nodes}", cells, size, mass, rigid

@@ -1,0 +1,55 @@
+"""Table: key figures, beside the reference values that the study states."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tipdamp.report.drawing.table import Table
+from tipdamp.report.results import Results
+from tipdamp.report.text import NOTHING, deviation, hertz, listing
+
+
+def tables(results: Results) -> Iterator[Table]:
+    """One table; columns of reference and deviation only where the study has reference values."""
+    if results.reduce is None:
+        return
+    rows = [*_free(results), *_stuck(results)]
+    if results.study.reference:
+        yield Table("Key figures beside the reference values of the study.",
+                    ("", "computed", "reference", "deviation"), tuple(rows))
+    else:
+        yield Table("Key figures.", ("", "computed"), tuple(row[:2] for row in rows))
+
+
+def _free(results):
+    free = results.reduce.free_hz
+    for name, hz in free.items():
+        yield _frequency(results, f"without damper, {name.replace('_', ' ')} (Hz)", hz, f"{name}_hz")
+    if not free:
+        yield _frequency(results, "without damper, lowest mode (Hz)", results.reduce.free_modes_hz[0], "")
+
+
+def _stuck(results):
+    tune, reference = results.tune, results.study.reference
+    if tune is None:
+        return
+    table = results.whole
+    rows_of = {s: len(np.unique(table.row[table.side == s])) for s in table.sides}
+    detail = listing(f"{n} row{'s' * (n > 1)} on '{s}'" for s, n in rows_of.items())
+    yield _frequency(results, f"stuck, whole area: {detail} (Hz)", tune.stuck_hz.full_area, "full_area_hz")
+    yield _frequency(results, "stuck, whole line (Hz)", tune.stuck_hz.full_line, "full_line_hz")
+    kept = f"tuned to {tune.target_hz:g} Hz" if tune.target_hz else "given stations"
+    yield _frequency(results, f"stuck, {kept} (Hz)", tune.stuck_hz.tuned, "tuned_hz")
+    for end, count in (("front", tune.tuned_pairs.front), ("back", tune.tuned_pairs.back)):
+        given = reference.get(end)
+        yield (f"kept stations, {end}", f"{count}", NOTHING if given is None else f"{given:g}",
+               NOTHING if given is None else _change(count - given))
+
+
+def _frequency(results, what, value, key):
+    given = results.study.reference.get(key)
+    return what, hertz(value), hertz(given), deviation(value, given)
+
+
+def _change(count) -> str:
+    return f"{count:+g}".replace("-", "\N{MINUS SIGN}") if count else "0"

@@ -1,0 +1,39 @@
+"""The stage `report`: summary.json, figures/*.png and report.html."""
+
+import time
+
+from tipdamp.progress import Tick
+from tipdamp.report.contents import contents
+from tipdamp.report.drawing import matplotlib
+from tipdamp.report.drawing.figure import Figure
+from tipdamp.report.introduction import introduction
+from tipdamp.report.page import page
+from tipdamp.report.results import load_results
+from tipdamp.report.summary import summarise
+from tipdamp.store import Store
+from tipdamp.study.view import Study
+
+
+def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[str]]) -> list[str]:
+    """Write summary.json, figures/*.png and report.html into the results folder; returns the names of the figures.
+
+    said - {stage: its warnings} of the stages that the study asks for. Where a library of the report is missing,
+    summary.json is written all the same, then InputError says what to install.
+    """
+    began = time.perf_counter()
+    results = load_results(study, store, said)
+    summary = summarise(results)
+    store.write_json("summary.json", summary)
+    sections = contents(results)
+    figures = [block for section in sections for block in section.blocks if isinstance(block, Figure)]
+    for i, figure in enumerate(figures):
+        tick(i / (len(figures) + 1), f"figures/{figure.name}.png")
+        with store.writing(f"figures/{figure.name}.png") as path:
+            matplotlib.draw(figure, path)
+    tick(len(figures) / (len(figures) + 1), "report.html")
+    text = page("report.html", study, sections, introduction=introduction(results), warnings=summary["warnings"])
+    with store.writing("report.html") as path:
+        path.write_text(text, encoding="utf-8")
+    summary["seconds"]["report"] = round(time.perf_counter() - began, 3)
+    store.write_json("summary.json", summary)
+    return [f"figures/{figure.name}.png" for figure in figures]
