@@ -238,8 +238,8 @@ def _check_definite(model):
         values, shapes = np.linalg.eigh(scaled)
         i = int(np.abs(shapes[:, 0]).argmax())
         warnings.warn(f"K is indefinite: a motion mostly of {_dof(model, i)} has a negative stiffness, "
-                      f"{-values[0]:.1e} of its diagonal; a sign is wrong, or the body buckles and contact alone holds "
-                      "it", stacklevel=4)
+                      f"{-values[0]:.1e} of its diagonal; a sign is wrong, or the body buckles and contact alone "
+                      "restrains it", stacklevel=4)
 
 
 def check_damping(C, named=lambda i: f"dof {i}"):

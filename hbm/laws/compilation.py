@@ -11,7 +11,7 @@ def announce(kernel):
 
     kernel : what numba.njit returned; a plain function (numba switched off) is passed over
     """
-    if not isinstance(kernel, CPUDispatcher) or kernel.signatures:
+    if not isinstance(kernel, CPUDispatcher) or kernel.overloads:      # not its signatures: they are hashed
         return
     source = Path(kernel.py_func.__code__.co_filename)
     stored = Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__name__}*.nbi")

@@ -98,7 +98,7 @@ def test_negative_settings_are_refused(column):
 def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog, monkeypatch):
     source = Path(located.__file__)
     monkeypatch.setattr(compilation, "CPUDispatcher", SimpleNamespace)
-    kernel = SimpleNamespace(signatures=[], py_func=located.add_forces.py_func,
+    kernel = SimpleNamespace(overloads={}, py_func=located.add_forces.py_func,
                              stats=SimpleNamespace(cache_path=tmp_path))
     compilation.announce(kernel)
     assert "compiling the contact kernels" in caplog.text

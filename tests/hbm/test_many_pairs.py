@@ -10,7 +10,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hbm.continuation.budget import TICK, Budget, BudgetExceeded
 from hbm.continuation.settings import DEFAULT
 from hbm.laws import Contacts, DryFriction2T
 from hbm.problem import ContactProblem
@@ -90,15 +89,3 @@ def test_work_is_bounded():
     assert "max_calls" in curve.ended
     points = len(curve.frequency)
     assert 10 < points and curve.converged.all() and curve.residual_calls <= 50 + points + 40      # and the peaks'
-
-
-def test_progress_is_told_of_work_without_points():
-    told = []
-    budget = Budget(replace(DEFAULT, max_calls=5 * TICK, calls_per_point=1), lambda *what: told.append(what), 80.0, 400)
-    budget.point(81.0, 0.1, 3)
-    for _ in range(5 * TICK + 1):
-        budget.call()
-    assert told == [(81.0, 0.1, 3)] + [(81.0, 0.0, k * TICK) for k in range(1, 6)]
-    for _ in range(2):
-        with pytest.raises(BudgetExceeded):
-            budget.call()

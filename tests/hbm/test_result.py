@@ -6,11 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hbm.errors import InputError
+from hbm.laws import DryFriction2T
 from hbm.peaks import find_peaks
-from hbm.response import follow_band
+from hbm.problem import contact_problem
+from hbm.response import follow_band, solve_at
 from hbm.result import ForcedResponse
 from hbm.solutions import solutions_at
 from tests.hbm.cases import jenkins, load
+from tests.hbm.small_rig import small_rig
 
 PROBLEM, FORCE = jenkins(load("A1")["parameters"])
 
@@ -46,6 +50,31 @@ def test_differences_are_told(curve):
     failed = replace(curve, harmonics=X)
     assert failed == replace(failed, seconds=1e3) and failed != curve and curve != replace(curve, ended="") \
         and curve != "curve"
+
+
+def test_one_solution_in_one_call(curve):
+    """At one frequency, from the stuck response and from a given start; what does not fit is refused."""
+    hz = curve.frequency[curve.dissipated[:, 0].argmax()]
+    X = solutions_at(curve, PROBLEM, hz)[0]
+    found = solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]})
+    again = solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=found.unknowns)
+    for one in (found, again):
+        assert one.converged and np.abs(one.harmonics - X).max() < 1e-8 * np.abs(X).max()
+    assert again.iterations == 1 < found.iterations and found.share_slip[0] > 0 and found.dissipated[0] > 0
+    assert np.allclose(found.contact_motion[0], found.harmonics) and found.amplitude()[0] > 0
+    with pytest.raises(InputError, match=r"guess: has the shape \(2,\), must be \(7,\)"):
+        solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=[0, 1])
+    lost = solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=np.full(7, np.nan))
+    assert not lost.converged and np.isnan(lost.harmonics).all()
+
+
+def test_a_problem_is_pickled_with_its_curve():
+    """What a process pool needs: the problem goes out, the curve comes back."""
+    model, pairs, tip = small_rig(stations=2)
+    problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.02)
+    again = pickle.loads(pickle.dumps(problem))
+    first, second = (solve_at(p, 8 * tip, 1300.0, harmonics=1, outputs={"tip": tip}) for p in (problem, again))
+    assert np.array_equal(first.harmonics, second.harmonics)
 
 
 def test_motion_of_the_contacts(curve):

@@ -5,14 +5,11 @@ import pytest
 
 from hbm import starts
 from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.branch import ENDS, Branch
-from hbm.continuation.follow import follow
 from hbm.continuation.settings import Settings
 from hbm.response import follow_band
 from hbm.solutions import solutions_at
 from tests.hbm.cases import load, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
-from tests.hbm.test_continuation import Dense, s_curve, start_at
 
 C1 = load("C1")
 
@@ -46,31 +43,3 @@ def test_a_first_point_is_reached_from_off_the_band():
     point = starts._from_frequency(balance, 0.95 * w, w, settings)
     assert point.converged and point.parameter == w and point.iterations > 20
     assert np.linalg.norm(balance.evaluate(point.x, w).residual) < 1e-9 * np.linalg.norm(point.x)
-
-
-def test_a_branch_out_of_the_band_is_cut_at_its_border():
-    """The S curve from its left arm at p = 0.6: out on the middle arm, round the fold at -2, in on the right."""
-    branch = follow(s_curve, start_at(s_curve, -1.6, 0.6), 8.0, np.ones(1),
-                                 Settings(outside=10.0))
-    p, x = (np.array([getattr(b, name) for b in branch.points]).ravel() for name in ("parameter", "x"))
-    assert branch.complete and (p >= 0.6).all() and branch.outside == pytest.approx(-2, abs=0.05)
-    assert np.allclose(x[p == 0.6], [-1.6217355, -0.2027794, 1.8245149], atol=1e-6)       # roots of x^3 - 3 x = 0.6
-
-
-def test_a_closed_branch_is_named():
-    """The circle x^2 + (p - 1.5)^2 = 1 from p = 1.2: it leaves the band, comes round and begins again."""
-    def circle(x, p):
-        return Dense(np.array([x[0]**2 + (p - 1.5)**2 - 1]), np.array([[2 * x[0]]]), np.array([2 * p - 3.0]))
-    branch = follow(circle, start_at(circle, 0.9, 1.2), 4.0, np.ones(1),
-                                 Settings(max_points=400, outside=1.0))
-    assert not branch.complete and "closed" in branch.ended
-
-
-@pytest.mark.parametrize("end", set(ENDS) - {"end", "static"})
-def test_every_end_names_a_remedy(end):
-    """One sentence: what happened, where, and after the last semicolon or colon what to do about it."""
-    branch = Branch()
-    branch.finish(end, 3.25)
-    what, remedy = branch.ended.rsplit(";", 1) if ";" in branch.ended else branch.ended.rsplit(":", 1)
-    assert "3.25" in what and "\n" not in branch.ended and len(remedy.split()) >= 5
-    assert any(word in remedy for word in ("direction", "damping", "harmonics", "stiffness"))

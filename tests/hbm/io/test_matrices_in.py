@@ -253,7 +253,7 @@ def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_
                                 harmonics=1, damping_ratio=0.02, outputs={"tip": tip})
         print(curve.complete, len(curve.slipping_pairs), *curve.peak("tip"))
     """)
-    root = str(Path(__file__).parents[2])
+    root = str(Path(__file__).parents[3])
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env={"PYTHONPATH": root, "PATH": "/usr/bin"},
                           capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
@@ -263,7 +263,7 @@ def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_
 
 def test_the_page_on_own_models_names_every_column_and_ending(tmp_path):
     """And its example of a table of pairs is one."""
-    page = (Path(__file__).parents[2] / "docs" / "own_model.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "own_model.md").read_text(encoding="utf-8")
     names = (*COLUMNS, *FORMATS, *DIRECTIONS, *ROTATIONS, "mode", GROUND)
     assert not [name for name in names if f"`{name}`" not in page]
     (tmp_path / "pairs.csv").write_text(page.split("```csv\n")[1].split("```")[0])

@@ -8,7 +8,7 @@ import pytest
 from hbm.continuation import predictor
 from hbm.continuation.corrector import between
 from hbm.continuation.point import Metric, Point
-from tests.hbm.test_continuation import s_curve
+from tests.hbm.continuation.equations import s_curve
 
 METRIC = Metric(np.ones(1), 1.0, 1.0)
 

@@ -13,7 +13,7 @@ from hbm.parameter import ContactSetting, Damping, Frequency, ModelParameter
 from hbm.peaks import find_peaks
 from hbm.response import follow_band, follow_parameter, solve_at
 from hbm.solutions import solutions_at
-from tests.hbm.cases import beam, load, unilateral
+from tests.hbm.cases import beam, load, solve, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 
 C1 = load("C1")
@@ -158,3 +158,32 @@ def test_errors_name_their_argument(changes, message):
     given = dict(hz=HZ, parameter="level", between=(0.5, 2.0)) | changes
     with pytest.raises(InputError, match=message):
         follow_parameter(problem, force, harmonics=1, outputs=X, **given)
+
+
+@pytest.mark.parametrize("name,between", [("level", (1.0, 40.0)), ("preload", (3.0, 1.0)), ("mu", (3.0, 1.0)),
+                                          ("kn", (0.3, 1.0)), ("kt", (3.0, 1.0))])
+def test_branches_end_at_the_frequency_curve(name, between):
+    """C8 at 932.1 Hz, H = 3: the branch ends at the state of 40 N with the preload and mu of the model."""
+    problem, force, outputs = beam("C8")
+    expected = np.abs(outputs["tip"] @ solve(problem, 40 * force, 2 * np.pi * 932.1, 3)[0][:, 1])
+    curve = follow_parameter(problem, force if name == "level" else 40 * force, 932.1, name, between, harmonics=3,
+                             outputs=outputs)
+    assert curve.complete and curve.parameter[-1] == pytest.approx(between[1])
+    assert abs(curve.harmonics[-1, 0, 1]) == pytest.approx(expected, rel=1e-6)
+    assert (curve.frequency == 932.1).all() and curve.parameter_name == name
+
+
+@pytest.mark.parametrize("name", ["kn", "kt"])
+def test_stiffness_branch_ends_at_the_stiffer_model(name):
+    """From 1 to 2: the end is the solution of the model whose springs are twice as stiff."""
+    problem, force, outputs = beam("C8")
+    curve = follow_parameter(problem, 40 * force, 932.1, name, (1.0, 2.0), harmonics=3, outputs=outputs)
+    other = replace(problem, pairs=replace(problem.pairs, **{name: 2 * getattr(problem.pairs, name)}))
+    expected = outputs["tip"] @ solve(other, 40 * force, 2 * np.pi * 932.1, 3)[0]
+    assert curve.complete and np.abs(curve.harmonics[-1, 0] - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_unknown_parameter():
+    problem, force, outputs = beam("B8")
+    with pytest.raises(InputError, match="level"):
+        follow_parameter(problem, force, 900.0, "levels", (1, 2), outputs=outputs)

@@ -1,0 +1,20 @@
+"""The budget of residual calls."""
+
+from dataclasses import replace
+
+import pytest
+
+from hbm.continuation.budget import TICK, Budget, BudgetExceeded
+from hbm.continuation.settings import DEFAULT
+
+
+def test_progress_between_points_and_the_limit():
+    told = []
+    budget = Budget(replace(DEFAULT, max_calls=5 * TICK, calls_per_point=1), lambda *what: told.append(what), 80.0, 400)
+    budget.point(81.0, 0.1, 3)
+    for _ in range(5 * TICK + 1):
+        budget.call()
+    assert told == [(81.0, 0.1, 3)] + [(81.0, 0.0, k * TICK) for k in range(1, 6)]
+    for _ in range(2):
+        with pytest.raises(BudgetExceeded):
+            budget.call()

@@ -1,0 +1,50 @@
+"""Branches of the harmonic balance: every point solves the equations, few calls, and ends in words."""
+
+import numpy as np
+import pytest
+
+from hbm.balance.residual import HarmonicBalance
+from hbm.continuation.follow import follow
+from hbm.continuation.settings import Settings
+from hbm.response import follow_band
+from hbm.starts import first_point
+from tests.hbm.cases import beam, rig
+
+
+@pytest.mark.parametrize("case,level,H", [("B8", 20, 7), ("C8", 40, 7), ("C8", 200, 3)])
+def test_unevaluated_last_steps_solve_the_equations(case, level, H):
+    """Every accepted point, its outputs and its forces, put back into the residual."""
+    problem, force, outputs = beam(case)
+    balance = HarmonicBalance(problem, {1: level * force}, H)
+    begin = first_point(balance, 2 * np.pi * 700, Settings())
+    branch = follow(balance.evaluate, begin, 2 * np.pi * 1200, balance.weights)
+    linearised = 0
+    for point in branch.points:
+        again = balance.evaluate(point.x, point.parameter)
+        size = np.linalg.norm(balance.weights * point.x)
+        assert np.linalg.norm(again.residual) < 1e-9 * size
+        assert np.abs(again.modal - point.detail.modal).max() < 1e-9 * np.abs(again.modal).max()
+        assert np.abs(again.forces.g - point.detail.forces.g).max() <= 1e-8 * np.abs(again.forces.g).max()
+        linearised += point.detail.x is not point.x and np.linalg.norm(point.detail.residual) > 1e-10 * size
+    assert branch.complete and linearised > 0.5 * len(branch.points)
+
+
+def test_residual_calls_and_points_of_the_rig():
+    """The rig's 18 pairs at H = 5 and 20 N: the figures that are promised."""
+    problem, force, outputs = rig()
+    curve = follow_band(problem, 20 * force, (2300, 3300), harmonics=5, outputs=outputs)
+    assert curve.complete and curve.residual_calls <= 3 * len(curve.frequency) and len(curve.frequency) <= 300
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("H", [1, 3])
+def test_rolling_damper_is_named(H):
+    """With the flat's roll stiffness the curve is complete; without it it ends in words: the damper lies along y."""
+    problem, force, outputs = rig(roll=True)
+    held = follow_band(problem, 40 * force, (2300, 3300), harmonics=H, outputs=outputs)
+    assert held.complete and held.converged.all() and "rolls" not in held.ended
+    problem, force, outputs = rig(roll=False)
+    free = follow_band(problem, 40 * force, (2300, 3300), harmonics=H, outputs=outputs)
+    assert not free.complete and len(free.frequency) < 300
+    assert "the damper rolls (body 'damper' rotates about (0.00, 1.00, 0.00))" in free.ended
+    assert "no periodic state exists there" in free.ended
