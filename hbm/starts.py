@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from hbm import fourier
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.follow import follow
 from hbm.continuation.point import failed
-from hbm.laws.uncoupled.law import CoulombFriction
 from hbm.parameter import Equation, Frequency, Level
+from hbm.time.exact import ExactIntegrator
+from hbm.time.settings import IntegrationSettings
 
 OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)     # from where a first point is reached, relative to its frequency
 LOW_LEVEL = 1e-3         # of the force: where the level is raised from
@@ -57,13 +59,12 @@ def _raise_level(balance, w, settings):
 
 
 def _integrate(balance, w, settings):
-    """(x or None, residual calls): where time integration from rest leads; event-driven laws only."""
-    from hbm.time import exact
-    if not isinstance(balance.problem.law, CoulombFriction):
+    """(x or None, residual calls): where time integration from rest leads; piecewise-linear laws only."""
+    if balance.problem.law.piecewise_linear(balance.problem.pairs) is None:
         return None, 0
-    motion = exact.March(balance, w, tolerance=1e-4)
-    motion.periods(motion.at_rest(), 60)
-    x = motion.harmonics_of_motion()
+    integrator = ExactIntegrator(balance, w, IntegrationSettings(tolerance=1e-4))
+    cycle = integrator.periods(integrator.at_rest(), 60)
+    x = fourier.to_real(integrator.stuck.relative_motion(cycle.force)).ravel()
     return x if np.isfinite(x).all() else None, 0
 
 

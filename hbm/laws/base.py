@@ -56,6 +56,15 @@ class ContactLaw:
         """(P, ns) state at t = 0, where the motion is u (P, nd), perhaps complex; default zero."""
         return np.zeros((len(u), self.states), dtype=u.dtype)
 
+    def state_at(self, u, state, contacts: Contacts):
+        """(P, ns) the state moved to a nearby motion u (P, nd), where shooting varies it and the motion separately.
+
+        The default keeps the sliders and makes the other entries anew, or keeps all where there are no sliders.
+        """
+        if not self.sliders:
+            return state
+        return self.initial_state(u, SliderStart(state[:, :self.sliders], False), contacts)
+
     def stuck_stiffness(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N/m, stiffness K_c that the linear system takes over; the solution does not depend on it."""
         return np.zeros((len(contacts), len(self.components)))

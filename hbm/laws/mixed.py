@@ -67,6 +67,12 @@ class MixedLaw(ContactLaw):
                                                        contacts.select(at))
         return state
 
+    def state_at(self, u, state, contacts):
+        moved = np.array(state)
+        for law, at, columns in self._parts(len(contacts)):
+            moved[at, :law.states] = law.state_at(u[np.ix_(at, columns)], state[at, :law.states], contacts.select(at))
+        return moved
+
     def step(self, motion, state, contacts):
         kind = np.result_type(*motion, state)
         force, new = self._constant(contacts).astype(kind), state.astype(kind)

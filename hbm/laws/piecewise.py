@@ -16,8 +16,9 @@ from itertools import product
 import numpy as np
 
 from hbm.errors import InputError
+from hbm.laws.records import ContactState
 
-STICK, FORWARD, BACKWARD, OPEN = range(4)       # of one tangent
+STICK, FORWARD, BACKWARD, OPEN = ContactState          # of one tangent
 SHAPES = {
     "initial": "P", "stiffness": "PSnn", "by_memory": "PSnm", "offset": "PSn", "follows": "Sm", "follow_u": "PSmn",
     "follow_0": "PSm", "state": "G", "next_state": "G", "of_rate": "G", "entry": "G", "guard_u": "PGn",

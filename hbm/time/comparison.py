@@ -1,26 +1,23 @@
-"""A point of a curve held against time integration that starts on its orbit."""
+"""A solution of a curve compared with time integration that starts on its orbit."""
 
 import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
+from hbm import fourier
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.errors import InputError
-from hbm.laws.uncoupled.law import CoulombFriction
+from hbm.parameter import Parameter
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
 from hbm.solutions import points_at
 from hbm.time import shooting
-from hbm.time.exact import MASSLESS, TOLERANCE, March
-from hbm.time.sampled import STEPS, SampledMarch
-
-ELSEWHERE = 0.2          # relative difference to the nearest point of the curve from which on it is another solution
-SMALL = 1e-3             # relative difference above which more harmonics are advised
-SAME = 1e-6              # relative distance of two solutions of the balance that are one
-UNSOLVED = 3e-2          # relative difference of another orbit, where the balance finds no solution to tell them by
-PATIENCE = 40            # periods marched from the orbit before Newton helps to find where they lead
+from hbm.time.base import Integrator
+from hbm.time.exact import ExactIntegrator
+from hbm.time.sampled import SampledIntegrator
+from hbm.time.settings import IntegrationSettings
 
 
 @dataclass(frozen=True)
@@ -29,8 +26,9 @@ class Comparison:
 
     difference : of the amplitude of harmonic 1, the largest over the outputs and relative to the largest output
     steady : Steady state of the integration; left : whether that is another orbit, told by where the balance leads from
-        it (see `_left`)
+        it
     said : one sentence; hz : frequency; H : harmonics of the balance; origin, start : as in ForcedResponse
+    method : 'event-driven' or 'sampled', as in Steady
     """
 
     difference: float
@@ -41,6 +39,7 @@ class Comparison:
     H: int
     origin: str
     start: str
+    method: str
 
     @property
     def agrees(self) -> bool:
@@ -48,15 +47,18 @@ class Comparison:
         return self.steady.periodic and not self.left
 
 
-def compare(curve: ForcedResponse, problem: ContactProblem, value: float, which: int | None = None, parameter=None,
-            **settings) -> Comparison:
-    """A solution of a curve against time integration that starts on its orbit and runs until it repeats to 1e-8.
+def compare(curve: ForcedResponse, problem: ContactProblem, value: float, which: int | None = None,
+            settings: IntegrationSettings | None = None, parameter: Parameter | None = None) -> Comparison:
+    """A solution of a curve compared with time integration that starts on its orbit.
 
         problem, _ = contact_problem(model, pairs, law, damping_ratio=0.01)
         print(compare(curve, problem, 1250.0).said)
 
-    problem, value, parameter : as in `hbm.solutions.solutions_at`; which : the place there, needed where the curve has
-    several solutions; settings : as in `compare_point`. Raises InputError where there is no such solution.
+    problem : that the curve was made with; value, parameter : as in `hbm.solutions.solutions_at`
+    which : the place there, needed where the curve has several solutions
+    The integration starts at displacement, velocity and sliders of the solution and runs until the period map repeats.
+    Where the transient dies slowly, Newton on the period map finds where it leads; where Newton fails, up to
+    `settings.max_periods` are integrated. Raises InputError where there is no such solution.
     """
     balance, points = points_at(curve, problem, value, parameter)
     if which is None and len(points) > 1:
@@ -65,37 +67,32 @@ def compare(curve: ForcedResponse, problem: ContactProblem, value: float, which:
                          f"say which = 0 to {len(points) - 1}")
     if not 0 <= (which or 0) < len(points) or not points[which or 0].converged:
         raise InputError(f"compare: which = {which}: {len(points)} solutions of the curve are known at {value:g}")
-    return compare_point(balance, points[which or 0], curve.output_rows, **settings)
+    return compare_point(balance, points[which or 0], curve.output_rows, settings)
 
 
-def compare_point(balance: HarmonicBalance, point, rows, tolerance: float = TOLERANCE, most_periods: int = 1000,
-            massless_above: float = MASSLESS, steps: int | None = None) -> Comparison:
-    """Start at displacement, velocity and sliders of the point and integrate until the period map repeats to 1e-8.
-
-    rows : (m, r) outputs; tolerance : of the corridor laws; steps : a period, of the laws that are known by their step
-    Where the transient dies slowly, Newton on the period map finds where it leads; where Newton
-    fails, up to `most_periods` are marched.
-    """
-    march = make(balance, point.parameter, tolerance, massless_above, steps)
-    begin = march.on_orbit(point)
-    steady = shooting.march_on(march, begin, rows, most_periods=min(PATIENCE, most_periods))
-    if not steady.periodic and steady.finished and most_periods > PATIENCE:
-        before = steady.periods
-        steady = shooting.shoot(march, begin, rows)
-        if not steady.periodic or _left(balance, point, march, _difference(balance, point, rows, steady)):
-            steady = shooting.march_on(march, begin, rows, most_periods=most_periods - before)
+def compare_point(balance: HarmonicBalance, point, rows, settings: IntegrationSettings | None = None) -> Comparison:
+    """As `compare`, of a point of a balance, for outputs rows (m, r)."""
+    settings = settings or IntegrationSettings()
+    integrator = integrator_of(balance, point.parameter, settings)
+    begin = integrator.on_orbit(point)
+    steady = shooting.integrate(integrator, begin, rows, min(settings.patience, settings.max_periods))
+    if not steady.periodic and steady.finished and settings.max_periods > settings.patience:
+        more = settings.max_periods - steady.periods
+        steady = shooting.shoot(integrator, begin, rows)
+        found = _difference(balance, point, rows, steady)
+        if not steady.periodic or left_orbit(balance, point, steady.motion, found, settings):
+            steady = shooting.integrate(integrator, begin, rows, more)
     difference = _difference(balance, point, rows, steady)
-    left = steady.periodic and _left(balance, point, march, difference)
-    said = _said(steady, left, difference, balance.H)
+    left = steady.periodic and left_orbit(balance, point, steady.motion, difference, settings)
+    said = _said(steady, left, difference, balance, settings)
     return Comparison(difference, steady, left, said, float(point.parameter) / (2 * np.pi), balance.H, steady.origin,
-                      steady.start)
+                      steady.start, steady.method)
 
 
-def make(balance, w, tolerance=TOLERANCE, massless_above=MASSLESS, steps=None) -> March:
-    """The integration that the law of a balance takes."""
-    if isinstance(balance.problem.law, CoulombFriction):
-        return March(balance, w, tolerance, massless_above=massless_above)
-    return SampledMarch(balance, w, steps or STEPS, massless_above)
+def integrator_of(balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None) -> Integrator:
+    """The event-driven integrator where every law of the balance is piecewise linear, else the sampled one."""
+    piecewise = balance.problem.law.piecewise_linear(balance.problem.pairs)
+    return (SampledIntegrator if piecewise is None else ExactIntegrator)(balance, w, settings)
 
 
 def _difference(balance, point, rows, steady):
@@ -103,35 +100,36 @@ def _difference(balance, point, rows, steady):
     return float(np.abs(np.abs(steady.harmonics[:, 1]) - np.abs(X[:, 1])).max() / np.abs(X[:, 1]).max())
 
 
-def _left(balance, point, march, difference) -> bool:
-    """Whether the integration has gone to another orbit than that of the point.
+def left_orbit(balance, point, motion, difference, settings: IntegrationSettings) -> bool:
+    """Whether an integration with harmonics motion (P nd, H+1) is on another orbit than the point.
 
     With 2H + 1 harmonics (the next odd ones too, where even ones vanish) the balance is solved from the point and from
-    the orbit that the integration came to. Where both lead to one solution they are one orbit, and what they differ by
-    is what H harmonics leave out; where they lead to two, they are not. A threshold alone cannot tell: at H = 1 an
-    orbit is missed by some per cent, and near a fold two orbits are closer than that.
+    the orbit of the integration. Where both lead to one solution they are one orbit, and their difference is what H
+    harmonics leave out; where they lead to two, they are two orbits. A threshold alone cannot tell: at H = 1 an orbit
+    is missed by some per cent, and near a fold two orbits are closer than that.
     """
-    if difference > ELSEWHERE:
+    if difference > settings.elsewhere:
         return True
     try:
         finer = _finer(balance)
         ends = [solve_fixed(finer.evaluate, _padded(x, finer), point.parameter, finer.weights)
-                for x in (point.x, march.harmonics_of_motion())]
+                for x in (point.x, fourier.to_real(motion).ravel())]
     except InputError:                                           # so many harmonics do not fit into the memory
-        return bool(difference > UNSOLVED)
+        return bool(difference > settings.unsolved)
     if not all(end.converged for end in ends):
-        return bool(difference > UNSOLVED)
-    # the mean is left out: where every pair slides it may be any, and the orbit is the same
+        return bool(difference > settings.unsolved)
+    # without the mean: where every contact slides it may be anything on the same orbit
     swings = [(finer.weights * x).reshape(finer.n_components, -1)[:, 1:] for x in (ends[1].x - ends[0].x, ends[0].x)]
-    return bool(np.linalg.norm(swings[0]) > SAME * np.linalg.norm(swings[1]))
+    return bool(np.linalg.norm(swings[0]) > settings.same * np.linalg.norm(swings[1]))
 
 
 def _finer(balance):
     """The balance with 2H + 1 harmonics."""
-    samples = max(len(balance.grid[0]) - 1, balance.problem.law.default_samples(2 * balance.H + 1))
+    H = 2 * balance.H + 1
+    samples = max(len(balance.grid[0]) - 1, balance.problem.law.default_samples(H))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")                          # of harmonics that nobody asked for
-        finer = HarmonicBalance(balance.problem, balance.forces, 2 * balance.H + 1, balance.given_start, samples)
+        warnings.simplefilter("ignore")                          # of the memory that so many harmonics take
+        finer = HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
     finer.force[:, :balance.H + 1] = balance.force               # at its level
     return finer
 
@@ -144,21 +142,24 @@ def _padded(x, finer):
     return full.ravel()
 
 
-def _said(steady, left, difference, H):
+def _said(steady, left, difference, balance, settings):
     if not steady.finished:
-        said = "the integration did not finish a period: transitions follow each other faster and faster"
+        said = "the integration did not finish a period: events follow each other faster and faster"
     elif not steady.periodic:
         said = f"the integration is not periodic after {steady.periods} periods (change {steady.period_change:.1e})"
     elif left:
         said = f"the integration left for another orbit, {difference:.1%} away"
     elif steady.multiplier > 1 + 1e-6:
-        said = (f"the orbit is there, {difference:.2e} away, but it is unstable (Floquet multiplier "
-                f"{steady.multiplier:.4f}): left to itself the integration leaves it")
+        said = (f"the orbit exists, {difference:.2e} away, but it is unstable (Floquet multiplier "
+                f"{steady.multiplier:.4f}): any disturbance makes the integration leave it")
     elif steady.by_newton and np.isnan(steady.multiplier):
-        said = (f"the orbit is there, {difference:.2e} away, found by Newton on the period map; with so many unknowns "
-                "it is not known whether it is stable")
+        said = (f"the orbit exists, {difference:.2e} away, found by Newton on the period map; its stability was not "
+                "computed for so many unknowns")
     else:
         said = f"the integration stays on the orbit, {difference:.2e} away"
-    if steady.periodic and not left and difference > SMALL:
-        said += f"; more harmonics than H = {H} bring it closer"
+    if steady.periodic and not left and difference > settings.small:
+        said += f"; more harmonics than H = {balance.H} bring it closer"
+    if steady.method == "sampled":
+        said += f"; integrated with {settings.samples} steps per period, as law {balance.problem.law.name} is not " \
+                "piecewise linear"
     return said

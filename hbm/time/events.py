@@ -1,15 +1,14 @@
-"""Time integration of the corridor laws, with every transition located: the compiled part of `march`.
+"""Event-driven time integration of piecewise-linear contact laws: the compiled part of `exact`.
 
-Between transitions the bracket g = f - K_c u (see `transitions`) of every pair is linear in the motion,
-g = a + Gamma u, and the poles of the stuck system (see `poles`) are propagated exactly under
+Between events the nonlinear force g = f - K_c u - f_stuck of every contact is linear in the motion, g = a + Gamma u,
+and the poles of the stuck system (see `poles`) are propagated exactly under
 
     g(tau) = g0 + g0' tau + (g1 - g0 - g0' h) (tau/h)^2 + d (tau^3 - h tau^2)/h^2        over a step h,
 
 where d is the defect of the quadratic in the rate at the end. The quadratic is solved implicitly, the cubic term is
 added afterwards, and the motion is of fourth order in h; the integrals are the phi functions of exponential integrators
-[Hochbruck, Ostermann 2010]. A step ends where the next transition is: the instant at which a signal, negative while the
-state lasts, comes to zero - the normal load, the distance of the slider from a side of its corridor, or the rate of
-that side. Nothing is interpolated there: the step is taken again until the signal at its end vanishes.
+[Hochbruck, Ostermann 2010]. A step ends at the next event: the instant at which a guard of the present state of a
+contact rises through zero (see `hbm.laws.piecewise`). The step is repeated until the guard vanishes at its end.
 
 One file, because compiled code is stored per file.
 """
@@ -24,77 +23,89 @@ System.__doc__ = """What the kernels need of the linear side; z = [Re y, Im y].
 
 s : (n,) complex poles; out : (nc, 2n) real, u = out z; into : (2n, nc) real, b' g
 static : (nc, nc) flexibility S of the poles that follow statically
-orders : (m,) harmonics of the outer force; stuck : (nc, m) complex response of the stuck system; w : rad/s
+orders : (m,) harmonics of the external force; stuck : (nc, m) complex response of the stuck system; w : rad/s
 """
 
-Law = namedtuple("Law", "nd tangents has_normal kt kn mu preload")
-Law.__doc__ = "Number of components and of tangents, whether there is a normal, and the settings (P,) of the pairs."
+Table = namedtuple("Table", "gamma a by_memory follows follow_u follow_0 first next_state of_rate entry guard_u "
+                            "guard_memory guard_0 watched")
+Table.__doc__ = """PiecewiseLinear less the force of the stuck springs, its guards in the order of their states.
 
-STICK, FORWARD, BACKWARD, OPEN = 0, 1, 2, 3
-BEND = 0.02            # of the motion: cubic part that a step may hold, so that no transition hides in it
-OPENS, CLOSES, SLIPS_FORWARD, SLIPS_BACKWARD, STOPS_FORWARD, STOPS_BACKWARD = range(6)
+gamma : (P, S, nd, nd), a : (P, S, nd), by_memory : (P, S, nd, m) - g = gamma u + by_memory m + a
+first : (S+1,) first guard of each state; the others as in PiecewiseLinear
+"""
+
+Present = namedtuple("Present", "z state memory gamma a")
+Present.__doc__ = """What the integration changes in place.
+
+z : (2n,) poles; state : (P,) and memory : (P, m) of the contacts; gamma : (nc, nd), a : (nc,) of the present states
+"""
+
+Steps = namedtuple("Steps", "lengths ready W D")
+Steps.__doc__ = """Lengths (L,) of steps, s, each half the one before, and once `ready` weights W (L+1, 5, n) and effect
+D (L+1, nc, nc) of the force at the end on the motion there. The last place is for steps of any other length."""
+
+Control = namedtuple("Control", "tolerance curvature tiny max_steps size")
+Control.__doc__ = """Settings as in IntegrationSettings; size : (2,) largest motion and nonlinear force so far."""
+
+Record = namedtuple("Record", "G dissipated count")
+Record.__doc__ = """Of the last period: G (nc, H+1), dissipated (P,) J; of all periods: count (2,) steps and events."""
+
+Instant = namedtuple("Instant", "t motion push level tiny")
+Instant.__doc__ = """Begin of a step: t s; motion (4, nc) = u, u', g, g'; push = b' g; level of its length; tiny m."""
+
 NEVER = 2.0
 
 
 @njit(cache=True)
-def frozen(law, mode, closed, slider, gamma, a):
-    """Fill gamma (nc, nd) and a (nc,): g = a + gamma u of the pair, in the present states."""
-    nd = law.nd
-    gamma[:] = 0.0
-    a[:] = 0.0
-    for p in range(len(law.kt)):
-        normal = p * nd + nd - 1
-        if law.has_normal and not closed[p]:
-            gamma[normal, nd - 1] = -law.kn[p]
-            a[normal] = -law.preload[p]
-        for d in range(law.tangents):
-            c = p * nd + d
-            if mode[p, d] == STICK:
-                a[c] = -law.kt[p] * slider[p, d]
-                continue
-            gamma[c, d] = -law.kt[p]
-            if mode[p, d] != OPEN:
-                sign = 1.0 if mode[p, d] == FORWARD else -1.0
-                a[c] = sign * law.mu[p] * law.preload[p]
-                if law.has_normal:
-                    gamma[c, nd - 1] = sign * law.mu[p] * law.kn[p]
+def freeze(table, present):
+    """Fill gamma and a of the present states."""
+    nd, m = table.a.shape[2], table.by_memory.shape[3]
+    for p in range(len(present.state)):
+        s = present.state[p]
+        for i in range(nd):
+            present.a[p * nd + i] = table.a[p, s, i]
+            for k in range(m):
+                present.a[p * nd + i] += table.by_memory[p, s, i, k] * present.memory[p, k]
+            for j in range(nd):
+                present.gamma[p * nd + i, j] = table.gamma[p, s, i, j]
 
 
 @njit(cache=True)
-def side(law, u, p, d, sign):
-    """Low (sign -1) or high (+1) side of the corridor of a tangent, of the motion or of its rate (without preload)."""
-    nd = law.nd
-    c = p * nd + d
-    if law.kt[p] == 0:
-        return u[c]
-    N = law.kn[p] * u[p * nd + nd - 1] if law.has_normal else 0.0
-    return u[c] + sign * law.mu[p] * N / law.kt[p]
+def follow(table, present, p, u):
+    """Memory of a contact where the motion u carries it along."""
+    nd, m = table.a.shape[2], table.by_memory.shape[3]
+    s = present.state[p]
+    for k in range(m):
+        if table.follows[s, k]:
+            present.memory[p, k] = table.follow_0[p, s, k]
+            for i in range(nd):
+                present.memory[p, k] += table.follow_u[p, s, k, i] * u[p * nd + i]
 
 
 @njit(cache=True)
-def signal(law, kind, p, d, u, rate, slider):
-    """(value, rate) in m and m/s of what ends the state; for a stop its value is the slider, whose rate is watched."""
-    nd = law.nd
-    if kind == OPENS or kind == CLOSES:
-        c = p * nd + nd - 1
-        sign = -1.0 if kind == OPENS else 1.0
-        return sign * (law.preload[p] / law.kn[p] + u[c]), sign * rate[c]
-    forward = kind == SLIPS_FORWARD or kind == STOPS_FORWARD
-    sign = -1.0 if forward else 1.0
-    reach = law.mu[p] * law.preload[p] / law.kt[p]
-    value = side(law, u, p, d, sign) + sign * reach
-    speed = side(law, rate, p, d, sign)
-    if kind == SLIPS_FORWARD:
-        return value - slider[p, d], speed
-    if kind == SLIPS_BACKWARD:
-        return slider[p, d] - value, -speed
-    return (value, speed) if forward else (-value, -speed)
+def signal(table, memory, p, g, motion):
+    """Value (m) and rate (m/s) of a guard."""
+    nd, m = table.a.shape[2], table.by_memory.shape[3]
+    value, rate = table.guard_0[p, g], 0.0
+    for i in range(nd):
+        value += table.guard_u[p, g, i] * motion[0, p * nd + i]
+        rate += table.guard_u[p, g, i] * motion[1, p * nd + i]
+    for k in range(m):
+        value += table.guard_memory[p, g, k] * memory[p, k]
+    return value, rate
 
 
 @njit(cache=True)
-def cubic(c0, r0, c1, r1, x):
-    """Value at x of the cubic with values c and rates r at 0 and 1."""
-    return c0 + x * (r0 + x * (3 * (c1 - c0) - 2 * r0 - r1 + x * (r0 + r1 - 2 * (c1 - c0))))
+def excess(table, memory, p, g, motion):
+    """What comes to zero at an event: value of the guard, or its rate."""
+    value, rate = signal(table, memory, p, g, motion)
+    return rate if table.of_rate[g] else value
+
+
+@njit(cache=True)
+def cubic(c0, r0, c1, r1):
+    """Coefficients (A, B) of the cubic c0 + r0 x + A x^2 + B x^3 with values c and rates r at 0 and 1."""
+    return 3 * (c1 - c0) - 2 * r0 - r1, r0 + r1 - 2 * (c1 - c0)
 
 
 @njit(cache=True)
@@ -102,14 +113,14 @@ def crossing(c0, r0, c1, r1, tiny):
     """First place in [0, 1] where the cubic with values c and rates r at its ends exceeds `tiny`; NEVER if nowhere."""
     if c0 > tiny:
         return 0.0
-    A, B = 3 * (c1 - c0) - 2 * r0 - r1, r0 + r1 - 2 * (c1 - c0)
+    A, B = cubic(c0, r0, c1, r1)
     left, right = 0.0, 1.0
-    top = quadratic_top(r0, 2 * A, 3 * B)
-    if 0 < top < 1:
-        if c0 + top * (r0 + top * (A + top * B)) > tiny:
-            right = top
+    peak = falling_root(r0, 2 * A, 3 * B)
+    if 0 < peak < 1:
+        if c0 + peak * (r0 + peak * (A + peak * B)) > tiny:
+            right = peak
         elif c1 > tiny:
-            left = top
+            left = peak
     if right == 1.0 and c1 <= tiny:
         return NEVER
     for _ in range(50):
@@ -122,7 +133,7 @@ def crossing(c0, r0, c1, r1, tiny):
 
 
 @njit(cache=True)
-def quadratic_top(r, b, c):
+def falling_root(r, b, c):
     """Root of r + b x + c x^2 at which it falls through zero: the maximum of its integral; NEVER if there is none."""
     inside = b * b - 4 * c * r
     if inside <= 0:
@@ -136,24 +147,24 @@ def quadratic_top(r, b, c):
 
 
 @njit(cache=True)
-def stop(c0, r0, c1, r1, tiny, noise):
-    """First place in [0, 1] where the rate of that cubic falls below -tiny; NEVER if nowhere.
+def turning(c0, r0, c1, r1, tiny, noise):
+    """First place in [0, 1] where the rate of that cubic rises above tiny; NEVER if nowhere.
 
     noise : of the values, so that none is seen inside a very short step
     """
-    if r0 < -tiny:
+    if r0 > tiny:
         return 0.0
-    A, B = 3 * (c1 - c0) - 2 * r0 - r1, r0 + r1 - 2 * (c1 - c0)
+    A, B = cubic(c0, r0, c1, r1)
     right = 1.0
-    if r1 >= -tiny:
+    if r1 <= tiny:
         turn = -A / (3 * B) if B != 0 else NEVER
-        if not (B > 0 and 0 < turn < 1 and r0 + turn * (2 * A + turn * 3 * B) < -tiny - noise):
+        if not (B < 0 and 0 < turn < 1 and r0 + turn * (2 * A + turn * 3 * B) > tiny + noise):
             return NEVER
         right = turn
     left = 0.0
     for _ in range(50):
         x = 0.5 * (left + right)
-        if r0 + x * (2 * A + x * 3 * B) < 0:
+        if r0 + x * (2 * A + x * 3 * B) > 0:
             right = x
         else:
             left = x
@@ -161,83 +172,59 @@ def stop(c0, r0, c1, r1, tiny, noise):
 
 
 @njit(cache=True)
-def watched(law, mode, closed, p, d):
-    """The kinds of transition that may end the state of a tangent d, or of the normal (d = -1); -1 for none."""
-    if d < 0:
-        if not law.has_normal or law.kn[p] == 0:
-            return -1, -1
-        return (OPENS, -1) if closed[p] else (CLOSES, -1)
-    if not closed[p] or law.kt[p] == 0 or law.mu[p] == 0:
-        return -1, -1
-    if mode[p, d] == STICK:
-        return SLIPS_FORWARD, SLIPS_BACKWARD
-    return (STOPS_FORWARD, -1) if mode[p, d] == FORWARD else (STOPS_BACKWARD, -1)
+def next_event(table, present, span, tiny, tiny_rate):
+    """(place in [0, 1] of the step or NEVER, contact, guard) of the first event in span = (h, motion before, after)."""
+    h, before, after = span
+    place, contact, guard = NEVER, -1, -1
+    for p in range(len(present.state)):
+        s = present.state[p]
+        for g in range(table.first[s], table.first[s + 1]):
+            if not table.watched[p, g]:
+                continue
+            c0, r0 = signal(table, present.memory, p, g, before)
+            c1, r1 = signal(table, present.memory, p, g, after)
+            if table.of_rate[g]:
+                at = turning(c0, r0 * h, c1, r1 * h, tiny_rate * h, 0.1 * tiny)
+            else:
+                at = crossing(c0, r0 * h, c1, r1 * h, tiny)
+            if at < place:
+                place, contact, guard = at, p, g
+    if guard >= 0:
+        guard = first_of_equal(table, present, contact, guard, place, span, tiny)
+    return place, contact, guard
 
 
 @njit(cache=True)
-def next_transition(law, mode, closed, slider, h, u0, rate0, u1, rate1, tiny, tiny_rate):
-    """(place in [0, 1] of the step or NEVER, kind, pair, tangent) of the first transition in a step."""
-    first, kind, pair, tangent = NEVER, -1, -1, -1
-    for p in range(len(law.kt)):
-        for d in range(-1, law.tangents):
-            for k in watched(law, mode, closed, p, d):
-                if k < 0:
-                    continue
-                c0, r0 = signal(law, k, p, d, u0, rate0, slider)
-                c1, r1 = signal(law, k, p, d, u1, rate1, slider)
-                if k >= STOPS_FORWARD:
-                    at = stop(c0, r0 * h, c1, r1 * h, tiny_rate * h, 0.1 * tiny)
-                else:
-                    at = crossing(c0, r0 * h, c1, r1 * h, tiny)
-                if at < first:
-                    first, kind, pair, tangent = at, k, p, d
-    if (kind == SLIPS_FORWARD or kind == SLIPS_BACKWARD) and law.has_normal and law.kn[pair] > 0:
-        # the corridor closes up where the pair opens: a slip from that instant on is the opening
-        c0, r0 = signal(law, OPENS, pair, -1, u0, rate0, slider)
-        c1, r1 = signal(law, OPENS, pair, -1, u1, rate1, slider)
-        if cubic(c0, r0 * h, c1, r1 * h, first) > -tiny:
-            return first, OPENS, pair, -1
-    return first, kind, pair, tangent
+def first_of_equal(table, present, p, guard, place, span, tiny):
+    """The first guard in the list that reaches zero together with `guard`: where a contact opens, it also slips."""
+    h, before, after = span
+    for g in range(table.first[present.state[p]], guard):
+        if table.watched[p, g] and not table.of_rate[g]:
+            c0, r0 = signal(table, present.memory, p, g, before)
+            c1, r1 = signal(table, present.memory, p, g, after)
+            A, B = cubic(c0, r0 * h, c1, r1 * h)
+            if c0 + place * (r0 * h + place * (A + place * B)) > -tiny and r0 * h + place * (2 * A + place * 3 * B) > 0:
+                return g
+    return guard
 
 
 @njit(cache=True)
-def switch(law, mode, closed, slider, kind, p, d, u, rate):
-    """Put the pair into the state that follows a transition; the motion and the force go on continuously."""
-    if kind == OPENS:
-        closed[p] = False
-        mode[p] = OPEN
-    elif kind == CLOSES:
-        closed[p] = True
-        for e in range(law.tangents):
-            mode[p, e] = OPEN
-            if law.mu[p] > 0 and law.kt[p] > 0:
-                # pushed only where the opening corridor overtakes the slider
-                mode[p, e] = STICK
-                if side(law, rate, p, e, -1.0) > 0:
-                    mode[p, e] = FORWARD
-                elif side(law, rate, p, e, 1.0) < 0:
-                    mode[p, e] = BACKWARD
-    elif kind == SLIPS_FORWARD:
-        mode[p, d] = FORWARD
-    elif kind == SLIPS_BACKWARD:
-        mode[p, d] = BACKWARD
-    else:
-        value = signal(law, kind, p, d, u, rate, slider)[0]
-        slider[p, d] = value if kind == STOPS_FORWARD else -value
-        mode[p, d] = STICK
-
-
-@njit(cache=True)
-def follow_sliders(law, mode, slider, u):
-    """Sliders of the pairs that slip or are open, which the motion carries along."""
-    for p in range(len(law.kt)):
-        for d in range(law.tangents):
-            if mode[p, d] == OPEN:
-                slider[p, d] = u[p * law.nd + d]
-            elif mode[p, d] != STICK:
-                sign = -1.0 if mode[p, d] == FORWARD else 1.0
-                reach = law.mu[p] * law.preload[p] / law.kt[p]
-                slider[p, d] = side(law, u, p, d, sign) + sign * reach
+def switch(table, present, p, guard, motion, tiny):
+    """Put the contact into the state that follows an event; the motion and the force go on continuously."""
+    left = present.state[p]
+    present.state[p] = table.next_state[guard]
+    follow(table, present, p, motion[0])
+    if not table.entry[guard]:
+        return
+    g, end, changes = table.first[present.state[p]], table.first[present.state[p] + 1], 0
+    while g < end and changes < len(table.first):
+        if table.watched[p, g] and not table.of_rate[g] and table.next_state[g] != left:
+            value, rate = signal(table, present.memory, p, g, motion)
+            if value > -tiny and rate > 0:
+                present.state[p] = table.next_state[g]
+                follow(table, present, p, motion[0])
+                g, end, changes = table.first[present.state[p]] - 1, table.first[present.state[p] + 1], changes + 1
+        g += 1
 
 
 @njit(cache=True)
@@ -294,7 +281,7 @@ def direct_flexibility(system, weight):
 
 @njit(cache=True)
 def stuck_motion(system, t):
-    """(u, u') (nc,) of the stuck system under the outer forces."""
+    """(u, u') (nc,) of the stuck system under the external forces."""
     nc = len(system.stuck)
     u, rate = np.zeros(nc), np.zeros(nc)
     for k in range(len(system.orders)):
@@ -308,9 +295,9 @@ def stuck_motion(system, t):
 
 
 @njit(cache=True)
-def settle(law, D, gamma, a, known, u, g):
+def settle(D, gamma, a, known, u, g):
     """Fill u and g (nc,) with the solution of u + D g = known, g = a + gamma u; whether any component moves with u."""
-    nd, nc = law.nd, len(known)
+    nd, nc = gamma.shape[1], len(known)
     active = np.empty(nc, np.int64)
     m = 0
     for i in range(nc):
@@ -340,37 +327,44 @@ def settle(law, D, gamma, a, known, u, g):
 
 
 @njit(cache=True)
-def instant(system, law, gamma, a, t, z, motion):
+def instant(system, present, t, z, motion):
     """Fill motion (4, nc) = u, u', g, g' at the poles z; returns b' g."""
     known, rate = stuck_motion(system, t)
-    settle(law, system.static, gamma, a, known + np.dot(system.out, z), motion[0], motion[2])
+    gamma, a = present.gamma, present.a
+    settle(system.static, gamma, a, known + np.dot(system.out, z), motion[0], motion[2])
     push = np.dot(system.into, motion[2])
     rate += np.dot(system.out, times(system.s, z) - push)
-    settle(law, system.static, gamma, 0 * a, rate, motion[1], motion[3])
+    settle(system.static, gamma, 0 * a, rate, motion[1], motion[3])
     return push
 
 
 @njit(cache=True)
-def step(system, law, W, D, gamma, a, t1, h, z, motion, push):
-    """(poles at the end, largest error of g in the step) after a step h in frozen states that ends at t1."""
-    z1 = times(W[0], z) - times(W[1], push)
+def step(system, present, steps, begin, h, level):
+    """(slot of the weights, poles z at the end, largest error of g) of a step h in the present states."""
+    slot = level if h == steps.lengths[level] else len(steps.lengths)
+    if slot == len(steps.lengths) or not steps.ready[slot]:
+        fill_weights(system.s, h, steps.W[slot])
+        steps.D[slot] = direct_flexibility(system, steps.W[slot, 3])
+        steps.ready[slot] = True
+    W, gamma = steps.W[slot], present.gamma
+    z = times(W[0], present.z) - times(W[1], begin.push)
     if not gamma.any():
-        return z1 - times(W[3], push), 0.0
-    z1 -= times(W[2], np.dot(system.into, motion[3]))
-    known, rate = stuck_motion(system, t1)
+        return slot, z - times(W[3], begin.push), 0.0
+    z -= times(W[2], np.dot(system.into, begin.motion[3]))
+    known, rate = stuck_motion(system, begin.t + h)
     u, g, g_rate = np.empty_like(known), np.empty_like(known), np.empty_like(known)
-    settle(law, D, gamma, a, known + np.dot(system.out, z1), u, g)
-    push1 = np.dot(system.into, g)
-    z1 -= times(W[3], push1)
-    rate += np.dot(system.out, times(system.s, z1) - push1)
-    settle(law, system.static, gamma, 0 * a, rate, u, g_rate)
-    defect = g_rate - (2 / h * (g - motion[2]) - motion[3])
-    z1 -= times(W[4], np.dot(system.into, defect))
-    return z1, 4 / 27 * h * np.abs(defect).max()
+    settle(steps.D[slot], gamma, present.a, known + np.dot(system.out, z), u, g)
+    push = np.dot(system.into, g)
+    z -= times(W[3], push)
+    rate += np.dot(system.out, times(system.s, z) - push)
+    settle(system.static, gamma, 0 * present.a, rate, u, g_rate)
+    defect = g_rate - (2 / h * (g - begin.motion[2]) - begin.motion[3])
+    z -= times(W[4], np.dot(system.into, defect))
+    return slot, z, 4 / 27 * h * np.abs(defect).max()
 
 
 @njit(cache=True)
-def bend(h, before, after):
+def cubic_part(h, before, after):
     """Largest coefficient of the cubic that the motion makes in a step, m."""
     largest = 0.0
     for c in range(before.shape[1]):
@@ -380,68 +374,62 @@ def bend(h, before, after):
 
 
 @njit(cache=True)
-def located_step(system, law, tables, states, gamma, a, t, left, level, z, motion, push, tiny, tolerance, size):
-    """One step to the next transition or of its full length. Returns (h, level, slot, z, motion, push, transition).
+def step_to_event(system, table, present, steps, begin, control):
+    """One step to the next event or of its full length: (h, z, Instant after it, contact, guard), guard -1 for none.
 
-    The step is halved until the errors of g and the bend of the motion are small against `size`.
+    The step is halved until the errors of g and the cubic part of the motion are small against `control.size`.
     """
-    mode, closed, slider = states
-    lengths, ready, W, D = tables[0], tables[1], tables[2], tables[3]
-    scratch = len(lengths)
-    after = np.empty_like(motion)
-    target, kind, p, d, slot = -1, -1, -1, -1, level
-    low, high, c_low, c_high = 0.0, 0.0, 0.0, 0.0
-    h = min(lengths[level], left)
-    for attempt in range(60):
-        slot = level if h == lengths[level] else scratch
-        if slot == scratch or not ready[slot]:
-            fill_weights(system.s, h, W[slot])
-            D[slot] = direct_flexibility(system, W[slot, 3])
-            ready[slot] = True
-        z1, error = step(system, law, W[slot], D[slot], gamma, a, t + h, h, z, motion, push)
-        push1 = instant(system, law, gamma, a, t + h, z1, after)
-        rough = tolerance > 0 and (error > tolerance * size[1] or bend(h, motion, after) > BEND * size[0])
-        if target < 0 and rough and level < scratch - 1:
-            level += 1
-            h = min(lengths[level], left)
-            continue
-        place, k, q, e = next_transition(law, mode, closed, slider, h, motion[0], motion[1], after[0], after[1], tiny,
-                                         tiny * system.w)
-        if place == 0.0:
-            return 0.0, level, slot, z, motion, push, (k, q, e)
-        if place <= 1.0:
-            target, kind, p, d, high = 1, k, q, e, h
-            c_high = ended(law, kind, p, d, after, slider)
-            if high - low <= 1e-15 * lengths[0] or attempt > 50:
-                break
-            h = max(place * h, low + 0.5 * (high - low)) if place * h <= low else place * h
-            continue
-        if target < 0:
+    left, level, last = 2 * np.pi / system.w - begin.t, begin.level, len(steps.lengths) - 1
+    fine, after = control.tolerance * control.size[1], np.empty_like(begin.motion)
+    while True:
+        h = min(steps.lengths[level], left)
+        slot, z, error = step(system, present, steps, begin, h, level)
+        push = instant(system, present, begin.t + h, z, after)
+        bent = cubic_part(h, begin.motion, after) / control.size[0]
+        if fine == 0 or level == last or error <= fine and bent <= control.curvature:
             break
-        c_low, low = ended(law, kind, p, d, after, slider), h
-        if c_low >= -tiny * (system.w if kind >= STOPS_FORWARD else 1.0) or high - low <= 1e-15 * lengths[0]:
-            break
-        h = low - c_low * (high - low) / (c_high - c_low) if c_high > c_low else low
-        if not low < h < high or attempt % 8 == 7:
-            h = 0.5 * (low + high)
-    else:
-        kind = kind if target > 0 else -1
-    if target < 0 and tolerance > 0 and level and error < tolerance * size[1] / 40 and slot == level \
-            and bend(h, motion, after) < BEND * size[0] / 10:
+        level += 1
+    place, p, guard = next_event(table, present, (h, begin.motion, after), begin.tiny, begin.tiny * system.w)
+    if place == 0:
+        return 0.0, present.z, Instant(begin.t, begin.motion, begin.push, level, begin.tiny), p, guard
+    if place <= 1:
+        begin = Instant(begin.t, begin.motion, begin.push, level, begin.tiny)
+        return locate(system, table, present, steps, begin, (h, z, after, push), (place, p, guard))
+    if level and slot == level and error < fine / 40 and bent < control.curvature / 10:
         level -= 1
-    return h, level, slot, z1, after, push1, (kind, p, d)
+    return h, z, Instant(begin.t + h, after, push, level, begin.tiny), -1, -1
 
 
 @njit(cache=True)
-def ended(law, kind, p, d, motion, slider):
-    """What has come to zero when a transition is reached: its signal, or for a stop minus its rate."""
-    value, rate = signal(law, kind, p, d, motion[0], motion[1], slider)
-    return -rate if kind >= STOPS_FORWARD else value
+def locate(system, table, present, steps, begin, end, event):
+    """As `step_to_event`, the step repeated until its end is the event: inside a bracket, by cubics and secants."""
+    h, z, after, push = end
+    place, p, guard = event
+    low, high, c_low, c_high = 0.0, h, 0.0, 0.0
+    for attempt in range(60):
+        if place <= 1:
+            high, p, guard = h, event[1], event[2]
+            c_high, new = excess(table, present.memory, p, guard, after), place * h
+        else:
+            low, c_low = h, excess(table, present.memory, p, guard, after)
+            if c_low >= -begin.tiny * (system.w if table.of_rate[guard] else 1.0):
+                break
+            new = low - c_low * (high - low) / (c_high - c_low) if c_high > c_low else low
+        if high - low <= 1e-15 * steps.lengths[0] or place <= 1 and attempt > 50:
+            break
+        if not low < new < high or place > 1 and attempt % 8 == 7:
+            new = 0.5 * (low + high)
+        h = new
+        z = step(system, present, steps, begin, h, begin.level)[1]
+        push = instant(system, present, begin.t + h, z, after)
+        event = next_event(table, present, (h, begin.motion, after), begin.tiny, begin.tiny * system.w)
+        place = event[0]
+    return h, z, Instant(begin.t + h, after, push, begin.level, begin.tiny), p, guard
 
 
 @njit(cache=True)
 def add_harmonics(system, h, before, after, weights, G):
-    """G (nc, H+1) += integral of exp(i k w (t1 - t)) g(t) over a step that ends at t1, G carried along before."""
+    """G (nc, H+1) += integral of exp(i k w (t1 - t)) g(t) over a step that ends at t1, G brought there before."""
     H = G.shape[1] - 1
     fill_weights(1j * system.w * np.arange(H + 1), h, weights)
     for c in range(len(G)):
@@ -453,56 +441,54 @@ def add_harmonics(system, h, before, after, weights, G):
 
 
 @njit(cache=True)
-def add_work(law, before, after, slid, slider, work):
-    """work (P,) += mean tangential force times what the slider has moved."""
-    for p in range(len(work)):
-        for d in range(law.tangents):
-            c = p * law.nd + d
-            T = 0.5 * (before[2, c] + after[2, c] + law.kt[p] * (before[0, c] + after[0, c]))
-            work[p] += T * (slider[p, d] - slid[p, d])
+def add_dissipated(nd, h, before, after, dissipated):
+    """dissipated (P,) += integral of g du over a step, g and u as cubics; over a period that of f du."""
+    for c in range(before.shape[1]):
+        change, slope = after[0, c] - before[0, c], h * (before[3, c] - after[3, c])
+        dissipated[c // nd] += (
+            0.5 * (before[2, c] + after[2, c]) * change + 0.1 * slope * change
+            + 0.1 * h * (before[2, c] - after[2, c]) * (before[1, c] - after[1, c])
+            + h * h / 60 * (after[3, c] * before[1, c] - before[3, c] * after[1, c]))
 
 
 @njit(cache=True)
-def run(system, law, tables, states, z, periods, tolerance, tiny, size, most, G, work, count):
-    """March whole periods; z, states = (mode, closed, slider) and size = (largest u, largest g) are left at the end.
+def run(system, table, steps, control, present, record, periods):
+    """Integrate whole periods; `present` and `control.size` are left at the end.
 
-    G (nc, H+1) and work (P,) are those of the last period, count = (steps, transitions) of all.
-    Returns whether no period took more than `most` steps.
+    Returns whether no period took more than `control.max_steps`.
     """
-    mode, closed, slider = states
-    nc, T = len(system.stuck), 2 * np.pi / system.w
-    gamma, a, motion = np.zeros((nc, law.nd)), np.zeros(nc), np.zeros((4, nc))
-    weights = np.empty((5, G.shape[1]), np.complex128)
+    (nc, nd), T = present.gamma.shape, 2 * np.pi / system.w
+    weights = np.empty((5, record.G.shape[1]), np.complex128)
     level, stalled = 0, 0
-    frozen(law, mode, closed, slider, gamma, a)
-    push = instant(system, law, gamma, a, 0.0, z, motion)
+    freeze(table, present)
+    motion = np.zeros((4, nc))
+    push = instant(system, present, 0.0, present.z, motion)
     for period in range(periods):
         t, used = 0.0, 0
-        G[:], work[:] = 0.0, 0.0
+        record.G[:], record.dissipated[:] = 0.0, 0.0
         while t < T * (1 - 1e-14):
             used += 1
-            if used > most:
+            if used > control.max_steps:
                 return False
-            reach = np.inf if stalled > 20 + 4 * nc else tiny * size[0]
-            h, level, slot, z1, after, push1, turn = located_step(
-                system, law, tables, states, gamma, a, t, T - t, level, z, motion, push, reach, tolerance, size)
+            tiny = np.inf if stalled > 20 + 4 * nc else control.tiny * control.size[0]
+            h, z, end, p, guard = step_to_event(system, table, present, steps, Instant(t, motion, push, level, tiny),
+                                                control)
+            level = end.level
             if h > 0:
-                before = slider.copy()
-                follow_sliders(law, mode, slider, after[0])
+                for q in range(len(present.state)):
+                    follow(table, present, q, end.motion[0])
                 if period == periods - 1:
-                    add_harmonics(system, h, motion, after, weights, G)
-                    add_work(law, motion, after, before, slider, work)
-                t += h
-                z[:] = z1
-                motion, push = after, push1
-                size[0] = max(size[0], np.abs(motion[0]).max())
-                size[1] = max(size[1], np.abs(motion[2]).max())
-                stalled = 0
-            if turn[0] >= 0:
+                    add_harmonics(system, h, motion, end.motion, weights, record.G)
+                    add_dissipated(nd, h, motion, end.motion, record.dissipated)
+                t, motion, push, stalled = end.t, end.motion, end.push, 0
+                present.z[:] = z
+                control.size[0] = max(control.size[0], np.abs(motion[0]).max())
+                control.size[1] = max(control.size[1], np.abs(motion[2]).max())
+            if guard >= 0:
                 stalled += h <= 0
-                count[1] += 1
-                switch(law, mode, closed, slider, turn[0], turn[1], turn[2], motion[0], motion[1])
-                frozen(law, mode, closed, slider, gamma, a)
-                push = instant(system, law, gamma, a, t, z, motion)
-        count[0] += used
+                record.count[1] += 1
+                switch(table, present, p, guard, motion, control.tiny * control.size[0])
+                freeze(table, present)
+                push = instant(system, present, t, present.z, motion)
+        record.count[0] += used
     return True

@@ -2,7 +2,7 @@
 
     y' = s y - b' g(t),     u(t) = stuck(t) + Re(A y) - S g
 
-with the poles s of the stuck system, the response `stuck` of the stuck system to the outer forces, known in closed
+with the poles s of the stuck system, the response `stuck` of the stuck system to the external forces, known in closed
 form, and the flexibility S of the poles that follow statically. Contact nodes with little mass chatter on re-contact:
 their modes lie far above the vibration, and without mass they follow the contact as springs do.
 """
@@ -13,8 +13,6 @@ import numpy as np
 
 from hbm.balance.receptance import Receptance
 from hbm.errors import InputError
-
-HELD = 0.02           # share of the contact stiffness that the other springs must add to, in the massless modes
 
 
 @dataclass(frozen=True)
@@ -52,22 +50,24 @@ def poles(receptance: Receptance, fastest: float = np.inf) -> Poles:
     return Poles(s[slow], out[:, slow], into[:, slow], np.stack([-out[:, fast] / s[fast], into[:, fast]], axis=1))
 
 
-def split(receptance: Receptance, B, stiffness, limit: float) -> Poles:
-    """Poles, those above `limit` (rad/s) without mass as far as springs other than the contacts' (nc,) hold them.
+def split(receptance: Receptance, B, stiffness, limit: float, foreign_share: float) -> Poles:
+    """Poles, those above `limit` (rad/s) without mass where springs other than the contacts' (nc,) hold them too.
 
-    A light body that hangs on contact springs alone would leave them: its modes keep their mass.
+    foreign_share : of the contact stiffness, that other springs must add. A light body that hangs on contact springs
+    alone would have no stiffness once they open: its modes keep their mass.
     """
     if not limit > 0:
         raise InputError(f"massless_above = {limit:g} rad/s: must be positive")
     fastest = np.abs(poles(receptance).s).max(initial=0.0)
     while limit < fastest:
         found = poles(receptance, limit)
-        if _held(found.flexibility(B), stiffness):
+        if _foreign_share(found.flexibility(B), stiffness) > foreign_share:
             return found
         limit *= 1.5
     return poles(receptance)
 
 
-def _held(S, stiffness):
+def _foreign_share(S, stiffness):
+    """Least share that springs other than the contacts' have in the stiffness of a massless motion."""
     k = np.sqrt(stiffness)
-    return np.linalg.eigvalsh(np.eye(len(k)) - 0.5 * (S + S.T) * np.outer(k, k))[0] > HELD
+    return np.linalg.eigvalsh(np.eye(len(k)) - 0.5 * (S + S.T) * np.outer(k, k))[0]

@@ -1,7 +1,7 @@
-"""Time integration of the laws that are known by their step alone: coupled friction, cubic spring, a user's own law.
+"""Time integration in equal steps, of laws known by their `step`: coupled friction, rate-dependent laws, a user's own.
 
-The poles of the stuck system are propagated exactly, as in `march`. A law without memory is integrated to fourth order
-where it is smooth; one with a state to second order through its transitions, which it locates inside its own step.
+The poles of the stuck system are propagated exactly, as in `exact`. A law without state is integrated to fourth order
+where it is smooth; one with a state to second order through its events, which it locates inside its own step if at all.
 """
 
 from dataclasses import dataclass
@@ -9,149 +9,176 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm import fourier
+from hbm.balance.residual import HarmonicBalance
 from hbm.laws.records import Motion
-from hbm.time import events as integrator
-from hbm.time.exact import MASSLESS, March
+from hbm.time import events
+from hbm.time.base import Cycle
+from hbm.time.settings import IntegrationSettings
+from hbm.time.stuck_system import stuck_system
 
-STEPS = 1024             # per period
-NEWTON = 40
-SETTLED = 1e-13          # change of the motion at which Newton ends
-SAME_MOTION = 30         # periods in which the state of a law settles on a motion of the balance
+SHORT = 1e-6             # of a step: in which the force is taken at the begin of a period
 
 
 @dataclass(frozen=True)
 class SampledState:
-    """z (2n,) of the poles; law (P, ns) state of the law; force (P, nd) that it gives, for laws with a state."""
+    """z (2n,) of the poles; memory (P, ns), state of the law; u (P nd,) m; g, rate (P nd,) N and N/s of the nonlinear
+    force, whose rate is zero for laws with a state."""
 
     z: np.ndarray
-    slider: np.ndarray
-    force: np.ndarray
+    memory: np.ndarray
+    u: np.ndarray
+    g: np.ndarray
+    rate: np.ndarray
 
 
-class SampledMarch(March):
-    """Time integration of the problem of a HarmonicBalance at angular frequency w, in equal steps."""
+@dataclass(frozen=True)
+class _StepEnd:
+    """Motion at the end of a step dt under the nonlinear force g (P nd,) there: u = u0 - D g, v = v0 - Dv g."""
 
-    def __init__(self, balance, w, steps: int = STEPS, massless_above: float = MASSLESS):
-        super().__init__(balance, w, 0.0, steps, massless_above)
-        problem = balance.problem
-        self.steps, self.h = steps, self.tables[0][0]
-        self.pairs, self.contact = problem.pairs, problem.law
-        self.stiffness = problem.law.stuck_stiffness(problem.pairs)
-        self.constant = problem.law.stuck_force(problem.pairs)
-        W = self.tables[2][0]
-        integrator.fill_weights(self.system.s, self.h, W)
-        if self.contact.states:                  # the force is straight over a step
-            W[1] -= W[2] / self.h
-            W[3] += W[2] / self.h
-            W[2] = W[4] = 0.0
-        self.W, self.D = W, integrator.direct_flexibility(self.system, W[3])
-        self.known = np.array([integrator.stuck_motion(self.system, i * self.h) for i in range(steps + 1)])
-        self.spectrum = np.exp(-1j * self.w * self.h * np.outer(np.arange(steps), np.arange(balance.H + 1))) \
-            * (self.h * self.w / np.pi)
+    u0: np.ndarray
+    D: np.ndarray
+    v0: np.ndarray
+    Dv: np.ndarray
+    dt: float
+
+
+class SampledIntegrator:
+    """Integration of the problem of a HarmonicBalance at angular frequency w by samples (see `base.Integrator`)."""
+
+    method = "sampled"
+
+    def __init__(self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None):
+        self.settings = settings = settings or IntegrationSettings()
+        self.stuck = stuck_system(balance, w, settings)
+        law, contacts, system, n = self.stuck.law, self.stuck.contacts, self.stuck.system, settings.samples
+        self.size, self.smooth, self.h = self.stuck.motion, law.states == 0, 2 * np.pi / (w * n)
+        self.stiffness, self.constant = law.stuck_stiffness(contacts), law.stuck_force(contacts)
+        self.W = np.empty((5, len(system.s)), complex)
+        events.fill_weights(system.s, self.h, self.W)
+        if not self.smooth:                              # the force is straight over a step
+            self.W[1] -= self.W[2] / self.h
+            self.W[3] += self.W[2] / self.h
+            self.W[2] = self.W[4] = 0.0
+        # massless modes feel the rate of the force at the end of the step: slope g - (slope g + rate at its begin)
+        self.slope = (2 if self.smooth else 1) / self.h
+        self.D = events.direct_flexibility(system, self.W[3])
+        self.Dv = events.direct_flexibility(system, 1 + system.s * self.W[3]) + (self.slope - 1) * system.static
+        self.known = self.stuck.known(self.h * np.arange(n + 1))
+        self.waves = np.exp(-1j * self.stuck.w * self.h * np.outer(np.arange(1, n + 1), np.arange(balance.H + 1)))
 
     def at_rest(self) -> SampledState:
-        u = self.known[0, 0].reshape(self.stiffness.shape)
-        state = self.contact.initial_state(u, self.balance.start, self.pairs)
-        return self.state(np.zeros(2 * len(self.system.s)), state)
+        """As in `Integrator`."""
+        return self._begin(self.stuck.resting(), self._initial(self.known[0, 0].reshape(self.stuck.shape)))
 
     def on_orbit(self, point) -> SampledState:
-        b = self.balance
-        z = self.poles_of(point)
-        tau = np.linspace(0, 2 * np.pi, self.steps + 1)
-        x = point.x.reshape(len(self.pairs), b.nd, b.nh)
-        u, v = x @ fourier.basis(tau, b.H).T, self.w * x @ fourier.basis_rate(tau, b.H).T
-        state = self.contact.initial_state(u[:, :, 0], b.start, self.pairs)
-        for _ in range(SAME_MOTION if self.contact.states else 0):
-            before = state
-            for i in range(1, self.steps + 1):
-                _, state = self.contact.step(Motion(u[:, :, i], v[:, :, i], self.h), state, self.pairs)
-            if np.abs(state - before).max() <= 1e-10 * np.abs(u).max():
+        """The state of the law settles on the motion of the point over some periods."""
+        b, n, law, contacts = self.stuck.balance, self.settings.samples, self.stuck.law, self.stuck.contacts
+        tau, x = np.linspace(0, 2 * np.pi, n + 1), point.x.reshape(*self.stuck.shape, -1)
+        u, v = x @ fourier.basis(tau, b.H).T, self.stuck.w * x @ fourier.basis_rate(tau, b.H).T
+        memory = self._initial(u[:, :, 0])
+        for _ in range(0 if self.smooth else self.settings.settling_periods):
+            before = memory
+            for i in range(1, n + 1):
+                memory = law.step(Motion(u[:, :, i], v[:, :, i], self.h), memory, contacts)[1]
+            if np.abs(memory - before).max() <= 1e-10 * np.abs(u).max():
                 break
-        return self.state(z, state)
+        return self._begin(self.stuck.on_orbit(point), memory)
 
-    def state(self, z, slider) -> SampledState:
-        """The state at the poles z and the state of the law; the force that belongs to it is found by no motion."""
-        z, slider = np.array(z, dtype=float), np.array(slider, dtype=float).reshape(len(self.pairs), -1)
-        known = self.known[0, 0] + self.system.out @ z
-        _, _, force, _ = self.solve(known, self.system.static, slider, known)
-        return SampledState(z, slider, force)
+    def _initial(self, u):
+        return self.stuck.law.initial_state(u, self.stuck.balance.start, self.stuck.contacts)
+
+    def _begin(self, z, memory) -> SampledState:
+        """The state at the poles z with a memory (P, ns); the force is that of a step without length."""
+        system, z = self.stuck.system, np.array(z, dtype=float)
+        u0 = self.known[0, 0] + system.out @ z
+        v0 = self.known[1, 0] + system.out @ self.stuck.rate(z, 0 * z)
+        end = _StepEnd(u0, system.static, v0, 0 * system.static, SHORT * self.h)
+        u, g, _, *slopes = self._solved(end, memory, 0 * u0)
+        return SampledState(z, memory, u, g, self._rate(0, z, g, *slopes))
 
     def vector(self, state: SampledState) -> np.ndarray:
-        """z and the state of the law."""
-        return np.r_[state.z * self.weight, state.slider.ravel()]
+        """As in `Integrator`."""
+        return np.r_[state.z * self.stuck.weight, state.memory.ravel()]
 
     def from_vector(self, v: np.ndarray) -> SampledState:
-        n = len(self.weight)
-        z, state = v[:n] / self.weight, v[n:].reshape(len(self.pairs), -1)
-        u = (self.known[0, 0] + self.system.out @ z).reshape(self.stiffness.shape)
-        return self.state(z, self.contact.consistent_state(u, state, self.pairs))
+        """As in `Integrator`."""
+        n, stuck = len(self.stuck.weight), self.stuck
+        z, memory = v[:n] / stuck.weight, v[n:].reshape(stuck.shape[0], -1)
+        u = (self.known[0, 0] + stuck.system.out @ z).reshape(stuck.shape)
+        return self._begin(z, stuck.law.state_at(u, memory, stuck.contacts))
 
-    def solve(self, known, D, state, guess):
-        """(u, state, g, dg/du) of u + D g = known after a step of the law: Newton, halved where it does not help."""
-        shape = self.stiffness.shape
-        u, error, share = guess.copy(), np.inf, 1.0
-        move = np.zeros_like(u)
-        size = max(np.abs(known).max(), self.size[0])
-        for _ in range(NEWTON):
-            here = (u + share * move).reshape(shape)
-            force, new, t = self.contact.tangents(Motion(here, 0 * here, self.h), state, self.pairs)
-            g = force - self.constant - self.stiffness * here
-            R = known - (u + share * move) - D @ g.ravel()
-            now = np.abs(R).max()
+    def change(self, before: SampledState, cycle: Cycle) -> float:
+        """As in `Integrator`."""
+        after = cycle.state
+        return self.stuck.change((before.z, after.z), (before.memory, after.memory), cycle.force)
+
+    def periods(self, state: SampledState, n: int = 1) -> Cycle:
+        """As in `Integrator`."""
+        samples = self.settings.samples
+        for _ in range(n):
+            u, g = np.empty((samples + 1, len(state.u))), np.empty((samples + 1, len(state.u)))
+            u[0], g[0] = state.u, state.g
+            for i in range(1, samples + 1):
+                state = self._step(i, state)
+                u[i], g[i] = state.u, state.g
+            self.size = max(self.size, np.abs(u).max())
+        force = (2 / samples) * g[1:].T @ self.waves
+        force[:, 0] /= 2
+        work = (0.5 * (g[1:] + g[:-1]) * np.diff(u, axis=0)).sum(axis=0)
+        return Cycle(state, force, work.reshape(self.stuck.shape).sum(axis=1), True, n * samples, 0)
+
+    def _step(self, i, begin: SampledState) -> SampledState:
+        """The step that ends at sample i."""
+        system, W = self.stuck.system, self.W
+        z = events.times(W[0], begin.z) - events.times(W[1], system.into @ begin.g) \
+            - events.times(W[2], system.into @ begin.rate)
+        v0 = self.known[1, i] + system.out @ events.times(system.s, z) \
+            + system.static @ (self.slope * begin.g + begin.rate)
+        end = _StepEnd(self.known[0, i] + system.out @ z, self.D, v0, self.Dv, self.h)
+        u, g, memory, *slopes = self._solved(end, begin.memory, begin.g)
+        z = z - events.times(W[3], system.into @ g)
+        rate = self._rate(i, z, g, *slopes)
+        if self.smooth:
+            defect = rate - (2 / self.h * (g - begin.g) - begin.rate)
+            z -= events.times(W[4], system.into @ defect)
+        return SampledState(z, memory, u, g, rate)
+
+    def _solved(self, end: _StepEnd, memory, guess):
+        """(u, g, memory, dg/du, dg/dv) at the end of a step: Newton on the force g, halved where it does not help."""
+        g, move, share, error = guess, 0 * guess, 1.0, np.inf
+        shape, law, stiffness = self.stuck.shape, self.stuck.law, self.stiffness.ravel()
+        enough = self.settings.newton_residual * max(np.abs(end.u0).max(), self.size)
+        for _ in range(self.settings.newton_steps):
+            trial = g + share * move
+            u, v = end.u0 - end.D @ trial, end.v0 - end.Dv @ trial
+            motion = Motion(u.reshape(shape), v.reshape(shape), end.dt)
+            force, new, t = law.tangents(motion, memory, self.stuck.contacts)
+            of_law = (force - self.constant).ravel() - stiffness * u
+            now = np.abs(end.D @ (of_law - trial)).max()
             if now > error and share > 1e-3:
                 share *= 0.5
                 continue
-            u, error, share = u + share * move, now, 1.0
-            J = t.force_u.copy()
-            J[:, np.arange(shape[1]), np.arange(shape[1])] -= self.stiffness
-            if error <= SETTLED * size:
+            g, error, share = trial, now, 1.0
+            by_u = t.force_u - self.stiffness[:, :, None] * np.eye(shape[1])
+            if error <= enough:
                 break
-            DJ = np.einsum("cpd,pde->cpe", D.reshape(len(D), *shape), J).reshape(len(D), -1)
-            move = np.linalg.solve(np.eye(len(D)) + DJ, R)
-        return u, new, g, J
+            slope = np.eye(len(g)) + _product(by_u, end.D) + _product(t.force_v, end.Dv)
+            move = np.linalg.solve(slope, of_law - g)
+        return u, of_law, new, by_u, t.force_v
 
-    def periods(self, state: SampledState, n: int = 1) -> SampledState:
-        z, law, g = state.z.copy(), state.slider, state.force
-        for _ in range(n):
-            self.G[:] = 0.0
-            z, law, g = self._period(z, law, g)
-        return SampledState(z, law, g)
+    def _rate(self, i, z, g, by_u, by_v):
+        """g' (P nd,) at sample i; zero for a law with a state."""
+        if not self.smooth:
+            return 0 * g
+        system = self.stuck.system
+        z_rate = self.stuck.rate(z, system.into @ g)
+        v = self.known[1, i] + system.out @ z_rate                 # less static g'
+        a = self.known[2, i] + system.out @ events.times(system.s, z_rate)
+        matrix = np.eye(len(g)) + _product(by_u, system.static)
+        return np.linalg.solve(matrix, _product(by_u, v) + _product(by_v, a))
 
-    def _period(self, z, law, g):
-        system, smooth = self.system, not self.contact.states
-        u = self.known[0, 0] + system.out @ z - system.static @ g.ravel()
-        push, rate = system.into @ g.ravel(), np.zeros_like(u)
-        if smooth:
-            rate = self._rate(0, z, push, self.solve(u + system.static @ g.ravel(), system.static, law, u)[3])
-        self.work[:] = 0.0
-        for i in range(1, self.steps + 1):
-            z1 = integrator.times(self.W[0], z) - integrator.times(self.W[1], push) \
-                - integrator.times(self.W[2], system.into @ rate)
-            before, g_before = u, g
-            known = self.known[i, 0] + system.out @ z1
-            u, law, g, J = self.solve(known, self.D, law, u)
-            push = system.into @ g.ravel()
-            z = z1 - integrator.times(self.W[3], push)
-            if smooth:
-                new = self._rate(i, z, push, J)
-                defect = new - (2 / self.h * (g - g_before).ravel() - rate)
-                z -= integrator.times(self.W[4], system.into @ defect)
-                rate = new
-            self.G += np.outer(g.ravel(), self.spectrum[i % self.steps])
-            mean = 0.5 * (g + g_before) + 0.5 * self.stiffness * (u + before).reshape(g.shape)
-            self.work += (mean * (u - before).reshape(g.shape)).sum(axis=1)
-        return z, law, g
 
-    def _rate(self, i, z, push, J):
-        """g' (nc,) at sample i."""
-        system = self.system
-        known = self.known[i, 1] + system.out @ (integrator.times(system.s, z) - push)
-        DJ = np.einsum("cpd,pde->cpe", system.static.reshape(len(known), *J.shape[:2]), J).reshape(len(known), -1)
-        rate = np.linalg.solve(np.eye(len(known)) + DJ, known).reshape(J.shape[:2])
-        return np.einsum("pde,pe->pd", J, rate).ravel()
-
-    def modal(self):
-        b = self.balance
-        G = self.G.copy()
-        G[:, 0] /= 2
-        return self._factors(b.H) * (b.force_at(1.0) - b.shapes.T @ G)
+def _product(blocks, x):
+    """Blocks (P, nd, nd) along the diagonal times x (P nd, ...)."""
+    P, nd = blocks.shape[:2]
+    return (blocks @ x.reshape(P, nd, -1)).reshape(x.shape)

@@ -1,7 +1,8 @@
-"""Steady states of the time integration: by marching until the period map repeats, and by Newton on that map.
+"""Steady states of time integration: integrated until the period map repeats, or by Newton's method on that map.
 
-The unknowns of the shooting are the motion and the sliders at the begin of a period. Its monodromy comes from
-differences, column by column for small systems, so that the Floquet multipliers are known too, else in a Krylov space.
+The unknowns of the shooting are the motion and the memory of the contacts at the begin of a period. The monodromy
+matrix comes from differences, column by column for small systems, so that the Floquet multipliers are known too, else
+in a Krylov space.
 """
 
 import inspect
@@ -10,11 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
-REPEATS = 1e-8           # relative change of the state over one period that counts as periodic
-MOST_COLUMNS = 80        # unknowns up to which the monodromy is computed whole
-DIFFERENCE = 1e-6        # of the motion
-KRYLOV = 1e-3            # residual of Newton's step by GMRES
-SHARES = (1.0, 0.5, 0.2, 0.05)
+from hbm.time.base import Integrator
+
 # the relative tolerance of GMRES was called tol up to SciPy 1.13
 GMRES_TOLERANCE = "rtol" if "rtol" in inspect.signature(gmres).parameters else "tol"
 
@@ -23,112 +21,123 @@ GMRES_TOLERANCE = "rtol" if "rtol" in inspect.signature(gmres).parameters else "
 class Steady:
     """Steady state by time integration.
 
-    harmonics : (m, H+1) complex of the outputs; period_change : relative change of the state over the last period
-    periodic : whether that is below the tolerance; periods : how many were marched; work : (P,) J per cycle by friction
+    harmonics : (m, H+1) complex of the outputs; motion : (P nd, H+1) complex of the relative motion at the contacts, m
+    period_change : change of the state over the last period, relative to the vibration
+    periodic : whether that is below the tolerance; periods : how many were integrated
+    dissipated : (P,) J per cycle that each contact takes out of the motion
     multiplier : largest modulus of the Floquet multipliers of the motion that are not 1 of a slider at rest, NaN where
         the monodromy was not computed
-    by_newton : whether Newton on the period map led there, and not marching alone, which leaves unstable orbits
-    finished : False where the transitions of a period were too many (chatter)
+    by_newton : whether Newton on the period map led there; integration alone leaves unstable orbits
+    finished : False where the events of a period were too many (chatter)
+    method : of the integration: 'event-driven', or 'sampled' where a law is not piecewise linear
     origin, start : of the balance whose problem was integrated, as in ForcedResponse
     """
 
     harmonics: np.ndarray
+    motion: np.ndarray
     period_change: float
     periodic: bool
     periods: int
-    work: np.ndarray
+    dissipated: np.ndarray
     multiplier: float
     by_newton: bool
     finished: bool
+    method: str
     origin: str
     start: str
 
     def __repr__(self) -> str:
         return (f"<Steady: {'periodic' if self.periodic else 'not periodic'} after {self.periods} periods (change "
-                f"{self.period_change:.1e}), {len(self.harmonics)} outputs, multiplier {self.multiplier:.4g}>")
+                f"{self.period_change:.1e}), {len(self.harmonics)} outputs, multiplier {self.multiplier:.4g}, "
+                f"{self.method} integration>")
 
 
-def march_on(march, state, rows, tolerance=REPEATS, most_periods=2000) -> Steady:
-    """Marching from a state until the period map repeats; rows (m, r) are the outputs."""
-    return _steady(march, *_until_it_repeats(march, state, tolerance, most_periods), rows, tolerance)
+def integrate(integrator: Integrator, state, rows, max_periods: int | None = None) -> Steady:
+    """From a state until the period map repeats, over at most `max_periods`; rows (m, r) are the outputs."""
+    max_periods = max_periods or integrator.settings.max_periods
+    return _steady(integrator, rows, *_until_periodic(integrator, state, max_periods))
 
 
-def shoot(march, state, rows, tolerance=REPEATS, most_steps=8, most_periods=20) -> Steady:
-    """Newton on the period map from a state, then marching until the map repeats, over at most `most_periods`."""
-    v, used, multiplier, by_newton = march.vector(state), 0, np.nan, False
-    size = march.size[0]
-    for _ in range(most_steps):
-        base = _map(march, v)
+def shoot(integrator: Integrator, state, rows) -> Steady:
+    """Newton on the period map from a state, then integration until the map repeats; rows (m, r) are the outputs."""
+    settings, size = integrator.settings, integrator.size
+    v, used, multiplier, by_newton = integrator.vector(state), 0, np.nan, False
+    for _ in range(settings.newton_on_map):
+        base, finished = period_map(integrator, v)
         used += 1
-        if not march.finished or np.abs(base - v).max() <= 0.1 * tolerance * size:
+        if not finished or np.abs(base - v).max() <= 0.1 * settings.repeats * size:
             break
-        newton = _by_columns if len(v) <= MOST_COLUMNS else _by_krylov
-        (step, more, multiplier), by_newton = newton(march, v, base, size), True
+        newton = newton_by_columns if len(v) <= settings.max_columns else newton_by_krylov
+        (step, more, multiplier), by_newton = newton(integrator, v, base, size), True
         used += more
-        v, more = _shortened(march, v, step, base)
+        v, more = _shortened(integrator, v, step, base)
         used += more
-    state, change, more = _until_it_repeats(march, march.from_vector(v), tolerance, most_periods)
-    return _steady(march, state, change, used + more, rows, tolerance, multiplier, by_newton)
+    cycle, change, more = _until_periodic(integrator, integrator.from_vector(v), settings.periods_after_newton)
+    return _steady(integrator, rows, cycle, change, used + more, multiplier, by_newton)
 
 
-def _map(march, v):
-    return march.vector(march.periods(march.from_vector(v)))
+def period_map(integrator: Integrator, v: np.ndarray) -> tuple[np.ndarray, bool]:
+    """The unknowns a period after v, and whether the integration finished."""
+    cycle = integrator.periods(integrator.from_vector(v))
+    return integrator.vector(cycle.state), cycle.finished
 
 
-def _by_columns(march, v, base, size):
-    """(Newton's step, periods marched, largest multiplier) from the whole monodromy."""
-    J, h = np.empty((len(v), len(v))), DIFFERENCE * size
+def newton_by_columns(integrator: Integrator, v, base, size):
+    """(Newton's step, periods integrated, largest multiplier) from the whole monodromy; base = period_map(v)."""
+    J, h = np.empty((len(v), len(v))), integrator.settings.difference * size
     for c in range(len(v)):
         moved = v.copy()
         moved[c] += h
-        J[:, c] = (_map(march, moved) - base) / h
+        J[:, c] = (period_map(integrator, moved)[0] - base) / h
     step = np.linalg.lstsq(np.eye(len(v)) - J, base - v, rcond=1e-9)[0]
     moduli = np.abs(np.linalg.eigvals(J))
     resting = np.abs(moduli - 1) < 1e-4
     return step, len(v), float(moduli[~resting].max(initial=0.0))
 
 
-def _by_krylov(march, v, base, size):
-    """(Newton's step, periods marched, NaN) by GMRES on the differences of the map."""
+def newton_by_krylov(integrator: Integrator, v, base, size):
+    """(Newton's step, periods integrated, NaN) by GMRES on the differences of the map; base = period_map(v)."""
     used = 0
 
     def apply(p):
         nonlocal used
         used += 1
-        h = DIFFERENCE * size / max(np.abs(p).max(), 1e-300)
-        return p - (_map(march, v + h * p) - base) / h
+        h = integrator.settings.difference * size / max(np.abs(p).max(), 1e-300)
+        return p - (period_map(integrator, v + h * p)[0] - base) / h
 
     operator = LinearOperator((len(v), len(v)), matvec=apply)
     error = np.abs(base - v).max()             # of the order of 1, or GMRES takes it for solved
-    step, _ = gmres(operator, (base - v) / error, restart=40, maxiter=1, atol=0.0, **{GMRES_TOLERANCE: KRYLOV})
+    tolerance = {GMRES_TOLERANCE: integrator.settings.krylov}
+    step, _ = gmres(operator, (base - v) / error, restart=40, maxiter=1, atol=0.0, **tolerance)
     return step * error, used, np.nan
 
 
-def _shortened(march, v, step, base):
-    """(v, periods marched): Newton's step, shortened until the map moves the state less; the plain map else."""
-    error = np.linalg.norm(base - v)
-    for k, share in enumerate(SHARES):
-        new = v + share * step
-        if np.linalg.norm(_map(march, new) - new) < error:
+def _shortened(integrator, v, step, base):
+    """(v, periods integrated): Newton's step, shortened until the map moves the state less; the plain map else."""
+    error, fractions = np.linalg.norm(base - v), integrator.settings.fractions
+    for k, fraction in enumerate(fractions):
+        new = v + fraction * step
+        if np.linalg.norm(period_map(integrator, new)[0] - new) < error:
             return new, k + 1
-    return base, len(SHARES)
+    return base, len(fractions)
 
 
-def _until_it_repeats(march, state, tolerance, most_periods):
-    """(state, change over the last period, periods)."""
-    n, change = 0, np.inf
-    while n < most_periods:
+def _until_periodic(integrator, state, max_periods):
+    """(last cycle, change over it, periods)."""
+    n = 0
+    while True:
         n += 1
-        after = march.periods(state)
-        change = march.change(state, after) if march.finished else np.inf
-        state = after
-        if change <= tolerance or not march.finished:
-            break
-    return state, change, n
+        cycle = integrator.periods(state)
+        change = integrator.change(state, cycle) if cycle.finished else np.inf
+        if change <= integrator.settings.repeats or not cycle.finished or n >= max_periods:
+            return cycle, change, n
+        state = cycle.state
 
 
-def _steady(march, state, change, n, rows, tolerance, multiplier=np.nan, by_newton=False):
-    sliders, from_position = march.balance.start
-    return Steady(march.harmonics(rows), change, bool(change <= tolerance), n, march.work.copy(), multiplier,
-                  by_newton, bool(march.finished), "preloaded" if march.balance.problem.preloaded else "unloaded",
+def _steady(integrator, rows, cycle, change, n, multiplier=np.nan, by_newton=False):
+    stuck, repeats = integrator.stuck, integrator.settings.repeats
+    sliders, from_position = stuck.balance.start
+    return Steady(stuck.harmonics(rows, cycle.force), stuck.relative_motion(cycle.force), change,
+                  bool(change <= repeats), n, cycle.dissipated, multiplier, by_newton, bool(cycle.finished),
+                  integrator.method, "preloaded" if stuck.balance.problem.preloaded else "unloaded",
                   "zero_force" if from_position else "given" if sliders.any() else "zero_slider")

@@ -16,6 +16,7 @@ import numpy as np
 from hbm.response import follow_band
 from hbm.solutions import points_at
 from hbm.time.comparison import compare_point
+from hbm.time.settings import IntegrationSettings
 from tests.benchmarks.record import one_thread, record
 from tests.hbm.cases import rig
 
@@ -33,7 +34,7 @@ def on_curve(curve, problem, row, hz):
 
 def against(balance, point, row, **settings) -> dict:
     """One point of one H beside the integration from its own orbit."""
-    c = compare_point(balance, point, row[None], tolerance=1e-5, most_periods=500, **settings)
+    c = compare_point(balance, point, row[None], IntegrationSettings(tolerance=1e-5, max_periods=500, **settings))
     return {"difference": float(c.difference), "comparable": bool(c.steady.periodic and not c.left),
             "unstable": bool(c.steady.multiplier > 1 + 1e-6), "said": c.said}
 

@@ -18,6 +18,7 @@ from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.response import follow_band
 from hbm.time.comparison import compare_point
+from hbm.time.settings import IntegrationSettings
 from tests.benchmarks.record import one_thread, record
 from tests.benchmarks.robustness import BAND, SEED, draw
 from tests.hbm.oscillator import FORCE, Y2, oscillator
@@ -76,7 +77,7 @@ def check(hz, problem, force, X) -> dict:
     """One point: its H, the state of the integration, the difference, and the H at which a miss is none."""
     row, tried = {"hz": round(hz, 6), "state": None, "H_again": None}, []
     for n, (balance, point) in enumerate(settled(problem, force, 2 * np.pi * hz, X, tried)):
-        c = compare_point(balance, point, [Y2["y2"]], tolerance=1e-5, most_periods=MOST_PERIODS)
+        c = compare_point(balance, point, [Y2["y2"]], IntegrationSettings(tolerance=1e-5, max_periods=MOST_PERIODS))
         if n == 0:
             row |= {"H": balance.H, "state": state(c), "difference": float(c.difference)}
         elif c.agrees and c.difference <= AGREES:

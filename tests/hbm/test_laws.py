@@ -11,6 +11,7 @@ from hbm.laws import Motion, sampled
 from hbm.problem import contact_problem
 from hbm.response import forced_response
 from hbm.time.comparison import compare_point
+from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import solve
 from tests.hbm.conformance import (
     LAWS,
@@ -206,7 +207,7 @@ def test_through_time_integration(case):
     model, pairs, force = one_dof(case.law)
     problem, _ = contact_problem(model, pairs, case.law, damping_ratio=0.03)
     _, point, balance = solve(problem, force, 2 * np.pi * 1.7, 15, samples=None if case.order is None else 256)
-    c = compare_point(balance, point, np.eye(3), steps=256)
+    c = compare_point(balance, point, np.eye(3), IntegrationSettings(samples=256))
     assert c.agrees and c.difference < 1e-3
 
 

@@ -5,17 +5,18 @@ force depends on where it stands on average: the periodic state exists, by symme
 """
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from hbm import fourier
 from hbm.continuation.settings import DEFAULT
 from hbm.laws import Contacts, DryFriction2T
 from hbm.problem import ContactProblem
 from hbm.response import follow_band
 from hbm.solutions import points_at
-from hbm.time.comparison import _left
+from hbm.time.comparison import left_orbit
+from hbm.time.settings import IntegrationSettings
 
 N = 16                                # pairs
 BAND = (80, 180)                      # Hz, around the blade's 100 Hz alone and its resonance with the bar stuck to it
@@ -70,7 +71,7 @@ def test_an_orbit_beside_it_is_the_same_orbit():
     balance, points = points_at(curve, bar()[0], sliding.mean())
     moved = points[0].x.reshape(balance.n_components, -1).copy()
     moved[::3, 0] += 1e-3 * np.abs(moved[:, 1:]).max()
-    assert not _left(balance, points[0], SimpleNamespace(harmonics_of_motion=moved.ravel), 1e-3)
+    assert not left_orbit(balance, points[0], fourier.to_complex(moved), 1e-3, IntegrationSettings())
 
 
 def test_a_bar_that_walks_is_said_to():

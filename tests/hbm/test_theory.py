@@ -9,7 +9,7 @@ ROOT = Path(__file__).parents[2]
 THEORY = ROOT / "docs" / "theory"
 
 
-@pytest.mark.parametrize("page,examples", [("harmonic_balance", 4), ("time_integration", 2), ("contact_stiffness", 1)])
+@pytest.mark.parametrize("page,examples", [("harmonic_balance", 4), ("time_integration", 1), ("contact_stiffness", 1)])
 def test_the_examples_run(page, examples):
     text = (THEORY / f"{page}.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
@@ -23,6 +23,6 @@ def test_the_examples_run(page, examples):
 def test_files_and_links_that_the_page_names_are_there(page):
     text = (THEORY / f"{page}.md").read_text(encoding="utf-8")
     for name in re.findall(r"`([a-z_/]+\.py)`", text):
-        assert any((ROOT / "hbm" / room / name).exists() for room in ("", "continuation")), name
+        assert any((ROOT / "hbm").rglob(name)), name
     for link in re.findall(r"\]\(([^)]+)\)", text):
         assert (THEORY / link).exists(), link

@@ -3,7 +3,8 @@
 import numpy as np
 
 from hbm.time import shooting
-from hbm.time.exact import March
+from hbm.time.exact import ExactIntegrator
+from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
 from tests.validation import Subject, row
@@ -12,11 +13,11 @@ LIGHT_NODE = {"C1": (1.2, 1.25, 1.3), "D1": (0.9, 1.0, 1.2, 1.5)}
 BUILD = {"A": jenkins, "C": unilateral, "D": coupled}
 
 
-def steady(problem, force, omega, H=9, **settings):
+def steady(problem, force, omega, H=9, settings=None):
     """Amplitudes of the first harmonic of every dof, by shooting from the harmonic balance."""
     q, point, balance = solve(problem, force, omega, H)
-    march = March(balance, omega, **settings)
-    found = shooting.shoot(march, march.on_orbit(point), np.eye(len(q)))
+    integrator = ExactIntegrator(balance, omega, settings)
+    found = shooting.shoot(integrator, integrator.on_orbit(point), np.eye(len(q)))
     assert found.periodic
     return np.abs(found.harmonics[:, 1])
 
@@ -33,7 +34,7 @@ def rows():
             name = f"{case}, Om = {omega:g}"
             yield row(name, steady(problem, force, omega), exact, "exact orbit, tolerance 1e-7")
             for steps in (32, 128):
-                ours = steady(problem, force, omega, tolerance=0, steps=steps)
+                ours = steady(problem, force, omega, settings=IntegrationSettings(tolerance=0, steps=steps))
                 yield row(name, ours, exact, f"exact orbit, {steps} equal steps")
             if omega in LIGHT_NODE.get(case, ()):
                 node = with_node(problem, 1e-6)

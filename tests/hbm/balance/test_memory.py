@@ -1,11 +1,11 @@
 """The predicted memory of slipping contacts against what a curve takes, and the message where it lacks."""
 
 import tracemalloc
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from hbm import fourier
 from hbm.balance import memory
 from hbm.balance.memory import newton_bytes
 from hbm.balance.residual import HarmonicBalance
@@ -14,7 +14,8 @@ from hbm.errors import InputError
 from hbm.laws import DryFriction2T
 from hbm.problem import contact_problem
 from hbm.response import forced_response
-from hbm.time.comparison import _left
+from hbm.time.comparison import left_orbit
+from hbm.time.settings import IntegrationSettings
 from tests.hbm.small_rig import small_rig
 
 MODEL, PAIRS, TIP = small_rig(stations=6)
@@ -82,8 +83,9 @@ def test_a_comparison_does_not_die_of_harmonics_that_nobody_asked_for(monkeypatc
     point = solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights)
     monkeypatch.setattr(memory, "_SMALL", 0.0)
     monkeypatch.setattr(memory, "available_bytes", lambda: newton_bytes(12, 3, 7))
-    same = SimpleNamespace(harmonics_of_motion=lambda: point.x)
-    assert point.converged and len(point.detail.forces.contacts) == 12 and not _left(balance, point, same, 0.01)
+    same = fourier.to_complex(point.x.reshape(balance.n_components, -1))
+    assert point.converged and len(point.detail.forces.contacts) == 12
+    assert not left_orbit(balance, point, same, 0.01, IntegrationSettings())
 
 
 def test_many_pairs_of_which_few_may_slip_are_warned_of(monkeypatch):

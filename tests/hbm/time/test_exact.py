@@ -1,5 +1,4 @@
-"""Time integration: fourth order through transitions, equal to exact orbits, and without chatter of light nodes."""
-
+"""Event-driven integration: fourth order through events, equal to exact orbits, without chatter of light nodes."""
 
 import numpy as np
 import pytest
@@ -10,11 +9,11 @@ from hbm.laws import DryFriction2T, compilation
 from hbm.problem import contact_problem
 from hbm.response import follow_band
 from hbm.solutions import solutions_at
-from hbm.time import comparison, shooting
-from hbm.time import events as integrator
+from hbm.time import events, shooting
 from hbm.time.comparison import compare, compare_point
-from hbm.time.exact import March
+from hbm.time.exact import ExactIntegrator
 from hbm.time.poles import poles
+from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
 from tests.hbm.oscillator import FORCE, Y2, oscillator
@@ -67,68 +66,66 @@ def test_poles_give_the_receptance(limit):
 
 
 @pytest.mark.parametrize("case,omega", [("A1", 1.05), ("C1", 1.2), ("C2", 1.0), ("D1", 1.0), ("D1", 1.5)])
-def test_fourth_order_through_transitions_to_the_exact_orbit(case, omega):
+def test_fourth_order_through_events(case, omega):
     _, q, point, balance = at(case, omega)
     expected, errors = exact(case, omega), []
     for steps in (32, 128):
-        march = March(balance, omega, tolerance=0, steps=steps)
-        steady = shooting.shoot(march, march.on_orbit(point), np.eye(len(q)))
+        integrator = ExactIntegrator(balance, omega, IntegrationSettings(tolerance=0, steps=steps))
+        steady = shooting.shoot(integrator, integrator.on_orbit(point), np.eye(len(q)))
         assert steady.periodic
         errors.append(np.abs(np.abs(steady.harmonics[:, 1]) - expected).max() / expected.max())
     assert errors[1] < 1e-7 and errors[1] < errors[0] / 100          # 1/256 at fourth order
-    march = March(balance, omega)
-    steady = shooting.shoot(march, march.on_orbit(point), np.eye(len(q)))
+    integrator = ExactIntegrator(balance, omega)
+    steady = shooting.shoot(integrator, integrator.on_orbit(point), np.eye(len(q)))
     assert np.abs(np.abs(steady.harmonics[:, 1]) - expected).max() < 1e-8 * expected.max()
 
 
 @pytest.mark.parametrize("case,omega", [("D1", 0.9), ("D1", 1.0), ("D1", 1.2), ("C1", 1.3), ("C2", 1.0)])
-def test_transitions_of_a_period_are_those_of_the_exact_orbit(case, omega):
+def test_events_of_the_exact_orbit(case, omega):
     row = row_of(case, omega)
     expected = len(row["events"]) if case == "D1" else row["contact_events_per_period"]
     _, q, point, balance = at(case, omega)
-    march = March(balance, omega)
-    state = march.periods(march.on_orbit(point), 200)
-    march.count[:] = 0
-    march.periods(state)
-    assert march.count[1] == expected
+    integrator = ExactIntegrator(balance, omega)
+    state = integrator.periods(integrator.on_orbit(point), 200).state
+    assert integrator.periods(state).events == expected
 
 
 @pytest.mark.parametrize("omega", [1.2, 1.25, 1.3])
 def test_floquet_multiplier_of_lift_off(omega):
     _, q, point, balance = at("C1", omega, H=20)
-    march = March(balance, omega, tolerance=1e-9)
-    state = march.on_orbit(point)
-    columns = shooting._by_columns(march, march.vector(state), shooting._map(march, march.vector(state)), march.size[0])
-    assert columns[2] == pytest.approx(max(row_of("C1", omega)["floquet_moduli"]), rel=2e-3)
+    integrator = ExactIntegrator(balance, omega, IntegrationSettings(tolerance=1e-9))
+    v = integrator.vector(integrator.on_orbit(point))
+    _, _, multiplier = shooting.newton_by_columns(integrator, v, shooting.period_map(integrator, v)[0], integrator.size)
+    assert multiplier == pytest.approx(max(row_of("C1", omega)["floquet_moduli"]), rel=2e-3)
 
 
-def test_shooting_and_marching_end_on_the_same_orbit():
+def test_shooting_and_integration_end_on_the_same_orbit():
     q, point, balance = solve(oscillator(), FORCE, 2 * np.pi * 163, 3, start="zero_force")
-    march = March(balance, point.parameter)
-    far = march.on_orbit(point)
-    shot = shooting.shoot(march, far, [Y2["y2"]])
-    marched = shooting.march_on(march, far, [Y2["y2"]])
-    assert shot.periodic and marched.periodic and shot.multiplier < 1
-    assert abs(shot.harmonics[0, 1] - marched.harmonics[0, 1]) < 1e-7 * abs(shot.harmonics[0, 1])
+    integrator = ExactIntegrator(balance, point.parameter)
+    far = integrator.on_orbit(point)
+    shot = shooting.shoot(integrator, far, [Y2["y2"]])
+    left_alone = shooting.integrate(integrator, far, [Y2["y2"]])
+    assert shot.periodic and left_alone.periodic and shot.multiplier < 1
+    assert abs(shot.harmonics[0, 1] - left_alone.harmonics[0, 1]) < 1e-7 * abs(shot.harmonics[0, 1])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("level", [12, 20])
-def test_newton_with_more_unknowns_than_columns(level):
+def test_newton_in_a_krylov_space(level):
     """Three bodies, 230 unknowns, up to all 18 pairs slipping: GMRES solves (1 - J) step = map - state to 1e-3."""
     model, pairs, tip = small_rig(stations=9)
     problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.02)
     q, point, balance = solve(problem, level * tip, 2 * np.pi * 1250, 3)
-    march = March(balance, point.parameter)
-    begin = march.periods(march.on_orbit(point), 3)
-    v = march.vector(begin)
-    base = shooting._map(march, v)
-    step, used, _ = shooting._by_krylov(march, v, base, march.size[0])
-    h = 1e-6 * march.size[0] / np.abs(step).max()
-    slope = (shooting._map(march, v + h * step) - base) / h
-    assert len(v) > shooting.MOST_COLUMNS and used < 40
+    integrator = ExactIntegrator(balance, point.parameter)
+    begin = integrator.periods(integrator.on_orbit(point), 3).state
+    v = integrator.vector(begin)
+    base, _ = shooting.period_map(integrator, v)
+    step, used, _ = shooting.newton_by_krylov(integrator, v, base, integrator.size)
+    h = 1e-6 * integrator.size / np.abs(step).max()
+    slope = (shooting.period_map(integrator, v + h * step)[0] - base) / h
+    assert len(v) > integrator.settings.max_columns and used < 40
     assert np.linalg.norm(step - slope - (base - v)) < 2e-3 * np.linalg.norm(base - v)
-    assert shooting.shoot(march, begin, [tip]).periodic
+    assert shooting.shoot(integrator, begin, [tip]).periodic
 
 
 def test_balance_against_integration_from_its_orbit():
@@ -140,7 +137,7 @@ def test_balance_against_integration_from_its_orbit():
     g = fourier.to_complex(point.detail.forces.g)[:, :2, 1:]
     u = fourier.to_complex(point.x.reshape(2, 3, -1))[:, :2, 1:]
     work = np.pi * np.sum(np.arange(1, 10) * (g * u.conj()).imag, axis=(1, 2))
-    assert np.allclose(c.steady.work, work, rtol=3e-3)
+    assert np.allclose(c.steady.dissipated, work, rtol=3e-3)
 
 
 def test_a_stuck_orbit_repeats_at_once():
@@ -149,7 +146,7 @@ def test_a_stuck_orbit_repeats_at_once():
     assert c.steady.periods == 1 and c.difference < 1e-10 and "stays on the orbit" in c.said
 
 
-def test_it_is_said_when_the_integration_leaves(monkeypatch):
+def test_unstable_orbit_is_left():
     """C1 at 1.15: the middle one of three solutions is unstable. At H = 1 it is missed by 12 %, and Newton on the
     period map finds it all the same; left to itself the integration goes from there to another one."""
     low, middle, high = three_of_c1(H=9)
@@ -162,77 +159,75 @@ def test_it_is_said_when_the_integration_leaves(monkeypatch):
     c = compare_point(middle[2], middle[1], [[1.0]])
     assert abs(c.steady.harmonics[0, 1]) == pytest.approx(np.abs(three_of_c1(H=9)[1][0][0, 1]), rel=1e-4)
     assert c.agrees and c.difference > 0.1 and "it is unstable" in c.said and "more harmonics than H = 1" in c.said
-    monkeypatch.setattr(comparison, "PATIENCE", 1000)
-    c = compare_point(middle[2], middle[1], [[1.0]])
+    c = compare_point(middle[2], middle[1], [[1.0]], IntegrationSettings(patience=1000))
     assert c.left and not c.agrees and "left for another orbit" in c.said
 
 
-def test_another_orbit_is_told_from_one_that_is_close(monkeypatch):
+def test_close_orbits_are_told_apart():
     """C1 at 1.155781, next to its fold at 1.155788 (by points 0.005 apart), H = 9: from the unstable solution the
     integration goes to the stable one beside it, between two and three per cent away; the stable one is missed by less
     than a thousandth."""
-    monkeypatch.setattr(comparison, "PATIENCE", 5000)
+    patient = IntegrationSettings(patience=5000, max_periods=5000)
     problem, force = unilateral(load("C1")["parameters"])
     curve = follow_band(problem, force, (1 / (2 * np.pi), 1.6 / (2 * np.pi)), harmonics=9, outputs={"x": [1.0]})
     hz = 1.155781 / (2 * np.pi)
     sizes = np.abs(solutions_at(curve, problem, hz)[:, 0, 1])
     stable, unstable = np.argsort(sizes)[:2]
-    c = compare(curve, problem, hz, int(unstable), most_periods=5000)
+    c = compare(curve, problem, hz, int(unstable), patient)
     assert 0.02 < c.difference < 0.03 and c.left and "left for another orbit" in c.said
     assert abs(c.steady.harmonics[0, 1]) == pytest.approx(sizes[stable], rel=1e-3)
-    c = compare(curve, problem, hz, int(stable), most_periods=5000)
+    c = compare(curve, problem, hz, int(stable), patient)
     assert c.difference < 1e-3 and not c.left and "stays on the orbit" in c.said
 
 
 @pytest.mark.parametrize("case,omega", [("C1", 1.2), ("C1", 1.3), ("D1", 1.0), ("D1", 1.5)])
-def test_a_light_contact_node_without_mass_changes_nothing(case, omega):
+def test_light_contact_node_follows_statically(case, omega):
     """A node of a millionth of the mass between body and contact: the exact orbit of the body without the node."""
     problem, force = BUILD[case](load(case)["parameters"])
     node = with_node(problem, 1e-6)
     q, point, balance = solve(node, np.r_[force, np.zeros(len(node.K) - len(problem.K))], omega, 20)
-    march = March(balance, omega)
-    state = march.on_orbit(point)
-    steady = shooting.march_on(march, state, np.eye(len(q))[:len(problem.K)])
+    integrator = ExactIntegrator(balance, omega)
+    state = integrator.on_orbit(point)
+    steady = shooting.integrate(integrator, state, np.eye(len(q))[:len(problem.K)])
     expected = exact(case, omega)
     assert steady.periodic
     assert np.abs(np.abs(steady.harmonics[:, 1]) - expected).max() < 1e-5 * expected.max()
-    assert len(march.system.s) == len(problem.K)
+    assert len(integrator.stuck.system.s) == len(problem.K)
 
 
 def test_a_node_with_mass_chatters():
-    """D1 at 1.0 has four transitions a period; with the mass of its node there are many more."""
+    """D1 at 1.0 has four events a period; with the mass of its node there are many more."""
     problem, force = coupled(load("D1")["parameters"])
     node = with_node(problem, 1e-4)
     q, point, balance = solve(node, np.r_[force, 0, 0], 1.0, 9)
     counts = []
     for above in (50.0, np.inf):
-        march = March(balance, 1.0, tolerance=1e-5, massless_above=above)
-        march.periods(march.on_orbit(point), 5)
-        counts.append(march.count[1] / 5)
+        integrator = ExactIntegrator(balance, 1.0, IntegrationSettings(tolerance=1e-5, massless_above=above))
+        counts.append(integrator.periods(integrator.on_orbit(point), 5).events / 5)
     assert counts[0] < 8 and counts[1] > 2 * counts[0]
 
 
 def test_modes_that_only_contacts_hold_keep_their_mass():
     """The free damper on stiff contacts: no spring is left to it when they open."""
     q, point, balance = solve(oscillator(kn=1e8, kt=1e8), FORCE, 2 * np.pi * 60, 1, start="zero_force")
-    march = March(balance, point.parameter, massless_above=20)
-    assert np.abs(march.system.s).max() > 20 * point.parameter
+    integrator = ExactIntegrator(balance, point.parameter, IntegrationSettings(massless_above=20))
+    assert np.abs(integrator.stuck.system.s).max() > 20 * point.parameter
     with pytest.raises(InputError, match="massless_above = -1"):
-        March(balance, point.parameter, massless_above=-1 / point.parameter)
+        ExactIntegrator(balance, point.parameter, IntegrationSettings(massless_above=-1 / point.parameter))
 
 
 def test_compilation_of_the_integration_is_announced(monkeypatch):
     asked = []
     monkeypatch.setattr(compilation, "announce", asked.append)
     _, q, point, balance = at("A1", 1.05, 3)
-    March(balance, 1.05)              # before the first compiled function is called
-    assert integrator.run in asked
+    ExactIntegrator(balance, 1.05)              # before the first compiled function is called
+    assert events.run in asked
 
 
-def test_first_crossing_and_first_stop_of_a_cubic():
+def test_first_crossing_and_turn_of_a_cubic():
     """x^3 - 1.5 x^2 + 0.56 x - 0.05 passes zero at 0.1348 upwards; its rate falls below zero at 0.2517."""
     c0, r0, c1, r1 = -0.05, 0.56, 0.01, 0.56
-    assert integrator.crossing(c0, r0, c1, r1, 0.0) == pytest.approx(np.sort(np.roots([1, -1.5, 0.56, -0.05]).real)[0])
-    assert integrator.stop(c0, r0, c1, r1, 0.0, 0.0) == pytest.approx((3 - np.sqrt(9 - 4 * 3 * 0.56)) / 6)
-    assert integrator.crossing(-1.0, 0.1, -0.9, 0.1, 0.0) == integrator.NEVER
-    assert integrator.crossing(0.1, 0.0, 1.0, 0.0, 0.0) == 0.0
+    assert events.crossing(c0, r0, c1, r1, 0.0) == pytest.approx(np.sort(np.roots([1, -1.5, 0.56, -0.05]).real)[0])
+    assert events.turning(-c0, -r0, -c1, -r1, 0.0, 0.0) == pytest.approx((3 - np.sqrt(9 - 4 * 3 * 0.56)) / 6)
+    assert events.crossing(-1.0, 0.1, -0.9, 0.1, 0.0) == events.NEVER
+    assert events.crossing(0.1, 0.0, 1.0, 0.0, 0.0) == 0.0

@@ -1,4 +1,4 @@
-"""Time integration of the laws known by their step: coupled friction, cubic spring, laws of a user's own."""
+"""Sampled integration of laws known by their step: coupled friction, cubic spring, laws of a user's own."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -9,8 +9,9 @@ import pytest
 from hbm.laws import ContactLaw, Contacts, CubicSpring, IsotropicFriction
 from hbm.problem import ContactProblem
 from hbm.time import shooting
-from hbm.time.exact import March
-from hbm.time.sampled import SampledMarch
+from hbm.time.exact import ExactIntegrator
+from hbm.time.sampled import SampledIntegrator
+from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import jenkins, load, solve
 
 ONE = np.ones((1, 1))
@@ -51,25 +52,25 @@ def test_cubic_spring_to_fourth_order():
     q, point, balance = duffing(0.9)
     errors = []
     for steps in (64, 256):
-        march = SampledMarch(balance, 0.9, steps=steps)
-        steady = shooting.shoot(march, march.on_orbit(point), [[1.0]], tolerance=1e-11)
+        integrator = SampledIntegrator(balance, 0.9, IntegrationSettings(samples=steps, repeats=1e-11))
+        steady = shooting.shoot(integrator, integrator.on_orbit(point), [[1.0]])
         assert steady.periodic
         errors.append(abs(abs(steady.harmonics[0, 1]) / abs(q[0, 1]) - 1))
     assert errors[1] < 1e-8 and errors[1] < errors[0] / 100          # 1/256
 
 
 def test_own_law_is_the_built_in_one():
-    """A1 at 1.05 with a Jenkins element of a user's own, against the exact orbit and the located integration."""
+    """A1 at 1.05 with a Jenkins element of a user's own, against the exact orbit and event-driven integration."""
     built, force = jenkins(load("A1")["parameters"])
     problem = ContactProblem(built.M, built.C, built.K, built.B, OwnSlider(), built.pairs)
     q, point, balance = solve(problem, force, 1.05, 5, samples=256)
-    march = SampledMarch(balance, 1.05, steps=256)
-    own = shooting.shoot(march, march.on_orbit(point), [[1.0]])
+    integrator = SampledIntegrator(balance, 1.05, IntegrationSettings(samples=256))
+    own = shooting.shoot(integrator, integrator.on_orbit(point), [[1.0]])
     exact = next(r["X1"] for r in load("A1")["steady_state"] if r["Omega"] == 1.05)
     assert own.periodic and abs(own.harmonics[0, 1]) == pytest.approx(exact, rel=5e-4)
-    march = March(solve(built, force, 1.05, 9)[2], 1.05)
-    located = shooting.shoot(march, march.at_rest(), [[1.0]])
-    assert own.work == pytest.approx(located.work, rel=3e-3)
+    integrator = ExactIntegrator(solve(built, force, 1.05, 9)[2], 1.05)
+    exact_steady = shooting.shoot(integrator, integrator.at_rest(), [[1.0]])
+    assert own.dissipated == pytest.approx(exact_steady.dissipated, rel=3e-3)
 
 
 @pytest.mark.slow
@@ -85,8 +86,8 @@ def test_coupled_friction_under_a_rotating_force():
     q, point, balance = solve(problem, row["F"] * np.array([1, -1j]), row["Omega"], 1, samples=256, guess=guess.ravel())
     errors = []
     for steps in (32, 128):
-        march = SampledMarch(balance, row["Omega"], steps=steps)
-        steady = shooting.shoot(march, march.on_orbit(point), np.eye(2), tolerance=1e-7)
+        integrator = SampledIntegrator(balance, row["Omega"], IntegrationSettings(samples=steps, repeats=1e-7))
+        steady = shooting.shoot(integrator, integrator.on_orbit(point), np.eye(2))
         assert steady.periodic
         errors.append(np.abs(np.abs(steady.harmonics[:, 1]) - row["R_exact"][0]).max() / row["R_exact"][0])
     assert errors[1] < 1e-3 and errors[1] < errors[0] / 8 + 1e-9

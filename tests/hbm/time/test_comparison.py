@@ -5,17 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hbm.balance.residual import HarmonicBalance
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.laws import DryFriction2T, Jenkins1D, MixedLaw
+from hbm.laws import DryFriction2T, Jenkins1D, MixedLaw, UnilateralSpring
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.response import follow_band, follow_parameter, forced_response
 from hbm.result import ForcedResponse
 from hbm.solutions import solutions_at
 from hbm.time import shooting
-from hbm.time.comparison import compare, compare_point
-from hbm.time.sampled import SampledMarch
+from hbm.time.comparison import compare, compare_point, integrator_of
+from hbm.time.exact import ExactIntegrator
+from hbm.time.sampled import SampledIntegrator
+from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import coupled, load, solve, unilateral
 from tests.hbm.conformance import LAWS, one_dof
 from tests.hbm.small_rig import small_rig
@@ -33,7 +36,7 @@ def test_a_point_of_a_curve_in_one_call(contact):
     problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.02)
     hz = curve.peak("tip")[0]
     found = compare(curve, problem, hz)
-    assert found.agrees and found.steady.period_change <= shooting.REPEATS and found.difference < 1e-2
+    assert found.agrees and found.steady.period_change <= 1e-8 and found.difference < 1e-2
     assert found.difference > 1e-12 and curve.share_slip.max() > 0.1
     assert abs(found.steady.harmonics[0, 1]) == pytest.approx(np.nanmax(curve.amplitude("harmonic")), rel=1e-2)
     assert (found.origin, found.start, found.H) == ("preloaded", "zero_slider", 5) and found.hz == pytest.approx(hz)
@@ -46,40 +49,59 @@ def test_a_point_of_a_curve_in_one_call(contact):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("omega", [1.0, 1.5])
-def test_a_mixture_of_one_law_is_integrated_to_second_order(omega):
-    """D1: slip at 1.0, slip and lift-off at 1.5, against the exact orbit."""
+def test_mixture_of_one_law(omega):
+    """D1: slip at 1.0, slip and lift-off at 1.5, against the exact orbit; by samples to second order."""
     problem, force = coupled(load("D1")["parameters"])
     problem = replace(problem, law=MixedLaw((DryFriction2T(),), [0]))
     q, point, balance = solve(problem, force, omega, 9)
     expected = np.array(next(r for r in load("D1")["results"] if r["Omega"] == omega)["X1"])
     errors = []
-    for steps in (64, 256):
-        march = SampledMarch(balance, omega, steps)
-        steady = shooting.shoot(march, march.on_orbit(point), np.eye(len(q)))
+    sampled = [SampledIntegrator(balance, omega, IntegrationSettings(samples=samples)) for samples in (64, 256)]
+    for integrator in (*sampled, integrator_of(balance, omega)):
+        steady = shooting.shoot(integrator, integrator.on_orbit(point), np.eye(len(q)))
         assert steady.periodic
         errors.append(np.abs(np.abs(steady.harmonics[:, 1]) - expected).max() / expected.max())
     assert errors[1] < 2e-4 and errors[1] < errors[0] / 8           # 1/16 at second order
+    assert steady.method == "event-driven" and errors[2] < 1e-8
 
 
-@pytest.mark.slow
-def test_laws_of_every_kind_in_one_model_against_integration():
-    """Points side by side, each with its own law: every one at H = 9 as the integration of the mixture has it."""
-    laws = [case.law for case in LAWS if case.law.name in ("DryFriction2T", "UnilateralSpring", "IsotropicFriction",
-                                                           "CubicSpring")]
-    singles = [one_dof(law) for law in laws]
-    n = len(laws)
-    assert n == 4
+def side_by_side(laws):
+    """(problem, force) of one mass for each law, each in three directions on a contact to the ground."""
+    singles, n = [one_dof(law) for law in laws], len(laws)
     model = ReducedModel.from_matrices(np.eye(3 * n), np.kron(np.eye(n), singles[0][0].K), body="mass",
                                        node=np.repeat(np.arange(1, n + 1), 3), direction=["x", "y", "z"] * n)
     tables = [s[1] for s in singles]
     columns = {name: np.concatenate([getattr(t, name) for t in tables]) for name in vars(tables[0])}
     pairs = ContactTable(**columns | {"damper_node": np.arange(1, n + 1)})
     problem, _ = contact_problem(model, pairs, MixedLaw(tuple(laws), range(n)), damping_ratio=0.03)
-    q, point, balance = solve(problem, np.concatenate([s[2] for s in singles]), 2 * np.pi * 1.7, 9, samples=512)
-    found = compare_point(balance, point, np.eye(3 * n), steps=128)
+    return problem, np.concatenate([s[2] for s in singles])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("names,method", [
+    (("Jenkins1D", "DryFriction2T", "UnilateralSpring"), "event-driven"),
+    (("DryFriction2T", "UnilateralSpring", "IsotropicFriction", "CubicSpring"), "sampled")])
+def test_laws_of_every_kind_in_one_model(names, method):
+    """Every mass at H = 9 as in the integration, which is event-driven where every law has a table, and says so."""
+    laws = [next(case.law for case in LAWS if case.law.name == name) for name in names]
+    q, point, balance = solve(*side_by_side(laws), 2 * np.pi * 1.7, 9, samples=512)
+    found = compare_point(balance, point, np.eye(3 * len(laws)), IntegrationSettings(samples=128))
     assert found.steady.periodic and found.difference < 1e-3 and not found.left
+    assert found.method == method and ("MixedLaw is not piecewise linear" in found.said) == (method == "sampled")
     apart = np.abs(np.abs(found.steady.harmonics[:, 1]) - np.abs(q[:, 1])) / np.abs(q[:, 1]).max()
-    assert (apart.reshape(n, 3).max(axis=1) < 1e-3).all()
+    assert (apart.reshape(len(laws), 3).max(axis=1) < 1e-3).all()
+
+
+def test_event_driven_mixture_is_its_parts():
+    laws = [Jenkins1D(), DryFriction2T(), UnilateralSpring()]
+    w, found = 2 * np.pi * 1.7, []
+    for some in (laws, *([law] for law in laws)):
+        problem, force = side_by_side(some)
+        integrator = ExactIntegrator(HarmonicBalance(problem, {1: force}, 5), w, IntegrationSettings(tolerance=1e-9))
+        cycle = integrator.periods(integrator.at_rest(), 30)
+        found.append((np.abs(integrator.stuck.harmonics(np.eye(3 * len(some)), cycle.force)), cycle.dissipated))
+    assert found[0][0] == pytest.approx(np.concatenate([X for X, _ in found[1:]]), abs=1e-8)
+    assert found[0][1] == pytest.approx(np.concatenate([work for _, work in found[1:]]), abs=1e-8)
 
 
 def test_a_curve_compares_itself_and_each_of_its_solutions(tmp_path):
@@ -104,15 +126,15 @@ def test_a_curve_compares_itself_and_each_of_its_solutions(tmp_path):
     assert loaded == band and compare(loaded, problem, hz, 0).difference == compare(band, problem, hz, 0).difference
 
 
-def test_stability_that_was_not_computed_is_not_claimed(monkeypatch):
+def test_no_stability_without_monodromy():
     """The middle solution of C1 is unstable: Newton in a Krylov space finds it without any multiplier."""
-    monkeypatch.setattr(shooting, "MOST_COLUMNS", 0)
+    settings = IntegrationSettings(max_columns=0)
     problem, force = unilateral(load("C1")["parameters"])
     hz = 1.15 / (2 * np.pi)
     curve = follow_band(problem, force, (0.8 * hz, 1.4 * hz), harmonics=5, outputs={"x": [1.0]}, at=[hz])
     order = np.argsort(np.abs(solutions_at(curve, problem, hz)[:, 0, 1]))
-    said = [compare(curve, problem, hz, which=i).said for i in order]
-    assert "not known whether it is stable" in said[1]
+    said = [compare(curve, problem, hz, i, settings).said for i in order]
+    assert "stability was not computed" in said[1]
 
 
 def test_more_harmonics_are_advised_where_the_difference_is_large():

@@ -1,0 +1,67 @@
+"""The numbers that steer time integration, the search for its steady states and the comparison with a curve."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class IntegrationSettings:
+    """Numbers of time integration, shooting and comparison. Change some with `replace` or by name.
+
+    Event-driven integrator
+    tolerance : error of the contact force within a step, relative to the largest; 1e-7 holds the harmonics to 1e-8.
+        0 takes equal steps, shorter only up to an event
+    steps : longest step as a part of the period; 64 resolves 10 harmonics where nothing happens
+    halvings : of the longest step; 2^-16 of it is below any transient of a mode that keeps its mass
+    curvature : cubic part of the motion in a step, relative to the motion; above 0.02 two events may hide in one step
+    tiny : closeness to which an event is located, relative to the motion; the rounding of a guard is some 1e-16
+    max_steps : per period; chatter takes more, a regular motion some hundred
+    Sampled integrator
+    samples : steps per period; second order, 1024 hold friction to 1e-4
+    newton_steps : of the force at the end of a step; more than 40 never converge
+    newton_residual : change of the motion at which that ends, relative to it; near rounding
+    settling_periods : in which the state of a law settles on a motion of the balance; sliders need two
+    Stuck system
+    massless_above : modes above this many times the excitation follow statically; at 50 their inertia counts 4e-4
+    foreign_share : share of the contact stiffness that other springs must add in these modes; below, their mass stays
+    Shooting
+    repeats : change of the state over a period, relative to the motion, that counts as periodic
+    max_periods : integrated until the state repeats
+    newton_on_map : steps of Newton on the period map; on a piecewise-linear map it ends after a few
+    periods_after_newton : integrated after Newton until the state repeats; where it converged one is enough
+    max_columns : unknowns up to which the monodromy is computed column by column, one period each
+    difference : of the differences of the map, relative to the motion; the root of the error of a period
+    krylov : residual of Newton's step by GMRES; the map is known to `difference` only
+    fractions : of Newton's step that are tried, the largest first
+    Comparison
+    patience : periods integrated from the orbit before Newton helps to find where they lead
+    elsewhere : relative difference from which on two solutions are not compared, but said to be two
+    small : relative difference above which more harmonics are advised
+    same : relative distance of two solutions of the balance that count as one
+    unsolved : relative difference of another orbit where the balance has no solution to tell them by
+    """
+
+    tolerance: float = 1e-7
+    steps: int = 64
+    halvings: int = 16
+    curvature: float = 0.02
+    tiny: float = 1e-12
+    max_steps: int = 200000
+    samples: int = 1024
+    newton_steps: int = 40
+    newton_residual: float = 1e-13
+    settling_periods: int = 30
+    massless_above: float = 50.0
+    foreign_share: float = 0.02
+    repeats: float = 1e-8
+    max_periods: int = 1000
+    newton_on_map: int = 8
+    periods_after_newton: int = 20
+    max_columns: int = 80
+    difference: float = 1e-6
+    krylov: float = 1e-3
+    fractions: tuple[float, ...] = (1.0, 0.5, 0.2, 0.05)
+    patience: int = 40
+    elsewhere: float = 0.2
+    small: float = 1e-3
+    same: float = 1e-6
+    unsolved: float = 3e-2
