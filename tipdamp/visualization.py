@@ -1,15 +1,23 @@
-"""What the stages keep for pictures: surfaces, mode shapes and loads on the contact; and the same as .vtu for ParaView.
+"""What the stages keep to be looked at: surfaces, mode shapes and preload, for the report and as .vtu for ParaView.
 
 The .vtu files are written by meshio and left out where it is missing.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.linalg import eigh
 
+from hbm.contact import ContactTable
+from hbm.model import ReducedModel
+from modal.craig_bampton import Reduction
+from modal.mesh import Mesh
+from static_contact.detachment import StuckModes
 from tipdamp import surface
 from tipdamp.pressure import patches
+from tipdamp.store import Store
 
 # straight cells through the corners: every viewer draws them, and the shapes are at the user's own nodes
 _CORNERS = {"tetra": 4, "wedge": 6, "hexahedron": 8}
@@ -26,19 +34,22 @@ class Shapes:
     hz: np.ndarray
     q: np.ndarray
 
-    def save(self, path) -> None:
+    def save(self, path: Path) -> None:
+        """As .npz."""
         with open(path, "wb") as file:
             np.savez(file, kind=self.kind, label=self.label, hz=self.hz, q=self.q)
 
     @classmethod
-    def load(cls, path) -> "Shapes":
+    def load(cls, path: Path) -> "Shapes":
+        """From .npz."""
         with np.load(path, allow_pickle=False) as z:
             return cls(z["kind"], z["label"], z["hz"], z["q"])
 
 
 # ---- kept by the stages ----------------------------------------------------------------------------------------
 
-def keep_bodies(store, meshes: dict, reductions, model) -> list[str]:
+def keep_bodies(store: Store, meshes: Mapping[str, Mesh], reductions: Sequence[Reduction],
+                model: ReducedModel) -> list[str]:
     """surface.npz, free_modes.npz and free_modes.vtu of the bodies by themselves; the names of what was written."""
     with store.writing("surface.npz") as path:
         surface.save([surface.skin(meshes[r.body.name], r.body.name, r) for r in reductions], path)
@@ -57,7 +68,7 @@ def keep_bodies(store, meshes: dict, reductions, model) -> list[str]:
     return ["surface.npz", "free_modes.npz", *_free_modes(store, meshes, reductions[0])]
 
 
-def free_shapes(model, count: int = SHOWN) -> tuple[np.ndarray, np.ndarray]:
+def free_shapes(model: ReducedModel, count: int = SHOWN) -> tuple[np.ndarray, np.ndarray]:
     """Hz (m,) and shapes (r, m) of the lowest modes of a model, without its rigid motions."""
     lam, q = eigh(model.K, model.M, subset_by_index=(0, min(count + 6, model.size) - 1))
     hz = np.sqrt(np.maximum(lam, 0)) / (2 * np.pi)
@@ -65,7 +76,7 @@ def free_shapes(model, count: int = SHOWN) -> tuple[np.ndarray, np.ndarray]:
     return hz[elastic], q[:, elastic]
 
 
-def keep_stuck(store, model, stuck: dict) -> list[str]:
+def keep_stuck(store: Store, model: ReducedModel, stuck: Mapping[str, StuckModes]) -> list[str]:
     """stuck_modes.npz of {words for the set: StuckModes}, and .vtu where the surfaces are known: the lowest modes of
     each set and the tracked one."""
     kind, label, hz, q = [], [], [], []
@@ -95,7 +106,7 @@ def _stuck_vtu(store, model, shapes: Shapes):
     return _vtu(store, "stuck_modes.vtu", np.concatenate([s.position for s in parts]), cells, data)
 
 
-def keep_preload(store, tables: dict) -> list[str]:
+def keep_preload(store: Store, tables: Mapping[str, ContactTable]) -> list[str]:
     """preload.vtu: the contact between the pairs with preload and pressure of each {load case: ContactTable}."""
     first = next(iter(tables.values()))
     sides = patches(first)
@@ -117,7 +128,7 @@ def keep_preload(store, tables: dict) -> list[str]:
 
 # ---- .vtu ------------------------------------------------------------------------------------------------------
 
-def write_shapes(path, mesh, shapes: dict) -> bool:
+def write_shapes(path: Path, mesh: Mesh, shapes: Mapping[str, np.ndarray]) -> bool:
     """One file with the cells of a mesh and, at its nodes, the numbers of the user and vectors {name: (n, 3)}.
 
     Returns False where meshio is not installed.

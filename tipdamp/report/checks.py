@@ -1,20 +1,29 @@
 """Warnings: what a reader must know before trusting the results, each as one sentence."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from tipdamp.pair_checks import pair_names
 from tipdamp.report.results import Case, Results
 from tipdamp.report.text import NEGLIGIBLE, amount, force_along, names_of_pairs, number, sentence
 from tipdamp.stages.results import SideForces, TuneStep
 
-REDUCTION = 1e-3          # largest error of a stuck frequency of the reduced model
-REFERENCE = 0.03          # deviation from a reference frequency that is worth a word
-TARGET = 0.0125           # about half of what one pair is worth near the target [Zucca 2016, section 8: 35 of 2800 Hz]
-BALANCE = 1e-6            # contact forces against the pull
-STUCK_CURVE = 1e-6        # curve without slip against the linear response
-STUCK_PEAK = 0.003        # its peak against the stuck frequency
-BOTH_WAYS = 1e-3          # peaks of the two ways through the band
-SMALL_MOMENT = 1e-6       # N m
+
+@dataclass(frozen=True)
+class Limits:
+    """What passes without a warning."""
+
+    reduction: float = 1e-3         # largest error of a stuck frequency of the reduced model
+    reference: float = 0.03         # deviation from a reference frequency
+    target: float = 0.0125          # half of what one pair is worth near the target [Zucca 2016, section 8: 35 Hz]
+    balance: float = 1e-6           # contact forces against the load; residual of the static contact
+    stuck_curve: float = 1e-6       # curve without slip against the linear response
+    stuck_peak: float = 0.003       # its peak against the stuck frequency
+    both_ways: float = 1e-3         # peaks of the two ways through the band
+    moment_Nm: float = 1e-6         # left by the redistribution of the preload
+
+
+LIMITS = Limits()
 
 
 def warnings_of(results: Results) -> list[str]:
@@ -44,7 +53,7 @@ def _free(results):
 
 def _preload(results):
     yield from _balance("the preload of the whole patch", results.preload.sides)
-    if results.preload.residual > BALANCE:
+    if results.preload.residual > LIMITS.balance:
         yield f"The static contact is solved only to a residual of {results.preload.residual:.1e}."
 
 
@@ -61,14 +70,14 @@ def _tune(results):
     if {"front", "back"} <= set(reference) and (kept.front, kept.back) != (reference["front"], reference["back"]):
         yield (f"The study keeps {kept.front} + {kept.back} stations, the reference is {reference['front']:g} + "
                f"{reference['back']:g}.")
-    if tune.target_hz and abs(tune.stuck_hz.tuned / tune.target_hz - 1) > TARGET:
+    if tune.target_hz and abs(tune.stuck_hz.tuned / tune.target_hz - 1) > LIMITS.target:
         yield (f"The stuck frequency on the kept stations misses the target of {tune.target_hz:g} Hz by "
                f"{100 * (tune.stuck_hz.tuned / tune.target_hz - 1):+.1f} %.")
     yield from _monotone(tune.history)
     for name, check in tune.full_model_check.items():
-        if check.largest_error > REDUCTION:
+        if check.largest_error > LIMITS.reduction:
             yield (f"Reduced against full model ({name.replace('_', ' ')}): a stuck frequency is off by "
-                   f"{100 * check.largest_error:.2g} %, more than {100 * REDUCTION:g} %: keep more modes.")
+                   f"{100 * check.largest_error:.2g} %, more than {100 * LIMITS.reduction:g} %: keep more modes.")
     yield from _redistributed(results)
 
 
@@ -83,7 +92,7 @@ def _monotone(history: tuple[TuneStep, ...]):
 def _redistributed(results):
     done, kept = results.tune.redistribution, results.kept.select(results.kept.carrying)
     yield from _balance("the preload of the kept stations", results.tune.preload_kept)
-    if abs(done.moment_Nm or 0.0) > SMALL_MOMENT:
+    if abs(done.moment_Nm or 0.0) > LIMITS.moment_Nm:
         yield (f"Moving the force of each station to its kept row leaves a moment of {amount(done.moment_Nm, 'N m')} "
                "about the axis of the damper; it is taken up in the reference state.")
     for motion, load in done.reactions.items():
@@ -97,11 +106,11 @@ def _redistributed(results):
 
 def _balance(what: str, sides: Mapping[str, SideForces]):
     for side, s in sides.items():
-        if abs(s.sum_N - s.equilibrium_N) > BALANCE * abs(s.equilibrium_N):
+        if abs(s.sum_N - s.equilibrium_N) > LIMITS.balance * abs(s.equilibrium_N):
             yield (f"The sum of {what} on side '{side}' is {number(s.sum_N)} N, not the {number(s.equilibrium_N)} N of "
                    "equilibrium.")
     worst = max((s.balance_error or 0.0 for s in sides.values()), default=0.0)
-    if worst > BALANCE:
+    if worst > LIMITS.balance:
         yield f"Loads and {what} are not in equilibrium: {worst:.1e} of the load is unbalanced."
 
 
@@ -133,7 +142,7 @@ def _both_ways(case: Case):
     if back is None or not (back.complete and facts.complete):
         return
     amplitude, frequency = _off(back.peak_m, facts.peak_m), _off(back.peak_hz, facts.peak_hz)
-    if max(abs(amplitude), abs(frequency)) > BOTH_WAYS:
+    if max(abs(amplitude), abs(frequency)) > LIMITS.both_ways:
         yield (f"The two ways through the band disagree on the peak of {_name(case)}: {100 * amplitude:+.2g} % in "
                f"amplitude, {100 * frequency:+.2g} % in frequency; there may be two branches.")
 
@@ -146,17 +155,17 @@ def _no_slip(results, case: Case):
     if case.facts.slipping_pairs:
         return
     difference = results.respond.stuck_difference.get(case.facts.file)
-    if difference is not None and difference > STUCK_CURVE:
+    if difference is not None and difference > LIMITS.stuck_curve:
         yield f"No pair slips at {_name(case)}, yet the curve differs from the linear response by {difference:.1e}."
     if results.tune is not None and case.facts.peak_hz is not None:
         off = case.facts.peak_hz / results.tune.stuck_hz.tuned - 1
-        if abs(off) > STUCK_PEAK:
+        if abs(off) > LIMITS.stuck_peak:
             yield (f"No pair slips at {_name(case)}, yet the peak lies {100 * off:+.2f} % from the stuck frequency: "
                    "another mode is near.")
 
 
 def _off_reference(what, hz, reference):
-    if reference and abs(hz / reference - 1) > REFERENCE:
+    if reference and abs(hz / reference - 1) > LIMITS.reference:
         yield f"{what} is {hz:.0f} Hz, {100 * (hz / reference - 1):+.1f} % from the reference {reference:g} Hz."
 
 

@@ -17,7 +17,7 @@ from tipdamp.report.figures import (
 )
 from tipdamp.report.page import Block, Section
 from tipdamp.report.results import Results
-from tipdamp.report.tables import assumptions, bodies, key_figures, load_cases, peaks, reduction_check, software, stages
+from tipdamp.report.tables import assumptions, key_figures, load_cases, peaks, provenance, reduction_check
 
 # (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has no data for it
 SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]], ...] = (
@@ -31,7 +31,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
     ("pairs", "Contact pairs", (contact_pairs.figures,)),
     ("assumptions", "Assumptions", (assumptions.tables,)),
     ("reduction", "Reduced and full model", (reduction_check.tables,)),
-    ("made", "Provenance", (bodies.tables, stages.tables, software.tables)),
+    ("made", "Provenance", (provenance.tables,)),
 )
 
 

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterable
 
 NOTHING = "\N{EN DASH}"
-MICRO = 1e6
+MICRO = 1e6             # µm in a metre
+MM = 1e3                # mm in a metre
 NEGLIGIBLE = 1e-9       # N, N m: rounding of balanced loads
 
 

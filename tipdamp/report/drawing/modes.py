@@ -5,9 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from tipdamp.report.text import MM
 from tipdamp.surface import Surface
-
-MM = 1e3
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from tipdamp.report.drawing import plotly, plotly_scene
-from tipdamp.report.drawing.modes import MM, ModeShapes
+from tipdamp.report.drawing.modes import ModeShapes
 from tipdamp.report.templating import markup, render
+from tipdamp.report.text import MM
 
 PERIOD = 1600            # ms of one cycle on the screen
 COLORS = [[0.0, "#e3e6e9"], [0.5, "#56a3c9"], [1.0, "#12355b"]]

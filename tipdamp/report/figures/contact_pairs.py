@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 from hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Item, Points, Scene, Segments
 from tipdamp.report.figures.surroundings import (
-    MM,
     NO_SURFACE,
     box_of,
     node_numbers,
@@ -18,7 +17,7 @@ from tipdamp.report.figures.surroundings import (
     view_of,
 )
 from tipdamp.report.results import Results
-from tipdamp.report.text import distance, listing
+from tipdamp.report.text import MM, distance, listing
 from tipdamp.surface import Surface
 
 FRAME = (("t1, along the axis", TANGENT_1), ("t2, across", TANGENT_2), ("n, into the blade", NORMAL))

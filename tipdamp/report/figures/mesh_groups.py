@@ -6,8 +6,8 @@ from modal.mesh import Mesh
 from tipdamp import pair_checks
 from tipdamp.bodies.read import named_groups
 from tipdamp.report.drawing.scene import BLADE, BODY, Item, Points, Scene, Segments, Solid, view
-from tipdamp.report.figures.surroundings import MM, box_around
-from tipdamp.report.text import distance
+from tipdamp.report.figures.surroundings import box_around
+from tipdamp.report.text import MM, distance
 from tipdamp.study.view import Study
 from tipdamp.surface import Surface
 

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tipdamp.report.drawing.modes import MM, Mode, ModeShapes
+from tipdamp.report.drawing.modes import Mode, ModeShapes
 from tipdamp.report.drawing.scene import view
 from tipdamp.report.figures.surroundings import view_of
 from tipdamp.report.results import Results
+from tipdamp.report.text import MM
 
 LARGEST = 0.06           # drawn displacement over the size of what moves
 CAPTION = ("Shapes on the surfaces of the meshes, recovered from the reduced model. Colour: displacement over its "

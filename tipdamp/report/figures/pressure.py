@@ -10,7 +10,6 @@ from hbm.contact import ContactTable
 from tipdamp.pressure import Patch, patches
 from tipdamp.report.drawing.scene import Item, Points, Scale, Scene, Segments, Solid
 from tipdamp.report.figures.surroundings import (
-    MM,
     NO_SURFACE,
     box_of,
     node_numbers,
@@ -19,7 +18,7 @@ from tipdamp.report.figures.surroundings import (
     view_of,
 )
 from tipdamp.report.results import Results
-from tipdamp.report.text import listing, number
+from tipdamp.report.text import MM, listing, number
 from tipdamp.surface import Surface
 
 PULL = "the pull"

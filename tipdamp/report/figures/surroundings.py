@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import BLADE, BODY, Segments, Solid, View, inside, view
+from tipdamp.report.text import MM
 from tipdamp.surface import Surface
 
-MM = 1e3
 NO_SURFACE = (" The study starts from matrices: there is no mesh whose surface or mode shapes could be shown, only the "
               "pairs.")
 

@@ -1,10 +1,8 @@
 """Tables of the page on what was read: contact pairs of each side, and bodies."""
 
 from tipdamp.report.drawing.table import Table
-from tipdamp.report.text import NOTHING, distance, number
+from tipdamp.report.text import MM, NOTHING, distance, number
 from tipdamp.stages.results import InspectResult
-
-MM = 1e3
 
 
 def pairs_table(found: InspectResult) -> Table:
