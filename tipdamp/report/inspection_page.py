@@ -40,5 +40,5 @@ def inspection_page(study: Study, found: InspectResult, read: Inspected) -> str:
     if read.meshes:
         groups = mesh_groups(study, read.meshes, surfaces, unmatched=read.pairs is None)
         sections.append(Section("meshes", "Meshes and groups", [bodies_table(found), groups]))
-    return page("inspection.html", study, sections, trouble=read.trouble,
+    return page("inspection.html", study, sections, trouble=sentence(read.trouble) if read.trouble else "",
                 warnings=[sentence(w) for w in found.warnings])

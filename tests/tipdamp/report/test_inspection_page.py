@@ -8,12 +8,16 @@ import pytest
 
 from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
+from tests.tipdamp.curved_pairs import curved_pairs
+from tests.tipdamp.report.files import HOSTILE, HOSTILE_NAMES, artefacts
 from tipdamp import pair_checks
 from tipdamp.bodies.pair import matched_pairs
 from tipdamp.bodies.read import read_meshes
 from tipdamp.cli import main
 from tipdamp.report.drawing.scene import Points
 from tipdamp.report.figures.mesh_groups import without_partner
+from tipdamp.report.inspection_page import Inspected, inspection_page
+from tipdamp.stages.results import InspectResult
 from tipdamp.study.study import load_study
 
 HALF = 1 / np.sqrt(2)      # the pull along x + z on faces x and z
@@ -90,6 +94,17 @@ def test_a_flipped_normal_is_named(own_table, capsys):
              f"{table.station[worst]} row {table.row[worst]} (damper node {table.damper_node[worst]}), is 180 degrees")
     assert any(words in w for w in content(path)["warnings"]) and "180.0° off" in page.replace("\\u00b0", "°")
     assert content(path)["pair_checks"]["one"]["off_surface_deg"] == pytest.approx(180)
+
+
+def test_hostile_names_are_text(tmp_path):
+    study, _ = artefacts(tmp_path, title=HOSTILE, names=HOSTILE_NAMES)
+    pairs = curved_pairs()
+    pairs = pairs.replace(side=np.where(pairs.side == "arc", HOSTILE, "line"))
+    places = {"blades": pairs.position, "damper": pairs.position}
+    checks = pair_checks.side_checks(pairs, places, np.array([0.5, 0, 1.0]))
+    found = InspectResult(bodies={}, warnings=[HOSTILE], pair_checks=checks)
+    page = inspection_page(study, found, Inspected(pairs=pairs, places=places, trouble=HOSTILE))
+    assert "<script>alert" not in page and "&lt;script&gt;alert" in page.split("<main>")[1]
 
 
 @pytest.mark.parametrize("mu", [2.0, 3.0])

@@ -12,7 +12,7 @@ from tipdamp.study.view import Study
 from tipdamp.surface import Surface
 
 MAX_NODES = 2000         # of one group that are drawn
-COLORS = ("#D55E00", "#0072B2", "#009E73", "#7b3f9d", "#E69F00", "#56B4E9", "#a0522d", "#222222")
+COLORS = ("#D55E00", "#0072B2", "#009E73", "#7b3f9d", "#E69F00", "#56B4E9", "#a0522d", "#CC79A7", "#7f8c1f", "#222222")
 
 
 def mesh_groups(study: Study, meshes: dict[str, Mesh], surfaces: dict[str, Surface], unmatched: bool) -> Scene:
@@ -46,10 +46,10 @@ def _bodies(surfaces) -> Iterator[Solid | Segments]:
 
 def _groups(meshes, named) -> Iterator[tuple[Points, bool]]:
     """(points of a group, whether the study names it); named groups first, groups of cells left out."""
-    found = [(body, (body, group) not in named, group) for body, mesh in meshes.items() for group, nodes
+    found = [((body, group) not in named, body, group) for body, mesh in meshes.items() for group, nodes
              in mesh.groups.items() if mesh.dimension.get(group, 0) != 3 and len(nodes)]
     order = list(meshes)
-    for k, (body, unnamed, group) in enumerate(sorted(found, key=lambda f: (order.index(f[0]), *f[1:]))):
+    for k, (unnamed, body, group) in enumerate(sorted(found, key=lambda f: (f[0], order.index(f[1]), f[2]))):
         mesh, nodes = meshes[body], meshes[body].groups[group]
         step = -(-len(nodes) // MAX_NODES)
         nodes = nodes[::step]
