@@ -53,7 +53,7 @@ class Parameter:
 
     def named(self, value: float) -> str:
         """A value for messages."""
-        return f"{self.name} = {value:.6g}"
+        return f"{value:.6g}{self.unit}" if self.unit else f"{self.name} = {value:.6g}"
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,6 @@ class Frequency(Parameter):
     def frequencies(self, hz, values):
         """The values."""
         return values
-
-    def named(self, value):
-        """A value for messages."""
-        return f"{value:.6g} Hz"
 
 
 @dataclass(frozen=True)

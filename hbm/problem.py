@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -38,7 +39,7 @@ class ContactProblem:
     M: np.ndarray
     C: np.ndarray | None
     K: np.ndarray
-    B: np.ndarray | sp.spmatrix
+    B: Any
     law: ContactLaw
     pairs: Contacts
     static: np.ndarray | None = None

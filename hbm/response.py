@@ -189,12 +189,15 @@ def _with_all_pairs(curve, kept):
 
 
 def _solution(point, balance, hz, case, calls):
-    shape = (len(balance.problem.pairs), balance.nd, balance.H + 1)
-    if not point.converged:
-        none, few = np.full(shape, np.nan, dtype=complex), np.full(shape[0], np.nan)
-        return PeriodicSolution(hz, tuple(case.names), np.full((len(case.rows), balance.H + 1), np.nan, dtype=complex),
-                                none, none, few, few, few, few, False, calls, point.x)
-    u = point.x.reshape(*shape[:2], balance.nh)
-    return PeriodicSolution(hz, tuple(case.names), point.detail.outputs(case.rows), point.detail.contact_force(),
-                            fourier.to_complex(u), *point.detail.forces.shares.T,
-                            fourier.work(point.detail.forces.g, u), True, calls, point.x)
+    """The PeriodicSolution of a point; NaN where it did not converge."""
+    P, nd, orders = len(balance.problem.pairs), balance.nd, balance.H + 1
+    shapes = {"harmonics": (len(case.rows), orders), **dict.fromkeys(("contact_force", "contact_motion"), (P, nd, orders)),
+              **dict.fromkeys(("share_stick", "share_slip", "share_open", "dissipated"), (P,))}
+    found = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
+    if point.converged:
+        u, forces = point.x.reshape(P, nd, balance.nh), point.detail.forces
+        found |= {"harmonics": point.detail.outputs(case.rows), "contact_force": point.detail.contact_force(),
+                  "contact_motion": fourier.to_complex(u), "dissipated": fourier.work(forces.g, u),
+                  **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True))}
+    return PeriodicSolution(frequency=hz, output_names=tuple(case.names), converged=point.converged, iterations=calls,
+                            unknowns=point.x, **found)

@@ -13,7 +13,7 @@ KINDS = ("half_peak_to_peak", "harmonic", "rms")
 RIPPLE = 1e-3          # a local maximum that stands out less, relative to its height, is none
 
 
-def _none(*shape, dtype=float):
+def _none(*shape, dtype: type = float):
     return field(default_factory=lambda: np.empty(shape, dtype))
 
 

@@ -9,7 +9,7 @@ from hbm.continuation.branch import Branch
 from hbm.continuation.budget import Budget, BudgetExceeded
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.follow import follow
-from hbm.continuation.point import failed
+from hbm.continuation.point import failed, size
 from hbm.parameter import Equation
 from hbm.result import ForcedResponse, widest_gap
 from hbm.starts import first_of, starts
@@ -74,7 +74,7 @@ def _static(equation, begin, last, settings):
 
 
 def _same(a, b, weights) -> bool:
-    return np.linalg.norm(weights * (a.x - b.x)) <= 1e-6 * np.linalg.norm(weights * b.x)
+    return size(weights * (a.x - b.x)) <= 1e-6 * size(weights * b.x)
 
 
 class Outputs:

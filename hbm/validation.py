@@ -119,7 +119,7 @@ def brief(value) -> str:
     return shown(" ".join(repr(value).split()))
 
 
-def numbers(name, value, allowed, kind=float) -> np.ndarray:
+def numbers(name: str, value, allowed: str, kind: type = float) -> np.ndarray:
     """The value as an array of real (float) or complex numbers; InputError where it is none."""
     try:
         array = np.asarray(value.toarray() if sp.issparse(value) else value)

@@ -60,7 +60,8 @@ class HarmonicBalance:
     start, samples : as in `hbm.response.CurveOptions`. Raises InputError where these do not fit, or memory is short.
     """
 
-    def __init__(self, problem: ContactProblem, forces: dict, H: int, start="zero_slider", samples: int | None = None):
+    def __init__(self, problem: ContactProblem, forces: dict, H: int, start: str | np.ndarray = "zero_slider",
+                 samples: int | None = None):
         law, P = problem.law, len(problem.pairs)
         self.forces, self.given_start = forces, start
         self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
