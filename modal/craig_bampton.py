@@ -8,6 +8,7 @@ out. A free body needs no springs to ground: K_II is positive definite because i
 six rigid motions.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import NamedTuple
@@ -50,14 +51,14 @@ class Reduction:
     load_modes: int
     truncation: Truncation | None
 
-    def condense(self, numbers, forces) -> np.ndarray:
+    def condense(self, numbers: Iterable[int], forces: np.ndarray) -> np.ndarray:
         """Nodal forces (n, 3) N on any nodes of the mesh as a load on the reduced dofs, (b + m,).
 
         f_B + Psi' f_I is exact for the static displacement of the master nodes.
         """
         return self.condense_dofs(nodal_load(self.body, numbers, forces))
 
-    def condense_dofs(self, f) -> np.ndarray:
+    def condense_dofs(self, f: np.ndarray) -> np.ndarray:
         """Forces (d,) N on the free dofs of the body as a load on the reduced dofs, (b + m,); exact as above."""
         return np.concatenate([f[self.boundary] + self.Psi.T @ f[self.interior], self.Phi.T @ f[self.interior]])
 
@@ -71,7 +72,8 @@ class Reduction:
         out[self.body.dof_node, self.body.dof_direction] = full
         return out
 
-    def stress(self, q: np.ndarray, mesh: Mesh, material: Material, other_materials=None) -> np.ndarray:
+    def stress(self, q: np.ndarray, mesh: Mesh, material: Material, other_materials: dict[str, Material] | None = None
+               ) -> np.ndarray:
         """Stress at every node of the mesh that the body was made of, (n, 6) Pa as in `modal.stress`, from (b + m,)."""
         if not np.array_equal(mesh.node, self.body.node):
             raise InputError(f"body '{self.body.name}': the mesh {mesh.source} is not the one that it was made of")
@@ -97,8 +99,8 @@ class Reduction:
         return replace(self, model=model, Phi=self.Phi[:, keep], omega=self.omega[keep], truncation=left)
 
 
-def craig_bampton(body: Body, masters, modes: int | None = None, *, below_hz: float | None = None,
-                  loads=(), bound: bool = True) -> Reduction:
+def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, *, below_hz: float | None = None,
+                  loads: Sequence = (), bound: bool = True) -> Reduction:
     """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
 
     masters - any nodes that are not clamped; all of them gives the body itself, with no modes.

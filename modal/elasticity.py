@@ -5,7 +5,7 @@ installed, are assembled by isoparametric.py. Displacements live at the nodes of
 blocks are added by node and nothing is promoted to another element.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,8 +43,8 @@ class Material:
         return self.E / (2 * (1 + self.nu))
 
 
-def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp=None, free: bool = False,
-                 other_materials=None) -> Body:
+def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp: str | Sequence[str] | None = None,
+                 free: bool = False, other_materials: dict[str, Material] | None = None) -> Body:
     """Assemble K and M over the free dofs; nodes of the groups `clamp` (a name or several) are fixed in x, y, z.
 
     other_materials {cell group: Material}: what those cells are made of instead. Raises InputError for an absent or
@@ -99,14 +99,14 @@ def _dolfinx(position, kind, cells, lame, shear, density):
     return K, block.matrix(density * u * v * block.dx)
 
 
-def strain(u):
+def strain(u: Any) -> Any:
     """Small strain of a displacement, in dolfinx forms."""
     import ufl
 
     return ufl.sym(ufl.grad(u))
 
 
-def stress(u, lame, shear):
+def stress(u: Any, lame: Any, shear: Any) -> Any:
     """Stress of a displacement by Hooke's law, in dolfinx forms; Lame's moduli in Pa."""
     import ufl
 

@@ -4,9 +4,11 @@ Every function returns forces (d,) N on the free dofs of a Body; `Reduction.cond
 model, exactly in statics.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm.errors import InputError
 from modal.body import Body
@@ -42,7 +44,7 @@ def on_dofs(body: Body, nodal: np.ndarray) -> np.ndarray:
     return np.asarray(nodal, dtype=float)[body.dof_node, body.dof_direction]
 
 
-def nodal_load(body: Body, numbers, forces) -> np.ndarray:
+def nodal_load(body: Body, numbers: Iterable[int], forces: np.ndarray) -> np.ndarray:
     """Nodal forces (m, 3) N on the nodes of these numbers (m,), added where one stands there twice, on the free dofs.
     """
     nodal = np.zeros((len(body.node), 3))
@@ -52,7 +54,7 @@ def nodal_load(body: Body, numbers, forces) -> np.ndarray:
     return on_dofs(body, nodal)
 
 
-def point_force(body: Body, group: str, force) -> np.ndarray:
+def point_force(body: Body, group: str, force: ArrayLike) -> np.ndarray:
     """A total force (3,) N in equal parts on the nodes of a group."""
     mine = np.isin(body.node, body.group(group))
     return on_dofs(body, np.outer(mine / mine.sum(), _finite("force", force, 3)))
@@ -64,13 +66,13 @@ def pressure(body: Body, mesh: Mesh, group: str, value: float) -> np.ndarray:
     return on_dofs(body, _on_faces(mesh, group, lambda area: -value * area))
 
 
-def traction(body: Body, mesh: Mesh, group: str, value) -> np.ndarray:
+def traction(body: Body, mesh: Mesh, group: str, value: ArrayLike) -> np.ndarray:
     """A traction (3,) Pa, of fixed direction, on the faces whose nodes all belong to the group."""
     value = _finite("traction", value, 3)
     return on_dofs(body, _on_faces(mesh, group, lambda area: np.linalg.norm(area, axis=-1, keepdims=True) * value))
 
 
-def gravity(body: Body, acceleration) -> np.ndarray:
+def gravity(body: Body, acceleration: ArrayLike) -> np.ndarray:
     """Weight under an acceleration (3,) m/s2."""
     return _inertia(body, np.tile(_finite("acceleration", acceleration, 3), (len(body.node), 1)))
 

@@ -1,6 +1,10 @@
-"""What matrices must be to be those of an elastic body, checked at input."""
+"""What matrices must be to be those of an elastic body, checked at input.
+
+body : a `body.Body` throughout.
+"""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,12 +25,12 @@ class MatrixTolerances:
 TOLERANCES = MatrixTolerances()
 
 
-def dof_name(body, i: int) -> str:
+def dof_name(body: Any, i: int) -> str:
     """'dof 7 (node 12, x)' with the user's node number."""
     return f"dof {i} (node {body.node[body.dof_node[i]]}, {'xyz'[body.dof_direction[i]]})"
 
 
-def check_nodes(body) -> None:
+def check_nodes(body: Any) -> None:
     """Whole numbers, each node once, each at a place."""
     for label in ("node", "dof_node", "dof_direction"):
         column = vars(body)[label]
@@ -44,7 +48,7 @@ def check_nodes(body) -> None:
                          f"must be finite ({int(lost.sum())} such nodes)")
 
 
-def check_table(body) -> None:
+def check_table(body: Any) -> None:
     """Every dof is a direction 0..2 of a node that is there, and none stands there twice."""
     for label, column, size in (("node index", body.dof_node, len(body.node)), ("direction", body.dof_direction, 3)):
         wrong = (column < 0) | (column >= size)
@@ -58,7 +62,7 @@ def check_table(body) -> None:
                          "dof table twice")
 
 
-def sparse(name: str, label: str, A) -> sp.csr_matrix:
+def sparse(name: str, label: str, A: Any) -> sp.csr_matrix:
     """The matrix as CSR; InputError for what is none."""
     try:
         out = sp.csr_matrix(A)
@@ -70,7 +74,7 @@ def sparse(name: str, label: str, A) -> sp.csr_matrix:
     raise InputError(f"body '{name}': {label} is {what}: must be a square matrix of numbers")
 
 
-def check_matrix(body, label: str, A: sp.csr_matrix) -> None:
+def check_matrix(body: Any, label: str, A: sp.csr_matrix) -> None:
     """Real, finite and symmetric."""
     if np.iscomplexobj(A):
         raise InputError(f"body '{body.name}': {label} is complex ({A.dtype}): must be real; structural damping is "
@@ -90,7 +94,7 @@ def check_matrix(body, label: str, A: sp.csr_matrix) -> None:
                          f"{dof_name(body, i)}")
 
 
-def check_mass(body) -> None:
+def check_mass(body: Any) -> None:
     """Scaled to a unit diagonal a mass matrix is well conditioned: its lowest eigenvalue comes without a factor."""
     diagonal = body.M.diagonal()
     if (diagonal <= 0).any():
@@ -107,7 +111,7 @@ def check_mass(body) -> None:
                          f"has negative mass ({lowest:.1e} of its diagonal)")
 
 
-def check_mass_by_direction(body) -> None:
+def check_mass_by_direction(body: Any) -> None:
     """The same mass along x, y and z: of a free body, and of nodes with all three dofs where M couples no directions,
     as the M of finite elements does not. (The M of a clamped body condensed on some nodes may differ.)"""
     whole = np.bincount(body.dof_node, minlength=len(body.node)) == 3

@@ -1,5 +1,6 @@
 """What a mesh must fulfil before anything is computed with it; what can be repaired is, with a warning."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -71,7 +72,7 @@ def _upright(mesh, kind, block, number, warnings):
     return block
 
 
-def some(numbers, limit: int = 5) -> str:
+def some(numbers: Sequence, limit: int = 5) -> str:
     """The first few numbers of a list, and how many there are."""
     text = ", ".join(str(n) for n in numbers[:limit])
     return text if len(numbers) <= limit else f"{text}, ... ({len(numbers)} in all)"

@@ -21,7 +21,8 @@ from modal.loads import Rotation, centrifugal
 from modal.mesh import Mesh
 
 
-def rotating_body(body: Body, mesh: Mesh, material: Material, rotation: Rotation, other_materials=None) -> Body:
+def rotating_body(body: Body, mesh: Mesh, material: Material, rotation: Rotation,
+                  other_materials: dict[str, Material] | None = None) -> Body:
     """The body as it vibrates at speed. Raises InputError for a free body."""
     if body.free:
         raise InputError(f"body '{body.name}' is free: without contact it has no static state at speed")
@@ -43,7 +44,8 @@ def spin_softening(body: Body, rotation: Rotation) -> sp.csr_matrix:
     return (rotation.speed**2 * (body.M @ across)).tocsr()
 
 
-def geometric_stiffness(mesh: Mesh, material: Material, displacement, other_materials=None) -> sp.csr_matrix:
+def geometric_stiffness(mesh: Mesh, material: Material, displacement: np.ndarray,
+                        other_materials: dict[str, Material] | None = None) -> sp.csr_matrix:
     """K_g (3n, 3n): integral of stress : grad(u)' grad(v), with the linear stress of a displacement (n, 3) m."""
     K = sp.csr_matrix((3 * len(mesh.node),) * 2)
     for kind, cells, of in blocks(mesh, material, other_materials or {}):

@@ -41,13 +41,13 @@ class Truncation:
     omega: np.ndarray
     G: tuple
 
-    def save(self, path) -> Path:
+    def save(self, path: str | Path) -> Path:
         """Write a .npz file."""
         np.savez(path, body=self.body, size=self.size, omega=self.omega, **{f"G{i}": g for i, g in enumerate(self.G)})
         return Path(path)
 
     @classmethod
-    def load(cls, path) -> "Truncation":
+    def load(cls, path: str | Path) -> "Truncation":
         """Read what `save` has written."""
         with np.load(path, allow_pickle=False) as z:
             return cls(z["body"], z["size"], z["omega"], tuple(z[f"G{i}"] for i in range(len(z["body"]))))
@@ -70,7 +70,7 @@ def join(*parts: Truncation) -> Truncation:
                       np.concatenate([p.omega for p in parts]), sum((p.G for p in parts), ()))
 
 
-def lowest_possible(K: np.ndarray, M: np.ndarray, truncation: Truncation, omega) -> np.ndarray:
+def lowest_possible(K: np.ndarray, M: np.ndarray, truncation: Truncation, omega: np.ndarray) -> np.ndarray:
     """For the lowest reduced frequencies omega (n,) rad/s of (K, M) the bound below which the full one cannot lie.
 
     K, M (r, r): reduced model with any springs on master dofs. NaN where the reduced frequency reaches a mode that
@@ -86,7 +86,7 @@ def lowest_possible(K: np.ndarray, M: np.ndarray, truncation: Truncation, omega)
     return out
 
 
-def rounding(K: np.ndarray, M: np.ndarray, omega) -> np.ndarray:
+def rounding(K: np.ndarray, M: np.ndarray, omega: np.ndarray) -> np.ndarray:
     """(n,) relative error that rounding leaves in the frequencies omega (n,) rad/s of (K, M): eps cond / 2, where cond
     is the highest omega^2 of the pencil over the frequency's own. A dense solver of symmetric pencils errs by eps times
     the highest in every omega^2 [LAPACK Users' Guide, 1999, sec. 4.9, with its p(n) taken as 1, as it advises]."""
@@ -96,7 +96,7 @@ def rounding(K: np.ndarray, M: np.ndarray, omega) -> np.ndarray:
     return np.finfo(float).eps / 2 * np.divide(highest, squared, out=np.ones(len(squared)), where=squared > 0)
 
 
-def error_bound(K: np.ndarray, M: np.ndarray, truncation: Truncation, omega) -> np.ndarray:
+def error_bound(K: np.ndarray, M: np.ndarray, truncation: Truncation, omega: np.ndarray) -> np.ndarray:
     """(n,) largest possible omega / omega_full - 1 of the lowest reduced frequencies, with what rounding adds to it;
     inf where nothing can be said, 0 of rigid motions."""
     low = lowest_possible(K, M, truncation, omega)

@@ -7,9 +7,11 @@ does not matter: soft ones resist as well as stiff ones.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 
 from hbm.errors import InputError
@@ -90,8 +92,8 @@ def free_motions(rigid: np.ndarray, model: ReducedModel, B: np.ndarray,
     return unresisted(rigid, floating(rigid, model.K, settings=settings), B, model.body, settings, _lengths(model))
 
 
-def unresisted(rigid: np.ndarray, coefficients: np.ndarray, B, owner: np.ndarray,
-               settings: RigidMotionSettings = SETTINGS, weight=1.0) -> FreeMotions:
+def unresisted(rigid: np.ndarray, coefficients: np.ndarray, B: Any, owner: np.ndarray,
+               settings: RigidMotionSettings = SETTINGS, weight: ArrayLike = 1.0) -> FreeMotions:
     """Those of the motions `coefficients` (6 b, m) of bodies that float which no normal faces by more than `facing`.
 
     B (P, r) normal motion of the pairs; owner (r,) body of each dof; weight : (r,) m - turns displacements into metres.

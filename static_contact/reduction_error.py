@@ -1,7 +1,10 @@
 """What the reduction costs each stuck frequency, and how many modes a wanted accuracy takes."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.linalg as sl
+from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
@@ -11,14 +14,15 @@ from modal.truncation import Truncation, error_bound, join
 from static_contact.detachment import stuck_rows
 
 
-def stuck_error_bound(model: ReducedModel, truncation: Truncation, pairs: ContactTable, hz, *, extra=None
-                      ) -> np.ndarray:
+def stuck_error_bound(model: ReducedModel, truncation: Truncation, pairs: ContactTable, hz: ArrayLike, *,
+                      extra: np.ndarray | None = None) -> np.ndarray:
     """(n,) largest possible f_reduced / f_full - 1 of the lowest stuck frequencies hz (n,); inf where nothing can be
     said. extra (m, r): rows e with springs e'e (declared roll springs), or None."""
     return error_bound(_stuck_stiffness(model, pairs, extra), model.M, truncation, 2 * np.pi * np.asarray(hz))
 
 
-def enough_modes(parts: list[Reduction], targets, pairs: ContactTable, below_hz: float) -> list[int]:
+def enough_modes(parts: list[Reduction], targets: Sequence[float | None], pairs: ContactTable, below_hz: float
+                 ) -> list[int]:
     """Fewest modes of each body with which its own part of the error bound meets its target.
 
     parts - reductions that may hold more than enough modes; targets - largest relative error of the stuck frequencies

@@ -5,12 +5,12 @@ Kept apart, q = rigid c + near, both keep theirs; what the balance then lacks is
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
 
-from static_contact.complementarity import NoEquilibrium
+from static_contact.complementarity import ContactSolution, NoEquilibrium
 from static_contact.rigid_motions import SETTINGS as RIGID
 from static_contact.rigid_motions import floating
 
@@ -53,8 +53,8 @@ class RigidSplit:
         return cls(basis, resisted * (np.abs(resisted).max(axis=0, initial=0.0) > settings.rounding * np.abs(K).max()))
 
 
-def refined(statics, applied: np.ndarray, start: np.ndarray, contact, settings: RefinementSettings = SETTINGS
-            ) -> Balance:
+def refined(statics: Any, applied: np.ndarray, start: np.ndarray, contact: ContactSolution,
+            settings: RefinementSettings = SETTINGS) -> Balance:
     """The balance of the forces `applied` (r,) on the closed set of the solution `contact` to the last digits, from the
     displacement `start` (r,).
 

@@ -1,12 +1,14 @@
 """Without load: can the bodies that float be placed so that no pair overlaps? Then no contact force is needed."""
 
+from typing import Any
+
 import numpy as np
 from scipy.optimize import linprog
 
 FITS = 1e-7      # of the largest gap: overlaps that linear programming takes for none
 
 
-def unstressed(loose: np.ndarray, B, gap: np.ndarray) -> np.ndarray | None:
+def unstressed(loose: np.ndarray, B: Any, gap: np.ndarray) -> np.ndarray | None:
     """(r,) m: combination of the motions `loose` (r, m) of the bodies that float with which no pair overlaps,
     B q <= gap (P,), and the one that leaves most room, up to the largest gap; None where the bodies do not fit.
 

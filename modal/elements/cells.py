@@ -4,6 +4,7 @@ Nodes are numbered as gmsh does: corners, then the middles of edges, of four-sid
 coordinates: tetrahedra in x, y, z >= 0, x + y + z <= 1; hexahedra in [-1, 1]^3; wedges are the triangle times [-1, 1].
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
@@ -98,11 +99,11 @@ class Cell:
         """Number of nodes."""
         return len(self.reference)
 
-    def shape(self, points) -> np.ndarray:
+    def shape(self, points: np.ndarray) -> np.ndarray:
         """(q, n) shape functions at points (q, 3)."""
         return _monomials(points, self.powers) @ self._coefficients
 
-    def gradient(self, points) -> np.ndarray:
+    def gradient(self, points: np.ndarray) -> np.ndarray:
         """(q, 3, n) derivatives of the shape functions with respect to the reference coordinates."""
         parts = []
         for k in range(3):
@@ -119,7 +120,7 @@ class Cell:
         """Columns that turn an inside-out cell around: the nodes with x and y of the reference exchanged."""
         return _find(self.reference, self.reference[:, [1, 0, 2]])
 
-    def columns(self, edges) -> np.ndarray:
+    def columns(self, edges: Sequence[tuple[int, int]]) -> np.ndarray:
         """Columns that bring a cell whose middle nodes come in the order of `edges` (corner pairs) into ours."""
         corner = self.reference[:self.corners]
         theirs = np.vstack([corner, *[corner[list(e)].mean(axis=0) for e in edges]])
@@ -172,7 +173,7 @@ def tables(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return cell.shape(cell.points), cell.gradient(cell.points), cell.weights
 
 
-def smallest_jacobians(kind: str, position, cells) -> np.ndarray:
+def smallest_jacobians(kind: str, position: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """(c, 2) m3: smallest and largest Jacobian determinant over the corners and integration points of each cell.
 
     Both positive: fine. Both negative: numbered inside out. Otherwise the cell is folded or flat.

@@ -42,7 +42,7 @@ class Block:
     kind: str
 
     @classmethod
-    def of(cls, position, kind: str, cells) -> "Block":
+    def of(cls, position: np.ndarray, kind: str, cells: np.ndarray) -> "Block":
         """position (n, 3) m of the mesh's nodes; cells (c, k) indices into it, numbered as gmsh does."""
         from modal.solvers import petsc
 
@@ -70,19 +70,19 @@ class Block:
         return replace(self, V=V, place=place)
 
     @property
-    def dx(self):
+    def dx(self) -> Any:
         """Measure of integrals over the cells, with full Gauss integration."""
         import ufl
 
         return ufl.Measure("dx", domain=self.V.mesh, metadata={"quadrature_degree": CELLS[self.kind][2]})
 
-    def constants(self, *values) -> list:
+    def constants(self, *values: float) -> list:
         """Numbers of a form that change from body to body without a new compilation."""
         from dolfinx import fem
 
         return [fem.Constant(self.V.mesh, np.float64(value)) for value in values]
 
-    def function(self, displacement):
+    def function(self, displacement: np.ndarray) -> Any:
         """A displacement (n, 3) m of the mesh's nodes as a field of forms."""
         from dolfinx import fem
 
@@ -90,7 +90,7 @@ class Block:
         field.x.array[:] = displacement[self.place].ravel()
         return field
 
-    def matrix(self, form) -> sp.csr_matrix:
+    def matrix(self, form: Any) -> sp.csr_matrix:
         """A symmetric bilinear form over all dofs of the mesh (3 i + k for node i), zero rows where no cell is.
 
         One of `one_direction` is taken for each of the three directions.

@@ -8,7 +8,7 @@ from modal.elements.cells import tables
 CHUNK = 2000  # cells at a time
 
 
-def stiffness_and_mass(position, kind: str, cells, lame: float, shear: float, density: float
+def stiffness_and_mass(position: np.ndarray, kind: str, cells: np.ndarray, lame: float, shear: float, density: float
                        ) -> tuple[sp.csr_matrix, sp.csr_matrix]:
     """K (N/m) and consistent M (kg) over all dofs of the mesh (3 i + k for node i), CSR, isotropic linear elasticity.
 
@@ -34,7 +34,8 @@ def stiffness_and_mass(position, kind: str, cells, lame: float, shear: float, de
     return ((K + K.T) / 2).tocsr(), ((M + M.T) / 2).tocsr()
 
 
-def stress_stiffness(position, kind: str, cells, lame: float, shear: float, displacement) -> sp.csr_matrix:
+def stress_stiffness(position: np.ndarray, kind: str, cells: np.ndarray, lame: float, shear: float,
+                     displacement: np.ndarray) -> sp.csr_matrix:
     """K_g (N/m) over all dofs of the mesh, CSR: integral of grad N_a . stress grad N_b, the same in each direction,
     with the linear stress of a displacement (n, 3) m."""
     n = len(position)

@@ -1,6 +1,10 @@
-"""Is a stiffness positive definite? On its diagonal, with the masters fixed, and condensed on them: together, all."""
+"""Is a stiffness positive definite? On its diagonal, with the masters fixed, and condensed on them: together, all.
+
+body : a `body.Body` throughout.
+"""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
@@ -25,7 +29,7 @@ class DefinitenessSettings:
 SETTINGS = DefinitenessSettings()
 
 
-def negative_stiffness(body, what: str) -> InputError:
+def negative_stiffness(body: Any, what: str) -> InputError:
     """The error that says what meets negative stiffness, and that it is the speed where the body turns."""
     speed = body.provenance.get("speed")
     cause = (f"unstable at this speed ({speed}): spin softening and compression exceed the elastic stiffness" if speed
@@ -33,7 +37,7 @@ def negative_stiffness(body, what: str) -> InputError:
     return InputError(f"body '{body.name}': negative stiffness, {what}; {cause}")
 
 
-def check_stiffness_diagonal(body) -> None:
+def check_stiffness_diagonal(body: Any) -> None:
     """InputError where a dof meets no stiffness, or a negative one, with all others fixed."""
     diagonal = body.K.diagonal()
     if (diagonal < 0).any():
@@ -46,7 +50,7 @@ def check_stiffness_diagonal(body) -> None:
                          f"{dof_name(body, i)}: nothing holds it ({int((diagonal == 0).sum())} such dofs)")
 
 
-def check_condensed(body, boundary: np.ndarray, S: np.ndarray) -> None:
+def check_condensed(body: Any, boundary: np.ndarray, S: np.ndarray) -> None:
     """InputError where the stiffness S (b, b) condensed on the dofs `boundary` has a motion with negative stiffness.
 
     Rounding goes with the diagonal of K: where the other masters are an axis of a free body, S itself is zero to
@@ -66,7 +70,7 @@ def check_condensed(body, boundary: np.ndarray, S: np.ndarray) -> None:
                                        f"{dof_name(body, boundary[int(np.abs(shape).argmax())])}") from None
 
 
-def definite_factor(body, interior: np.ndarray, K_II: sp.csr_matrix, M_II: sp.csr_matrix) -> Factor:
+def definite_factor(body: Any, interior: np.ndarray, K_II: sp.csr_matrix, M_II: sp.csr_matrix) -> Factor:
     """Factor of the stiffness with the masters fixed. Raises InputError where a motion meets negative stiffness.
 
     A large matrix has one only where it is positive definite, but of one with little fill CHOLMOD keeps LDL', as

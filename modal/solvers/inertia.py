@@ -6,6 +6,7 @@ missing, stays on the diagonal, which the residual of a solve must bear out.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
@@ -68,7 +69,7 @@ def _mumps(PETSc, A, b):
     return count, None if x is None else x.getArray().copy()
 
 
-def mumps_inertia(PETSc, matrix, right):
+def mumps_inertia(PETSc: Any, matrix: Any, right: Any) -> tuple[int | None, Any]:
     """Negative pivots of a symmetric PETSc matrix over its ranks, None where pivots vanish, and the solution for the
     right-hand side by the same factor; (None, None) without a factor."""
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)

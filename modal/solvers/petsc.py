@@ -2,11 +2,14 @@
 
 import ctypes
 import os
+from typing import Any
+
+import scipy.sparse as sp
 
 _M_MMAP_MAX, _DEFAULT = -4, 65536  # malloc.h of glibc
 
 
-def start():
+def start() -> Any:
     """Import and initialise petsc4py; returns the PETSc module, or None where it is not installed.
 
     What Python dropped since the last call is freed: petsc4py only collects it until it is asked.
@@ -36,7 +39,7 @@ def _give_memory_back():
         mallopt(_M_MMAP_MAX, _DEFAULT)
 
 
-def matrix(PETSc, A):
+def matrix(PETSc: Any, A: Any) -> Any:
     """A SciPy sparse matrix as a PETSc matrix of one process, on the same memory where the types agree."""
     A = A.tocsr()
     A.sort_indices()
@@ -44,7 +47,7 @@ def matrix(PETSc, A):
     return PETSc.Mat().createAIJWithArrays(A.shape, (*index, A.data.astype(float, copy=False)), comm=PETSc.COMM_SELF)
 
 
-def matrix_of_rows(PETSc, rows, comm):
+def matrix_of_rows(PETSc: Any, rows: sp.csr_matrix, comm: Any) -> Any:
     """PETSc matrix over the ranks of `comm` from a CSR matrix (own rows, n) of the rows that this rank holds."""
     own, size = rows.shape
     rows.sort_indices()

@@ -1,6 +1,7 @@
 """Lowest modes by SLEPc: Krylov-Schur on the inverse of K, on one process or on the ranks of an mpirun."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,7 +22,7 @@ class SlepcSettings:
 SETTINGS = SlepcSettings()
 
 
-def start():
+def start() -> Any:
     """The SLEPc module, or None where it is not installed."""
     try:
         from slepc4py import SLEPc
@@ -40,7 +41,8 @@ def lowest_with(factor: Cholmod, M: sp.csr_matrix, asked: int, count: int) -> tu
     return lam, phi
 
 
-def lowest(A, B, count: int, *, factor=None, settings: SlepcSettings = SETTINGS) -> tuple[np.ndarray, list]:
+def lowest(A: Any, B: Any, count: int, *, factor: Any = None, settings: SlepcSettings = SETTINGS
+           ) -> tuple[np.ndarray, list]:
     """omega^2 (m,) ascending and shapes, m PETSc vectors, of the lowest modes of A x = omega^2 B x: m >= count.
 
     A, B : PETSc matrices, A positive definite; factor : that of A where there is one, which is used and left as it is,

@@ -1,5 +1,7 @@
 """Where Newton on the full model ends without an answer: sets of closed pairs by pivoting and proximal points."""
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -27,11 +29,12 @@ class FullSets:
         return gap + np.divide(np.where(closed, N, self.k0 * (u - gap)), self.k0, out=np.zeros(len(gap)),
                                where=self.k0 > 0), residual
 
-    def wrong(self, closed, u, N, gap) -> np.ndarray:
+    def wrong(self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
         return wrong_pairs(self, closed, u, N, gap)
 
-    def solve_set(self, closed, u0, gap, anchor=0.0, at=0.0) -> tuple[np.ndarray, np.ndarray]:
+    def solve_set(self, closed: np.ndarray, u0: Any, gap: np.ndarray, anchor: float = 0.0, at: np.ndarray | float = 0.0
+                  ) -> tuple[np.ndarray, np.ndarray]:
         """u, N (P,) on a set, as `complementarity.NormalContact.solve_set`; the load stands in the equations, not in
         u0."""
         newton, k = self.newton, self.k0

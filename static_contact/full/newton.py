@@ -11,6 +11,7 @@ factors and vectors are distributed (CHOLMOD alone; MUMPS under MPI and for hard
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
@@ -174,28 +175,28 @@ class ContactNewton:
         """This rank's rows of K + C' k C with the pairs' `closed`, 0 or 1."""
         return (self.K + self.C_own.T @ sp.diags(closed * self.k) @ self.C).tocsr()
 
-    def direct(self, ksp):
+    def direct(self, ksp: Any) -> Any:
         """The linear solver: one factorisation each."""
         ksp.setType("preonly")
         ksp.getPC().setType("cholesky")
         ksp.getPC().setFactorSolverType("cholmod" if self.comm.size == 1 and self.definite else "mumps")
         return ksp
 
-    def motion(self, x) -> np.ndarray:
+    def motion(self, x: Any) -> np.ndarray:
         """C x of all pairs, on every rank."""
         return self.comm.tompi4py().allreduce(self.C_own @ x.getArray(readonly=True))
 
-    def residual(self, _, x, F) -> None:
+    def residual(self, _: Any, x: Any, F: Any) -> None:
         """K x + C' max(0, k (C x - gap)) - f in F."""
         self.base.mult(x, F)
         force = np.maximum(self.k * (self.motion(x) - self.gap), 0.0)
         F.getArray()[:] += self.C_own.T @ force - self.f
 
-    def jacobian(self, _, x, J, __) -> None:
+    def jacobian(self, _: Any, x: Any, J: Any, __: Any) -> None:
         """The derivative of `residual` in J."""
         self.set_closed(J, self.motion(x) > self.gap)
 
-    def set_closed(self, J, closed, more=None) -> None:
+    def set_closed(self, J: Any, closed: np.ndarray, more: Any = None) -> None:
         """New values in the old pattern: what is open, or cancels, stays there as zero. more - rows to be added."""
         rows = self._rows(closed) if more is None else (self._rows(closed) + more).tocsr()
         rows.sort_indices()

@@ -6,6 +6,7 @@ are whole on every rank; they are small beside the matrices.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -36,14 +37,14 @@ class Part:
         return clamped
 
 
-def own_rows(comm, size: int) -> tuple[int, int]:
+def own_rows(comm: Any, size: int) -> tuple[int, int]:
     """First and last row, exclusive, of this rank: PETSc's own layout of `size` rows, the first ranks one more."""
     each, more = divmod(size, comm.size)
     low = comm.rank * each + min(comm.rank, more)
     return low, low + each + (comm.rank < more)
 
 
-def distributed_bodies(parts: list[Part], comm, extra: int = 0) -> list[Body]:
+def distributed_bodies(parts: list[Part], comm: Any, extra: int = 0) -> list[Body]:
     """The bodies with the rows of this rank; the others are empty. comm : of PETSc or mpi4py
 
     extra : unknowns behind the dofs of the bodies (hard pairs), which shift the layout.

@@ -1,6 +1,8 @@
 """Stuck modes of the full finite-element model: the cross-check of every reduced frequency."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,6 +14,7 @@ from modal.solvers import petsc
 from modal.solvers.inertia import mumps_inertia
 from static_contact.full.assembled import AssembledBodies
 from static_contact.full.ranks import own_rows
+from static_contact.roll_springs import RollSpring
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,8 @@ class StuckModeSettings:
 SETTINGS = StuckModeSettings()
 
 
-def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs=(), *, together=False) -> np.ndarray:
+def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs: Sequence[RollSpring] = (), *,
+                  together: bool = False) -> np.ndarray:
     """(count,) Hz: lowest modes of the unreduced bodies joined by the stuck springs of the pairs.
 
     springs : RollSpring records on rows of `pairs`; together : all ranks of an mpirun share the work on one problem.
@@ -101,7 +105,7 @@ def _modes_below(PETSc, A, B, lam, residual):
     return negative
 
 
-def distributed(PETSc, matrix: sp.csr_matrix, comm=None):
+def distributed(PETSc: Any, matrix: sp.csr_matrix, comm: Any = None) -> Any:
     """Positive definite PETSc matrix of a CSR matrix that every rank holds: each takes its rows."""
     comm = comm or PETSc.COMM_WORLD
     low, high = own_rows(comm, matrix.shape[0])

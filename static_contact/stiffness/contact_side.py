@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm.errors import InputError, nearest
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
 from static_contact.stiffness.plane_strain import plane_stiffness
 from static_contact.stiffness.rectangular_punch import rectangle_stiffness
 from static_contact.stiffness.rounded_punch import punch_half_width
@@ -50,7 +50,7 @@ class ContactSide:
                 require(name, value, 0, open_low=True, unit="m")
 
 
-def half_width(side: ContactSide, force) -> np.ndarray:
+def half_width(side: ContactSide, force: Values) -> np.ndarray:
     """Half-width of contact (m) under the normal force (N, scalar or array) spread evenly over the length.
 
     Raises InputError where the contact grows into an edge by more than its radius.
@@ -63,7 +63,7 @@ def half_width(side: ContactSide, force) -> np.ndarray:
     return size
 
 
-def side_stiffness(side: ContactSide, force, depth: tuple[float, float] | None = None) -> Stiffness:
+def side_stiffness(side: ContactSide, force: Values, depth: tuple[float, float] | None = None) -> Stiffness:
     """Tangent stiffness (N/m) of the whole smooth side under `force` (N, scalar or array).
 
     Half-spaces in three dimensions; with depth = (d1, d2) m plane strain, against a point that deep in each body.
@@ -74,7 +74,7 @@ def side_stiffness(side: ContactSide, force, depth: tuple[float, float] | None =
     return rectangle_stiffness(side.pair, side.length, 2 * size)
 
 
-def side_compliance(side: ContactSide, forces, depth: tuple[float, float] | None = None) -> np.ndarray:
+def side_compliance(side: ContactSide, forces: Values, depth: tuple[float, float] | None = None) -> np.ndarray:
     """Tangent compliances normal, along, across (3, n), m/N, at `forces` (n,) N: what `approach`, `secant_stiffness`
     and partial_slip integrate, e.g. loop_energy(lambda p: side_compliance(side, p)[2], force, mu, amplitude)."""
     stiffness = side_stiffness(side, np.asarray(forces, dtype=float), depth)

@@ -11,6 +11,8 @@ import numpy as np
 
 from hbm.errors import InputError
 
+Values = float | np.ndarray
+
 
 def require(name: str, value: Any, low: float, high: float = np.inf, *, open_low: bool = False, unit: str = "") -> Any:
     """Return `value` if all of it is a finite number within low..high (above low with open_low), else InputError."""
@@ -81,9 +83,9 @@ class MaterialPair:
 class Stiffness(NamedTuple):
     """Stiffness of the pair (compliances of both bodies added): N/m, or N/m2 where per unit length of a line."""
 
-    normal: float
-    along: float   # tangential, along the length (axis of the damper, t1)
-    across: float  # tangential, across it (t2)
+    normal: Values
+    along: Values   # tangential, along the length (axis of the damper, t1)
+    across: Values  # tangential, across it (t2)
 
     def scaled(self, factor: float) -> "Stiffness":
         """All three components times `factor`."""

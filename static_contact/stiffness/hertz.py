@@ -8,21 +8,21 @@ cylinder of length L on half-spaces is the stiffness of a flat punch of L x 2a.
 
 import numpy as np
 
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values
 from static_contact.stiffness.rectangular_punch import rectangle_stiffness
 
 
-def hertz_half_width(load, radius, e_star) -> np.ndarray:
+def hertz_half_width(load: Values, radius: Values, e_star: Values) -> np.ndarray:
     """Half-width (m) of the line contact of relative radius R (m) under P (N/m)."""
     return np.sqrt(4 * np.asarray(load) * radius / (np.pi * e_star))
 
 
-def hertz_peak_pressure(load, half_width) -> np.ndarray:
+def hertz_peak_pressure(load: Values, half_width: Values) -> Values:
     """Pressure (Pa) on the centre line."""
     return 2 * load / (np.pi * half_width)
 
 
-def hertz_stiffness(pair: MaterialPair, length, radius, force) -> Stiffness:
+def hertz_stiffness(pair: MaterialPair, length: Values, radius: Values, force: Values) -> Stiffness:
     """Tangent stiffness (N/m), normal and tangential, of a cylinder of `length` and relative `radius` (m) under a
     normal `force` (N)."""
     return rectangle_stiffness(pair, length, 2 * hertz_half_width(force / length, radius, pair.E_star))

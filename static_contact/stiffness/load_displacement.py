@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from static_contact.stiffness.elastic_constants import require
+from static_contact.stiffness.elastic_constants import Values, require
 
 PANELS, POINTS = 50, 12
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(POINTS)
@@ -33,7 +33,7 @@ def secant_stiffness(compliance: Callable, load: float) -> np.ndarray:
     return load / approach(compliance, load)
 
 
-def graded_nodes(lower, upper) -> tuple[np.ndarray, np.ndarray]:
+def graded_nodes(lower: Values, upper: Values) -> tuple[np.ndarray, np.ndarray]:
     """Gauss nodes and weights, each (..., PANELS * POINTS), on lower..upper (scalars or arrays, 0 <= lower <= upper).
 
     The panels halve towards zero, so the nearest singularity stays two panel lengths away and 12 points are exact to

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from numbers import Integral
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, nearest
 from static_contact.stiffness.contact_side import ContactSide, half_width, side_compliance, side_stiffness
@@ -107,15 +108,15 @@ def nodal_stiffness(side: ContactSide, force: float, n_nodes: int, model: Stiffn
         total = Stiffness(*secant_stiffness(lambda loads: side_compliance(side, loads, model.depth), force))
     if model.roughness is not None:
         total = total.in_series_with(rough_stiffness(side.pair, force, model.roughness))
-    per_node = Stiffness(*(float(k) * model.scale / n_nodes for k in total))
+    kn, along, across = (float(k) * model.scale / n_nodes for k in total)
+    depth = None if model.depth is None else (float(model.depth[0]), float(model.depth[1]))
     return NodalStiffness(
-        kn=per_node.normal, kt=(per_node.along + per_node.across) / 2, kt_along=per_node.along,
-        kt_across=per_node.across, n_nodes=int(n_nodes), model=model.name, kind=model.kind, load=float(force),
-        size=float(half_width(side, force)), length=float(side.length), pair=side.pair, scale=float(model.scale),
-        depth=model.depth, roughness=model.roughness)
+        kn=kn, kt=(along + across) / 2, kt_along=along, kt_across=across, n_nodes=int(n_nodes), model=model.name,
+        kind=model.kind, load=float(force), size=float(half_width(side, force)), length=float(side.length),
+        depth=depth, roughness=model.roughness, scale=float(model.scale), pair=side.pair)
 
 
-def given_stiffness(given, n_nodes: int, force: float, length: float, pair: MaterialPair | None = None
+def given_stiffness(given: ArrayLike, n_nodes: int, force: float, length: float, pair: MaterialPair | None = None
                     ) -> NodalStiffness:
     """The record of known values, (kn, kt) or (kn, kt_along, kt_across) per node, N/m, for which no theory is needed.
 

@@ -7,6 +7,7 @@ sec. 7.1: the stiffness is proportional to the number of active nodes] unless th
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from hbm.errors import InputError
@@ -19,7 +20,7 @@ def equal_weights(n_nodes: int) -> np.ndarray:
     return np.full(int(n_nodes), 1 / int(n_nodes))
 
 
-def tributary_weights(axial, across=None) -> np.ndarray:
+def tributary_weights(axial: ArrayLike, across: ArrayLike | None = None) -> np.ndarray:
     """Weights (n,) by tributary area; node positions (n,) m along the axis, and across it where there are rows.
 
     Half the distance to each neighbour; end nodes reach to their own position only. Rows and stations must form a
@@ -39,7 +40,8 @@ def tributary_weights(axial, across=None) -> np.ndarray:
     return station[1][station[0]] * row[1][row[0]]
 
 
-def nodal_values(total: float, weights, active=None, conserve: bool = False) -> np.ndarray:
+def nodal_values(total: float, weights: ArrayLike, active: ArrayLike | None = None, conserve: bool = False
+                 ) -> np.ndarray:
     """Stiffness of each node (n,), N/m: total times weight, 0 where not `active` (n,) bool.
 
     conserve=False: active nodes keep their weight in the full patch; True: they take over the whole total.

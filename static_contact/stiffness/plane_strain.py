@@ -14,10 +14,11 @@ integrated compliance is his eq. 5.56).
 
 import numpy as np
 
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
 
 
-def plane_compliance(half_width, depth, E: float, nu: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def plane_compliance(half_width: Values, depth: Values, E: float, nu: float
+                     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compliances (normal, across, along) of one body, m2/N; half_width and depth in m, scalar or array."""
     require("half_width", half_width, 0, open_low=True, unit="m")
     require("depth", depth, 0, open_low=True, unit="m")
@@ -27,7 +28,7 @@ def plane_compliance(half_width, depth, E: float, nu: float) -> tuple[np.ndarray
     return plane * (spread - shape), plane * (spread + shape), (1 + nu) / (np.pi * E) * spread
 
 
-def plane_stiffness(pair: MaterialPair, half_width, depth1, depth2) -> Stiffness:
+def plane_stiffness(pair: MaterialPair, half_width: Values, depth1: Values, depth2: Values) -> Stiffness:
     """Tangent stiffness per length (N/m2) of the pair; each body has its own reference depth (m), none by default."""
     first = plane_compliance(half_width, depth1, pair.E1, pair.nu1)
     second = plane_compliance(half_width, depth2, pair.E2, pair.nu2)

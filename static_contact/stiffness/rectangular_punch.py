@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
 
 TABLE = Path(__file__).with_name("rectangular_punch_table.csv")
 LONGEST = 1e8  # length / width at the end of the table
 ASPECT_NODES, NU_NODES = 33, 6
 
 
-def rectangle_stiffness(pair: MaterialPair, length, width) -> Stiffness:
+def rectangle_stiffness(pair: MaterialPair, length: Values, width: Values) -> Stiffness:
     """Normal, along and across stiffness (N/m) of a flat contact `length` x `width` (m, scalars or arrays).
 
     Rigid punch in the sense that all points of the contact move together; sharp edges; no coupling (beta = 0).
@@ -36,7 +36,7 @@ def rectangle_stiffness(pair: MaterialPair, length, width) -> Stiffness:
     return Stiffness(*(k[()] for k in (pair.E_star * longer / normal, shear / along, shear / across)))
 
 
-def rectangle_compliance(aspect, nu) -> tuple[np.ndarray, np.ndarray]:
+def rectangle_compliance(aspect: Values, nu: Values) -> tuple[np.ndarray, np.ndarray]:
     """Dimensionless compliance (along the longer side, along the shorter side), aspect >= 1, 0 <= nu <= 0.5."""
     require("aspect", aspect, 1)
     require("nu", nu, 0, 0.5)
@@ -51,12 +51,12 @@ def rectangle_compliance(aspect, nu) -> tuple[np.ndarray, np.ndarray]:
     return tuple(values)
 
 
-def slender_strip_stiffness(pair: MaterialPair, length, half_width) -> np.ndarray:
+def slender_strip_stiffness(pair: MaterialPair, length: Values, half_width: Values) -> np.ndarray:
     """Normal stiffness (N/m) of a rigid strip, first order in 1/log: pi E* L / (2 (ln(4 L/a) - 1)). For comparison."""
     return np.pi * pair.E_star * length / (2 * (np.log(4 * length / half_width) - 1))
 
 
-def uniform_line_stiffness(pair: MaterialPair, length, half_width) -> np.ndarray:
+def uniform_line_stiffness(pair: MaterialPair, length: Values, half_width: Values) -> np.ndarray:
     """Load over displacement at mid-length (N/m) of a uniform line load: pi E* L / (2 ln(2 L/a)). For comparison."""
     return np.pi * pair.E_star * length / (2 * np.log(2 * length / half_width))
 

@@ -15,6 +15,7 @@ cells refined towards the edges as (cell/n)^2, and Richardson extrapolation over
 
 from functools import lru_cache
 from math import asinh, sinh, sqrt
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -117,7 +118,7 @@ def _extrapolate(meshes, values):
     return np.linalg.solve(np.array([[n ** -float(p) for p in powers] for n in meshes]), np.array(values))[0]
 
 
-def write_table(path=TABLE) -> None:
+def write_table(path: str | Path = TABLE) -> None:
     """Columns: length/width, nu, compliance along and across, estimated error of each; a line at a time."""
     with open(path, "w", encoding="ascii") as file:
         file.write("aspect,nu,along,across,error_along,error_across\n")

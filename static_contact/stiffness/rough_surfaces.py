@@ -9,7 +9,7 @@ part of the nominal area.
 
 from dataclasses import dataclass
 
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
+from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
 from static_contact.stiffness.elliptical_punch import ellipse_stiffness
 
 
@@ -25,7 +25,7 @@ class Roughness:
         require("gamma", self.gamma, 0, open_low=True)
 
 
-def rough_stiffness(pair: MaterialPair, force, roughness: Roughness) -> Stiffness:
+def rough_stiffness(pair: MaterialPair, force: Values, roughness: Roughness) -> Stiffness:
     """Tangent stiffness (N/m) of the rough interface alone under the normal force N (N)."""
     require("force", force, 0, open_low=True, unit="N")
     normal = force / (roughness.gamma * roughness.h_rms)

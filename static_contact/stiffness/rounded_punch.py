@@ -15,12 +15,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from hbm.errors import InputError
-from static_contact.stiffness.elastic_constants import require
+from static_contact.stiffness.elastic_constants import Values, require
 from static_contact.stiffness.hertz import hertz_half_width
 from static_contact.stiffness.load_displacement import graded_nodes
 
 
-def punch_load(half_width, flat_half_width, radius, e_star) -> np.ndarray:
+def punch_load(half_width: Values, flat_half_width: Values, radius: Values, e_star: Values) -> np.ndarray:
     """Load per length P (N/m) that opens the contact to `half_width` a >= b (m); R > 0."""
     a, b = np.asarray(require("half_width", half_width, 0, unit="m"), dtype=float), flat_half_width
     require("flat_half_width", b, 0, unit="m")
@@ -34,12 +34,12 @@ def punch_load(half_width, flat_half_width, radius, e_star) -> np.ndarray:
     return e_star * b**2 / (2 * radius) * _opening(s / b)
 
 
-def punch_half_width(load, flat_half_width, radius, e_star) -> np.ndarray:
+def punch_half_width(load: Values, flat_half_width: Values, radius: Values, e_star: Values) -> np.ndarray:
     """Half-width of contact a (m) under P (N/m), scalar or array; 0 <= b, 0 <= R, not both zero."""
     return np.hypot(flat_half_width, _rim(load, flat_half_width, radius, e_star))
 
 
-def punch_pressure(x, load, flat_half_width, radius, e_star) -> np.ndarray:
+def punch_pressure(x: Values, load: Values, flat_half_width: Values, radius: Values, e_star: Values) -> np.ndarray:
     """Pressure (Pa) at `x` (m, scalar or array, measured from the centre) under P (N/m, scalar); 0 outside."""
     rim, b = _rim(load, flat_half_width, radius, e_star), flat_half_width
     x = np.abs(np.asarray(require("x", x, -np.inf, unit="m"), dtype=float))
@@ -47,7 +47,7 @@ def punch_pressure(x, load, flat_half_width, radius, e_star) -> np.ndarray:
     inside = beyond < rim**2 if radius else x < b
     if radius == 0:
         return np.where(inside, load / (np.pi * np.sqrt(np.where(inside, -beyond, 1.0))), 0.0)[()]
-    over_flat = x < b
+    over_flat = np.asarray(x < b)
     # one variable for both zones, free of the root at its lower end: v^2 = a'^2 - max(b, x)^2
     top = np.where(over_flat, rim, np.sqrt(np.where(inside & ~over_flat, rim**2 - beyond, 0.0)))
     v, weight = graded_nodes(0.0, top)
@@ -58,7 +58,7 @@ def punch_pressure(x, load, flat_half_width, radius, e_star) -> np.ndarray:
     return np.where(inside, e_star / (np.pi * radius) * integral, 0.0)[()]
 
 
-def punch_peak(load, flat_half_width, radius, e_star) -> tuple[float, float]:
+def punch_peak(load: Values, flat_half_width: Values, radius: Values, e_star: Values) -> tuple[float, float]:
     """Position x >= 0 (m) and value (Pa) of the largest pressure; R > 0 (a sharp edge has no finite peak).
 
     With w = sqrt(a^2/x^2 - 1) b/s the condition dp/dx = 0 reads  w atanh(w) = (b/s) atan(s/b),  0 < w < 1.
