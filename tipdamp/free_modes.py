@@ -31,6 +31,7 @@ class FreeModes:
 
     @property
     def warnings(self) -> list[str]:
+        """One sentence where no mode is named."""
         if self.named:
             return []
         a, b = self.pair
@@ -69,7 +70,8 @@ def named_modes(blades: ReducedModel, one: np.ndarray, two: np.ndarray) -> FreeM
 
 def band(given: tuple[float, float] | None, modes: FreeModes) -> tuple[float, float]:
     """Band of the free response, Hz: the study's, or around the two modes."""
-    return given or tuple(float(f"{f(modes.pair) * c:.2g}") for f, c in zip((min, max), BESIDE, strict=True))
+    low, high = (float(f"{f(modes.pair) * c:.2g}") for f, c in zip((min, max), BESIDE, strict=True))
+    return given or (low, high)
 
 
 def band_warnings(limits: tuple[float, float], modes: FreeModes) -> list[str]:

@@ -55,9 +55,10 @@ def side_stiffness(study: Study, pairs: ContactTable, materials: dict[str, Modul
         if side.given:
             found[name] = given_stiffness((side.kn, side.kt), count, forces[name], length)
             continue
-        model = StiffnessModel(
-            MODELS.get(contact.stiffness, contact.stiffness), contact.kind, side.depth or None,
-            Roughness(side.h_rms, side.gamma) if contact.stiffness == "rough_series" else None, contact.scale)
+        depth = (side.depth[0], side.depth[1]) if side.depth else None
+        roughness = None if side.h_rms is None or side.gamma is None else Roughness(side.h_rms, side.gamma)
+        model = StiffnessModel(MODELS.get(contact.stiffness, contact.stiffness), contact.kind, depth, roughness,
+                               contact.scale)
         found[name] = nodal_stiffness(contact_side(side, length, materials[name]), forces[name], count, model)
     return found
 

@@ -5,11 +5,12 @@ import json
 import logging
 import os
 import socket
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class Store:
         return path
 
     @contextmanager
-    def writing(self, name: str):
+    def writing(self, name: str) -> Iterator[Path]:
         """A temporary path that takes its final name only when the block ends well: no partial file is ever left."""
         final = self.path(name)
         final.parent.mkdir(parents=True, exist_ok=True)
@@ -48,6 +49,7 @@ class Store:
             temporary.unlink(missing_ok=True)
 
     def write_json(self, name: str, content: dict) -> None:
+        """Write numbers, arrays and texts as JSON; what is not a finite number becomes null."""
         with self.writing(name) as path:
             path.write_text(json.dumps(plain(content), indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
@@ -73,6 +75,7 @@ class Store:
             held.release()
 
     def read_json(self, name: str) -> dict:
+        """Content of a JSON file; InputError where it is absent or damaged."""
         if not self.path(name).is_file():
             raise InputError(f"{self.path(name)} is not there yet")
         try:
@@ -102,7 +105,8 @@ class Store:
     def is_current(self, stage: str, key: str) -> bool:
         """Finished with this key, and its files are still there."""
         record = self.record(stage)
-        return bool(record) and record["key"] == key and all(self.path(o).is_file() for o in record["outputs"])
+        return (record is not None and record["key"] == key
+                and all(self.path(o).is_file() for o in record["outputs"]))
 
     def edited(self, stage: str) -> list[str]:
         """Files of a stage that somebody has changed since it wrote them."""
@@ -110,7 +114,7 @@ class Store:
         return [o for o, mark in outputs.items() if self.path(o).is_file() and fingerprint(self.path(o)) != mark]
 
     @contextmanager
-    def running(self, stage: str):
+    def running(self, stage: str) -> Iterator[dict]:
         """Set the record of a stage aside while it runs, so that an interrupted one is simply run again.
 
         Yields the outputs that it had. When it fails before any of them was touched, the record comes back.
@@ -128,7 +132,7 @@ class Store:
             raise
         aside.unlink(missing_ok=True)
 
-    def finish(self, stage: str, key: str, outputs, seconds: float, before: dict | None = None) -> None:
+    def finish(self, stage: str, key: str, outputs: Iterable[str], seconds: float, before: dict | None = None) -> None:
         """Record the stage; files of its last run that it did not write again are removed.
 
         before - {file: fingerprint} of the last run; a file that has changed since is not the program's, and stays
@@ -152,7 +156,7 @@ def _tell_damaged(path: Path, reason: str) -> None:
     logging.getLogger("tipdamp").warning("%s is damaged (%s); the stage counts as not run", path, reason)
 
 
-def fingerprint(*parts) -> str:
+def fingerprint(*parts: Any) -> str:
     """One hash of files (Path) and plain values."""
     digest = hashlib.sha256()
     for part in parts:
@@ -164,7 +168,7 @@ def fingerprint(*parts) -> str:
     return digest.hexdigest()[:16]
 
 
-def plain(value):
+def plain(value: Any) -> Any:
     """numpy numbers and arrays, tuples and paths as what JSON knows; what is not a finite number becomes null."""
     if isinstance(value, dict):
         return {str(k): plain(v) for k, v in value.items()}

@@ -29,6 +29,6 @@ def full_model_check(study: Study, model: ReducedModel, truncation: Truncation, 
         tick(0.8 + 0.2 * i / len(sets), f"full model, {name}")
         full = full_stuck_hz(bodies, pairs, len(reduced), springs)
         bound = stuck_error_bound(model, truncation, pairs, reduced, extra=spring_rows(model, pairs, springs))
-        found[name] = FullModelCheck(reduced_hz=reduced, full_hz=full, error_bound=bound,
+        found[name] = FullModelCheck(reduced_hz=tuple(reduced), full_hz=tuple(full), error_bound=tuple(bound),
                                      largest_error=float(np.abs(reduced / full - 1).max(initial=0.0)))
     return found

@@ -20,6 +20,7 @@ from tipdamp.bodies.read import read_meshes
 from tipdamp.progress import Tick
 from tipdamp.stages.results import Reduction
 from tipdamp.stiffness import side_materials, with_values
+from tipdamp.study.schema import Blades, Damper
 from tipdamp.study.view import Study
 
 FIRST_CUT_HZ = 4 * CHECK_BELOW_HZ   # modes up to here at first, where an error is asked for
@@ -76,14 +77,14 @@ def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
             part.model.loads[case] = part.condense_dofs(force)
     blades, damper = parts
     return ReducedBodies(assemble(blades.model, damper.model), pairs, meshes, (blades, damper),
-                         join(blades.truncation, damper.truncation), side_moduli, pull.along_axis)
+                         join(*(p.truncation for p in parts if p.truncation is not None)), side_moduli, pull.along_axis)
 
 
 def reduce_bodies(study: Study, bodies: list[Body], masters: dict, forces: dict, pairs: ContactTable,
                   tick: Tick) -> list[BodyReduction]:
     """Reductions with the modes that the study asks for: a number, all below a frequency, or enough for an error; and
     the static shapes of the forces {body: {case: (d,) N}} where it asks for them."""
-    settings = {BLADES: study.blades, DAMPER: study.damper}
+    settings: dict[str, Blades | Damper] = {BLADES: study.blades, DAMPER: study.damper}
 
     def reduced(body: Body, cut_hz: float | None) -> BodyReduction:
         given = settings[body.name]

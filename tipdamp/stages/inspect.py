@@ -108,7 +108,7 @@ def line(store: Store) -> str:
     found = InspectResult.load(store)
     lines = [", ".join(f"{n} pairs on side '{s}'" for s, n in found.pairs.items())]
     for name, b in found.bodies.items():
-        if b.nodes is None:
+        if b.moving_mass_kg is None:             # given matrices
             lines.append(f"{name}: {b.dofs} dofs")
             continue
         size = " x ".join(f"{1e3 * (high - low):.4g}" for low, high in zip(*b.box_m, strict=True))

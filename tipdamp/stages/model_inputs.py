@@ -40,7 +40,7 @@ def declared_springs(study: Study, pairs: ContactTable) -> list[RollSpring]:
         one_row = len(np.unique(mine.row[mine.carrying])) == 1
         if side.shape != "cylinder" and side.rows == "edge" and one_row and side.roll_stiffness != 0:
             given = None if side.roll_stiffness == "from_flat" else side.roll_stiffness
-            springs += roll_springs(pairs, name, side.width, given)
+            springs += roll_springs(pairs, name, side.width or 0.0, given)
     return springs
 
 

@@ -47,7 +47,8 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
                  **{f"[loads.{name}]": case.reactions for name, case in cases.items()}}
     PreloadResult(
         sides=side_forces(found.pairs, rest.forces, rest.balance), residual=found.residual,
-        iterations=found.iterations, **rest.facts, stiffness=made, cases=cases, warnings=reaction_warnings(reactions),
+        iterations=found.iterations, **rest.facts, stiffness=made, cases=cases,
+        warnings=tuple(reaction_warnings(reactions)),
         kn_kt_N_per_m={s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()) for s in pairs.sides},
     ).save(store)
     files = ["preload_friction.csv"] if study.preload.friction else []

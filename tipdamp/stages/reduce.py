@@ -1,5 +1,7 @@
 """Stage reduce: the reduced model and the contact pairs of the whole patch; modes and response without damper."""
 
+from typing import Any
+
 import numpy as np
 
 from hbm.balance.receptance import linear_response
@@ -20,10 +22,10 @@ from tipdamp.visualization import keep_bodies
 
 def reduce(study: Study, store: Store, tick: Tick) -> list[str]:
     """Meshes to a reduced model and the contact pairs of the whole patch; free modes and linear response."""
-    files = []
+    files: list[str] = []
     if "model" in study:
         model, pairs = given_model(study)
-        found = {"reduction": size_of(model)}
+        found: dict[str, Any] = {"reduction": size_of(model)}
     else:
         reduced = reduced_model(study, tick)
         model, pairs = reduced.model, reduced.pairs
@@ -65,7 +67,7 @@ def free_response(study: Study, blades: ReducedModel, limits: tuple[float, float
     rows = outputs(study, blades)
     x = np.abs(linear_response(blades, None, excitation(study, blades), hz, ratio(study.free.damping_ratio), rows))
     names = np.array([name.rpartition(":")[0] for name in rows])
-    return FreeResponse(hz=hz, m_per_N={p: x[:, names == p].max(axis=1) for p in study.respond.patches})
+    return FreeResponse(hz=tuple(hz), m_per_N={p: x[:, names == p].max(axis=1) for p in study.respond.patches})
 
 
 def line(store: Store) -> str:

@@ -18,7 +18,7 @@ from tipdamp import friction
 from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Tick
 from tipdamp.stages.model_inputs import declared_springs, excitation, outputs, ratio
-from tipdamp.stages.results import BackCurve, CurveResult, LawResult, Peak, RespondResult
+from tipdamp.stages.results import BackCurve, CurveResult, Peak, RespondResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.schema import Respond
@@ -66,8 +66,8 @@ def respond(study: Study, store: Store, tick: Tick) -> list[str]:
         hz = np.linspace(*settings.band, POINTS)
         np.savez(path, frequency=hz, response=assembly.linear(settings, hz, 1.0),
                  output_names=np.array(list(assembly.rows)))
-    law = LawResult(name=settings.law.name, parameters=settings.law.parameters)
-    RespondResult(responses=found, law=law, zeta=settings.damping_ratio, stuck_difference=difference).save(store)
+    RespondResult(responses=tuple(found), law=settings.law, zeta=settings.damping_ratio,
+                  stuck_difference=difference).save(store)
     return [case.file for case in found]
 
 
@@ -113,7 +113,7 @@ def curve_result(settings: Respond, kept: ContactTable, curve: ForcedResponse, b
                        failed_points=(~one.converged).sum(), seconds=one.seconds) for one in back]
     return CurveResult(
         **case, **dict(top), patches=patches, points=len(curve.frequency), failed_points=(~curve.converged).sum(),
-        slipping_pairs=pair_names(kept, curve.slipping_pairs), seconds=curve.seconds,
+        slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)), seconds=curve.seconds,
         residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended, origin=curve.origin,
         start=curve.start, peak_inside_band=top.peak_hz is not None and low < top.peak_hz < high,
         back=other[0] if other else None)

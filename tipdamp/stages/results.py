@@ -9,22 +9,21 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from hbm.errors import InputError
 from tipdamp.store import Store, plain
+from tipdamp.study.law import LawChoice
 
 T = TypeVar("T")
 Number = Annotated[float | None, BeforeValidator(plain)]
-Numbers = Annotated[tuple[float | None, ...], BeforeValidator(plain)]
+Numbers = Annotated[tuple[float, ...], BeforeValidator(plain)]
 Texts = tuple[str, ...]
 
 
 class Record(BaseModel):
     """Frozen, read by attribute; a name that it does not have is an error."""
-
     model_config = ConfigDict(frozen=True, extra="forbid", from_attributes=True)
 
 
 class Result(Record):
     """The record of a stage: `file` in the results folder."""
-
     file: ClassVar[str]
     warnings: Texts = ()
 
@@ -49,7 +48,6 @@ class Result(Record):
 class InspectedBody(Record):
     """A body as read. Given matrices have `dofs` alone; mass (x, y, z) and rigid modes are known once the body is
     assembled. first_hz - bounds of the first natural frequency of a solid of this size (blades)."""
-
     dofs: int | None = None
     file: str | None = None
     format: str | None = None
@@ -69,7 +67,6 @@ class InspectedBody(Record):
 class SideCheck(Record):
     """Geometry of the pairs of one side; length_m, across_m - extent along t1 and t2; force_per_pull - N on the side
     for 1 N of pull without friction, None with the reason in `trouble`."""
-
     pairs: int
     stations: int
     rows: int
@@ -86,7 +83,6 @@ class SideCheck(Record):
 
 class InspectResult(Result):
     """inspect.json. pairs {side: number}; side_moduli {side: E, nu of the blade, E, nu of the damper}."""
-
     file: ClassVar[str] = "inspect.json"
     bodies: dict[str, InspectedBody]
     pairs: dict[str, int] = {}
@@ -99,7 +95,6 @@ class InspectResult(Result):
 
 class Reduction(Record):
     """Size of the reduction; modes {body: fixed-interface modes}, load_modes {body: static shapes of loads}."""
-
     dofs: int
     masters: int
     modes: dict[str, int]
@@ -108,7 +103,6 @@ class Reduction(Record):
 
 class FreeResponse(Record):
     """Linear response without damper: largest amplitude over each patch per newton, m_per_N {patch: values at hz}."""
-
     hz: Numbers
     m_per_N: dict[str, Numbers]
 
@@ -116,7 +110,6 @@ class FreeResponse(Record):
 class ReduceResult(Result):
     """reduce.json. rows {side: rows of the patch}; side_materials {side: E, nu, E, nu} where a model needs them;
     free_hz {'out_of_phase', 'in_phase'}, empty where no mode is of both blades."""
-
     file: ClassVar[str] = "reduce.json"
     reduction: Reduction
     rows: dict[str, int]
@@ -131,21 +124,23 @@ class ReduceResult(Result):
 
 # ---- preload ---------------------------------------------------------------------------------------------------
 
-class SideForces(Record):
-    """Preload of one side: sum over its closed pairs, range, number of open pairs, and the sum that equilibrium asks
-    for; balance_error - unbalanced part of the load on the damper."""
-
+class SideLoad(Record):
+    """Contact forces of one side: sum over its closed pairs, the largest, number of open pairs."""
     sum_N: float
-    min_N: float
     max_N: float
     detached: int
+
+
+class SideForces(SideLoad):
+    """Preload of one side beside the sum that equilibrium asks for; balance_error - unbalanced part of the load on the
+    damper."""
+    min_N: float
     equilibrium_N: float
     balance_error: Number
 
 
 class SideStiffness(Record):
     """Nodal stiffness of one side and what it was made from; None where it does not apply."""
-
     model: str
     kn_N_per_m: float
     kt_N_per_m: float
@@ -166,7 +161,6 @@ class SideStiffness(Record):
 
 class FrictionFacts(Record):
     """State with friction at the end of the history; without_friction_N {side: N} of the frictionless equilibrium."""
-
     slipping_pairs: int
     closed_pairs: int
     largest_T_N: float
@@ -176,23 +170,13 @@ class FrictionFacts(Record):
 
 class FreeMotion(Record):
     """Rigid motion of the damper that no contact resists, and the load along it."""
-
     name: str
     unit: str
     load: float
 
 
-class SideLoad(Record):
-    """Contact forces of one side in a load case."""
-
-    sum_N: float
-    max_N: float
-    detached: int
-
-
 class LoadCasePreload(Record):
     """Preload of a further load case; reactions {motion: N, rolls N m} taken up in the reference state."""
-
     file: str
     sides: dict[str, SideLoad]
     residual: float
@@ -203,7 +187,6 @@ class LoadCasePreload(Record):
 class PreloadResult(Result):
     """preload.json. kn_kt_N_per_m {side: mean kn, mean kt}; stiffness {side: ...}, empty with a table of one's own;
     friction - None without; reactions {motion: amount} of the constraints that stand in for missing contact."""
-
     file: ClassVar[str] = "preload.json"
     sides: dict[str, SideForces]
     residual: float
@@ -221,7 +204,6 @@ class PreloadResult(Result):
 
 class OfSets(Record, Generic[T]):
     """A value for each set of stuck pairs: the whole patch, the whole line, the kept stations."""
-
     full_area: T
     full_line: T
     tuned: T
@@ -229,31 +211,27 @@ class OfSets(Record, Generic[T]):
 
 class Stations(Record):
     """Stations kept at each end; front counts those with the smaller coordinate."""
-
     front: int
     back: int
 
 
 class TuneStep(Stations):
     """One set of stations that was tried; mac - energy-weighted MAC of the tracked mode with the free one."""
-
     hz: float
     mac: float
 
 
 class FullModelCheck(Record):
     """Stuck frequencies of the reduced and of the full model; error_bound - relative, from the reduction alone."""
-
     reduced_hz: Numbers
     full_hz: Numbers
     largest_error: float
-    error_bound: Numbers = ()
+    error_bound: Annotated[tuple[float | None, ...], BeforeValidator(plain)] = ()
 
 
 class Redistribution(Record):
     """How the preload came onto the kept stations. Scaled: factor of each side and the moment left about the axis;
     solved again: constraint reactions and residual, with friction its figures."""
-
     scale: dict[str, float] = {}
     moment_Nm: float | None = None
     reactions: dict[str, float] = {}
@@ -263,7 +241,6 @@ class Redistribution(Record):
 
 class KeptCase(Record):
     """Contact forces of a load case on the kept pairs, or why there is no equilibrium (`refused`)."""
-
     sides: dict[str, SideLoad] = {}
     reactions: dict[str, float] = {}
     residual: float | None = None
@@ -272,7 +249,6 @@ class KeptCase(Record):
 
 class TuneResult(Result):
     """tune.json. full_model_check {set: ...}, empty where matrices were given; target_hz - None for given stations."""
-
     file: ClassVar[str] = "tune.json"
     target_hz: float | None
     tuned_pairs: Stations
@@ -292,7 +268,6 @@ class TuneResult(Result):
 class Peak(Record):
     """Largest peak over the nodes of a patch, half of peak-to-peak along the force; min_peak_m - of its smallest
     node."""
-
     peak_hz: Number
     peak_m: Number
     min_peak_m: Number
@@ -300,7 +275,6 @@ class Peak(Record):
 
 class BackCurve(Peak):
     """The same curve followed from the other end of the band."""
-
     complete: bool
     ended: str
     failed_points: int
@@ -310,7 +284,6 @@ class BackCurve(Peak):
 class CurveResult(Peak):
     """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names`;
     back - None where the band was followed one way."""
-
     file: str
     Fe_N: float
     H: int
@@ -328,19 +301,11 @@ class CurveResult(Peak):
     back: BackCurve | None = None
 
 
-class LawResult(Record):
-    """Contact law of the response with its own parameters in SI units."""
-
-    name: str
-    parameters: dict[str, float] = {}
-
-
 class RespondResult(Result):
     """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest difference from the
     linear stuck response over its peak} of the curves on which no pair slips."""
-
     file: ClassVar[str] = "respond.json"
     responses: tuple[CurveResult, ...]
-    law: LawResult
+    law: LawChoice
     zeta: Numbers
     stuck_difference: dict[str, float] = {}

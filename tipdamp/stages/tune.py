@@ -106,8 +106,11 @@ def _keep(study, assembly, line, follow, tick) -> Detachment:
 
 def ends_kept(study: Study, line: ContactTable) -> tuple[int, int]:
     """(front, back) stations that the study keeps."""
-    stations = int(line.station.max()) + 1
-    return ((stations + 1) // 2, stations // 2) if study.tune.stations == "all" else study.tune.stations
+    if study.tune.stations == "all":
+        stations = int(line.station.max()) + 1
+        return (stations + 1) // 2, stations // 2
+    front, back = study.tune.stations
+    return front, back
 
 
 def _full_model_check(study, store, model, sets, stuck, tick) -> dict[str, FullModelCheck]:

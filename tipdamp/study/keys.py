@@ -14,9 +14,10 @@ def reference() -> str:
              "`[units]`; all lengths, forces, stresses and densities of the file, mesh coordinates included, are in "
              "them. Frequencies are in Hz.", "", "## [units]", "", "| key | choices (first: default) |", "|---|---|",
              *(f"| `{k}` | {', '.join(v)} |" for k, v in UNITS.items()), *_table("top of the file", Top)]
-    after = {"material": ("[material.NAME], one for each other material", OtherMaterial),
-             "contact": ("[contact.NAME], one for each side of the damper", Side),
-             "rotation": ("[loads.NAME], one for each further load case of the preload", LoadCase)}
+    after: dict[str, tuple[str, type[Section]]] = {
+        "material": ("[material.NAME], one for each other material", OtherMaterial),
+        "contact": ("[contact.NAME], one for each side of the damper", Side),
+        "rotation": ("[loads.NAME], one for each further load case of the preload", LoadCase)}
     for name, section in SECTIONS.items():
         lines += _table(f"[{name}]", section)
         if name in after:

@@ -76,7 +76,6 @@ class Section(BaseModel):
 
 class Top(Section):
     """Keys at the top of the file."""
-
     title: Annotated[str, Key(TEXT, "shown on the report")] = ""
     results: Annotated[str, Key(TEXT, "folder of the results, relative to the study file; default: results/<study "
                                 "name>")] = ""
@@ -84,7 +83,6 @@ class Top(Section):
 
 class Material(Section):
     """[material]: of all cells that no other material names."""
-
     E: Young
     nu: Poisson
     density: Density
@@ -93,7 +91,6 @@ class Material(Section):
 
 class OtherMaterial(Section):
     """[material.NAME]: of a group of cells."""
-
     group: Annotated[str, Key(TEXT, "cells that are made of it: a group of cells of one of the meshes")]
     E: Young
     nu: Poisson
@@ -103,7 +100,6 @@ class OtherMaterial(Section):
 
 class Blades(Section):
     """[blades]: both blades on their fixture."""
-
     mesh: Annotated[str, Key(TEXT, "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf")]
     clamp: Annotated[Texts, Key(ONE_OR_MORE, "group of nodes that are fixed, or several groups")]
     modes: Modes = 40
@@ -114,7 +110,6 @@ class Blades(Section):
 
 class Damper(Section):
     """[damper]: its mesh, reduction and pull."""
-
     mesh: Annotated[str, Key(TEXT, "mesh of the damper: .msh, .inp, .cdb or .bdf")]
     modes: Modes = 20
     modes_below_hz: ModesBelow = None
@@ -133,7 +128,6 @@ class Damper(Section):
 
 class Model(Section):
     """[model]: reduced matrices instead of meshes."""
-
     matrices: Annotated[str, Key(TEXT, ".npz with M, K, the dof table, groups and the load 'pull', instead of meshes")]
     axis: Axis = (0.0, 1.0, 0.0)
     pull: Pull
@@ -142,7 +136,6 @@ class Model(Section):
 
 class Contact(Section):
     """[contact]: what all sides have in common."""
-
     pairs: Annotated[str, Key(TEXT, "CSV of your own pairs of the whole patch, instead of those matched between the "
                               "meshes")] = ""
     mu: Annotated[float | None, Key(NUMBER, "friction coefficient; above 2 with a warning", low=0)] = None
@@ -169,7 +162,6 @@ class Contact(Section):
 
 class Side(Section):
     """[contact.NAME]: one side of the damper."""
-
     blade: Annotated[str, Key(TEXT, "node group of the blades' mesh")] = ""
     damper: Annotated[str, Key(TEXT, "node group of the damper's mesh")] = ""
     shape: Annotated[Literal["cylinder", "flat", "rounded"], Key(CHOICE, "form of the damper's side")]
@@ -204,7 +196,6 @@ class Side(Section):
 
 class Rotation(Section):
     """[rotation]: axis and speed of the blades."""
-
     axis: Annotated[Vector, Key(VECTOR, "axis of rotation")] = (1.0, 0.0, 0.0)
     point: Annotated[Vector, Key(TRIPLE, "a point on the axis", "length")] = (0.0, 0.0, 0.0)
     speed: Annotated[float, Key(NUMBER, "rad/s at which the blades vibrate: stress stiffening and spin softening (no "
@@ -213,7 +204,6 @@ class Rotation(Section):
 
 class LoadCase(Section):
     """[loads.NAME]: a further load case of the preload."""
-
     pull: Annotated[float | None, Key(NUMBER, "pull on the damper in this case; default: Fc", "force", low=0)] = None
     speed: Annotated[float, Key(NUMBER, "rad/s about the axis of [rotation]: centrifugal load on blades and damper, "
                                 "beside the pull", low=0)] = 0.0
@@ -230,7 +220,6 @@ class LoadCase(Section):
 
 class Preload(Section):
     """[preload]: load history and friction of the static contact."""
-
     friction: Annotated[bool, Key(FLAG, "the preload with Coulomb friction (mu and kt of the pairs): it then depends "
                                   "on how the load was reached, and the response starts from the friction forces at "
                                   "the end")] = False
@@ -245,7 +234,6 @@ class Preload(Section):
 
 class Tune(Section):
     """[tune]: which stations are kept."""
-
     target_hz: Annotated[float | None, Key(NUMBER, "measured stuck frequency that the kept stations must meet", low=0,
                                            open_low=True)] = None
     stations: Annotated[tuple[int, ...] | Literal["all"], Key(
@@ -261,7 +249,6 @@ class Tune(Section):
 
 class Free(Section):
     """[free]: response without damper."""
-
     band: Annotated[Band | None, Key(BAND, "first and last frequency of the response without damper, Hz; default: "
                                      "around the blades' own out-of-phase and in-phase modes", low=0,
                                      open_low=True)] = None
@@ -271,7 +258,6 @@ class Free(Section):
 
 class Respond(Section):
     """[respond]: excitation, outputs and settings of the forced response."""
-
     excitation: Annotated[str, Key(TEXT, "group (one node) where the force acts")] = "excitation"
     direction: Annotated[Vector, Key(VECTOR, "direction of the excitation and of the response")] = (1.0, 0.0, 0.0)
     patches: Annotated[Texts, Key(TEXTS, "groups of response nodes, blade 1 first")] = ("patch_1", "patch_2")

@@ -7,22 +7,7 @@ from typing import Any, NoReturn
 
 from pydantic import BaseModel
 
-from tipdamp.study.schema import (
-    SECTIONS,
-    Blades,
-    Contact,
-    Damper,
-    Free,
-    LoadCase,
-    Material,
-    Model,
-    OtherMaterial,
-    Preload,
-    Respond,
-    Rotation,
-    Side,
-    Tune,
-)
+from tipdamp.study import schema
 
 
 class Study:
@@ -38,20 +23,20 @@ class Study:
     title: str
     results: Path
     length_unit: float
-    material: Material
-    blades: Blades
-    damper: Damper
-    model: Model
-    driver: Damper | Model
-    contact: Contact
-    rotation: Rotation
-    preload: Preload
-    tune: Tune
-    free: Free
-    respond: Respond
-    sides: dict[str, Side]
-    materials: dict[str, OtherMaterial]
-    loads: dict[str, LoadCase]
+    material: schema.Material
+    blades: schema.Blades
+    damper: schema.Damper
+    model: schema.Model
+    driver: schema.Damper | schema.Model
+    contact: schema.Contact
+    rotation: schema.Rotation
+    preload: schema.Preload
+    tune: schema.Tune
+    free: schema.Free
+    respond: schema.Respond
+    sides: dict[str, schema.Side]
+    materials: dict[str, schema.OtherMaterial]
+    loads: dict[str, schema.LoadCase]
     reference: dict[str, float]
 
     def __init__(self, **parts: object) -> None:
@@ -125,7 +110,7 @@ class View(Study):
 
 def every_key(section: str, but: str) -> list[str]:
     """The keys of a section without one of them, as names for a declaration."""
-    return [f"{section}.{key}" for key in SECTIONS[section].model_fields if key != but]
+    return [f"{section}.{key}" for key in schema.SECTIONS[section].model_fields if key != but]
 
 
 def _cut(owner, part, keys):

@@ -12,14 +12,14 @@ from tipdamp.store import Store
 
 def found():
     return ReduceResult(reduction={"dofs": 9, "masters": 3, "modes": {"blades": 2}}, rows={"left": np.int64(1)},
-                        free_modes_hz=np.array([1.0, np.nan]),
+                        free_modes_hz=np.array([1.0, 2.0]),
                         free_response=FreeResponse(hz=np.arange(3.0), m_per_N={"patch": np.ones(3)}))
 
 
 def test_saved_and_loaded(tmp_path):
     found().save(Store(tmp_path))
     assert ReduceResult.load(Store(tmp_path)) == found()
-    assert found().free_modes_hz == (1.0, None) and found().reduction.modes["blades"] == 2
+    assert found().free_modes_hz == (1.0, 2.0) and found().reduction.modes["blades"] == 2
 
 
 def test_results_are_frozen():
