@@ -1,4 +1,4 @@
-"""The list of contact laws: a law that joins it is tested by every test of test_laws.py."""
+"""The contact laws on which the tests of hbm/laws run."""
 
 import importlib.util
 from dataclasses import dataclass
@@ -7,19 +7,21 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from hbm import fourier, laws
-from hbm.balance import aft
-from hbm.laws import CubicSpring, IsotropicFriction, MixedLaw, Motion
+from hbm import fourier
+from hbm.contact import ContactTable
+from hbm.laws import SHIPPED, Contacts, MixedLaw
+from hbm.model import ReducedModel
 
-OWN = Path(__file__).parents[2] / "docs" / "studies" / "own_law" / "dahl.py"
+OWN_LAWS = Path(__file__).parents[2] / "docs" / "studies" / "own_law"
+PARAMETERS = {"CubicSpring": {"cubic": 4.0}}         # of the shipped laws that have any
 
 
-def own_law():
-    """The class of the documented example, out of its own file."""
-    spec = importlib.util.spec_from_file_location("dahl", OWN)
+def own_law(name):
+    """The module of a documented example, out of its own file."""
+    spec = importlib.util.spec_from_file_location(name, OWN_LAWS / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.Dahl()
+    return module
 
 
 @dataclass(frozen=True)
@@ -32,71 +34,34 @@ class Case:
     """
 
     law: object
-    normal: str
+    normal: str = ""
     friction: str = ""
     cycles: int = 1
     order: float | None = None
 
 
-LAWS = (Case(laws.Jenkins1D(), "preload", "each"),
-        Case(laws.DryFriction1T(), "variable", "each"),
-        Case(laws.DryFriction2T(), "variable", "each"),
-        Case(laws.UnilateralSpring(), "variable"),
-        Case(IsotropicFriction(), "variable", "together", cycles=60, order=2),
-        Case(CubicSpring(4.0), ""),
-        Case(own_law(), "preload", "creep", cycles=40, order=2))
-"""Mixtures are made of these, and tested beside them."""
+ABOUT = {"Jenkins1D": ("preload", "each"), "DryFriction1T": ("variable", "each"), "DryFriction2T": ("variable", "each"),
+         "UnilateralSpring": ("variable",), "IsotropicFriction": ("variable", "together", 60, 2)}
+LAWS = (*(Case(law(**PARAMETERS.get(name, {})), *ABOUT.get(name, ())) for name, law in SHIPPED.items()),
+        Case(own_law("dahl").Dahl(), "preload", "creep", cycles=40, order=2))
 
 
 def mixed(P):
+    """A mixture of all laws."""
     return MixedLaw(tuple(case.law for case in LAWS), np.arange(P) % len(LAWS))
 
 
 def random_case(law, P=30, H=5, seed=0):
-    """(x (P, nd, nh), pairs, generator): amplitudes at which pairs stick, slip and lift."""
+    """(x (P, nd, nh), contacts, generator): amplitudes at which contacts stick, slip and lift."""
     rng = np.random.default_rng(seed)
     decay = (1 + np.r_[0, np.repeat(np.arange(1, H + 1), 2)]) ** 2
     x = rng.normal(size=(P, len(law.components), 2 * H + 1)) / decay
-    pairs = laws.Contacts(kn=rng.uniform(0.5, 2, P), kt=rng.uniform(0.5, 2, P), mu=rng.uniform(0.1, 0.8, P),
-                              preload=rng.uniform(-0.3, 1, P))
-    return x, pairs, rng
+    contacts = Contacts(kn=rng.uniform(0.5, 2, P), kt=rng.uniform(0.5, 2, P), mu=rng.uniform(0.1, 0.8, P),
+                        preload=rng.uniform(-0.3, 1, P))
+    return x, contacts, rng
 
 
-def bracket(law, pairs, x, start="zero_slider", samples=64):
-    return aft.evaluate(law, pairs, x, aft.slider_start(start, len(pairs), law.sliders),
-                        aft.sample_grid((x.shape[2] - 1) // 2, samples), 1.0)
-
-
-def whole(law, pairs, x, b):
-    """Harmonics of the force out of those of the bracket."""
-    force = b.g + law.stuck_stiffness(pairs)[:, :, None] * x
-    force[:, :, 0] += law.stuck_force(pairs)
-    return force
-
-
-def all_derivatives(b, x):
-    D = np.zeros((*x.shape, *x.shape[1:]))
-    D[b.contacts] = b.D
-    return D
-
-
-def plain_history(law, pairs, u, start, cycles):
-    """(force, state) over the last of `cycles` periods and the one before, (2, n, P, .): step by step in a loop.
-
-    u (P, nd, n) is the motion at n samples of a period.
-    """
-    n = u.shape[2]
-    state = law.initial_state(u[:, :, 0], aft.slider_start(start, len(pairs), law.sliders), pairs)
-    forces, states = np.empty((2, n, *u.shape[:2])), np.empty((2, n, *state.shape))
-    for _ in range(cycles + 1):
-        forces[0], states[0] = forces[1], states[1]
-        for i in range(n):
-            forces[1, i], state = law.step(Motion(u[:, :, i], 0 * u[:, :, i], 1.0), state, pairs)
-            states[1, i] = state
-    return forces, states
-
-
-def plain_corridor(kt, kn, mu, preload, u, un, start, steps=720):
+def located_slider(kt, kn, mu, preload, u, un, start, steps=720):
     """Harmonics (nh,) of -kt w of one slider, and of the opened normal spring: events by brentq, integrals by Gauss."""
     H = fourier.n_real(0) and (len(u) - 1) // 2
     point, weight = np.polynomial.legendre.leggauss(10)
@@ -152,8 +117,6 @@ def plain_corridor(kt, kn, mu, preload, u, un, start, steps=720):
 
 def one_dof(law):
     """(model, table of one pair to the ground, force row): a point of three dofs, 1 kg on springs of 100 N/m."""
-    from hbm.contact import ContactTable
-    from hbm.model import ReducedModel
     model = ReducedModel.from_matrices(np.eye(3), 100 * np.diag([1.0, 1.1, 1.2]), body="mass", node=[1, 1, 1],
                                        direction=["x", "y", "z"], position=np.zeros((3, 3)))
     pairs = ContactTable(["left"], [0], [0], ["ground"], [1], ["mass"], [1], np.zeros((1, 3)), [np.eye(3)], gap=[0.0],

@@ -4,7 +4,7 @@ import numpy as np
 
 from hbm.laws import DryFriction2T
 from tests.hbm.cases import load
-from tests.hbm.test_sampled import prescribed, rotating
+from tests.hbm.laws.test_coupled import prescribed, rotating
 from tests.validation import Subject, row
 
 

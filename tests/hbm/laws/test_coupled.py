@@ -1,15 +1,16 @@
-"""Coupled friction and cubic springs: laws that advance from sample to sample."""
+"""Coupled friction in the plane, and a cubic spring, against closed forms and tables."""
 
 import numpy as np
 import pytest
 
 from hbm import fourier, laws
-from hbm.balance import aft
 from hbm.continuation.settings import Settings
 from hbm.laws import CubicSpring, IsotropicFriction, Motion, SliderStart
 from hbm.problem import ContactProblem
 from hbm.response import follow_band
+from hbm.testing import forces, total_force
 from tests.hbm.cases import load, solve
+from tests.hbm.conformance import random_case
 
 E1 = load("E1")
 LAW = IsotropicFriction()
@@ -20,12 +21,11 @@ def prescribed(X, Y, kt, L, n, H=3, law=LAW):
     pairs = laws.Contacts([0.0], [kt], [1.0], [L])
     x = np.zeros((1, 3, 2 * H + 1))
     x[0, 0, 1:3], x[0, 1, 1:3] = [X.real, X.imag], [Y.real, Y.imag]
-    b = aft.evaluate(law, pairs, x, aft.slider_start("zero_slider", 1, 2), aft.sample_grid(H, n), 1.0)
-    return fourier.to_complex(b.g + law.stuck_stiffness(pairs)[:, :, None] * x)[0]
+    return fourier.to_complex(total_force(law, pairs, x, forces(law, pairs, x, samples=n)))[0]
 
 
 @pytest.mark.parametrize("row", E1["ellipses"], ids=lambda r: f"{r['X']}-{r['Y']}-{r['phi']:.2f}")
-def test_ellipses_at_256_samples_and_their_order(row):
+def test_ellipses(row):
     X, Y = complex(row["X"]), row["Y"] * np.exp(1j * row["phi"])
     errors = []
     for n in (64, 256, 1024):
@@ -61,36 +61,14 @@ def rotating(row, samples=256):
 
 
 @pytest.mark.parametrize("row", E1["rotating_force_oscillator"], ids=lambda r: f"{r['Omega']}")
-def test_rotating_force_has_an_exact_radius_and_is_met_at_second_order(row):
+def test_exact_radius_under_a_rotating_force(row):
     errors = [np.abs(rotating(row, n) / np.array(row["R_exact"]) - 1).min() for n in (128, 256, 512)]
     assert errors[1] < 1e-3
     assert errors[2] < 1e-9 or np.allclose(np.log2(np.array(errors[:2]) / errors[1:]), 2, atol=0.2)
 
 
-def random_case(P=30, H=2):
-    rng = np.random.default_rng(0)
-    decay = (1 + np.r_[0, np.repeat(np.arange(1, H + 1), 2)]) ** 2
-    x = rng.normal(size=(P, 3, 2 * H + 1)) / decay
-    pairs = laws.Contacts(*rng.uniform(0.5, 2, (2, P)), rng.uniform(0.1, 0.8, P), rng.uniform(-0.3, 1, P))
-    return x, pairs, rng
-
-
-@pytest.mark.parametrize("start", aft.STARTS)
-def test_derivatives_by_differences(start):
-    x, pairs, rng = random_case()
-    given, grid = aft.slider_start(start, 30, 2), aft.sample_grid(2, 64)
-    b = aft.evaluate(LAW, pairs, x, given, grid, 1.0)
-    D = np.zeros((*x.shape, *x.shape[1:]))
-    D[b.contacts] = b.D
-    dx, h = rng.normal(size=x.shape), 1e-7
-    numeric = (aft.evaluate(LAW, pairs, x + h * dx, given, grid, 1.0).g
-               - aft.evaluate(LAW, pairs, x - h * dx, given, grid, 1.0).g) / (2 * h)
-    error = np.abs(np.einsum("pijkl,pkl->pij", D, dx) - numeric).max(axis=(1, 2))
-    assert np.sort(error)[-3] < 1e-5          # a pair or two may sit on a transition between two samples
-
-
-def test_bounded_by_friction_open_is_zero_and_the_frame_may_turn():
-    x, pairs, _ = random_case()
+def test_frame_may_turn():
+    x, pairs, _ = random_case(LAW, H=2)
     u = x @ fourier.basis(np.linspace(0, 4 * np.pi, 400), 2).T
     c, s = np.cos(0.7), np.sin(0.7)
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
@@ -109,7 +87,7 @@ def test_straight_motion_is_a_jenkins_element():
     assert np.allclose(F[0], J[0], atol=1e-5)
 
 
-def test_duffing_against_its_branches():
+def test_duffing_folds():
     I1 = load("I1")
     p = I1["parameters"]
     one = np.ones((1, 1))

@@ -1,7 +1,6 @@
-"""What is special to the corridor laws, whose transitions are located; and settings that are refused."""
+"""Uncoupled Coulomb friction: event-driven cycles in closed form and in their extremes."""
 
 import os
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,82 +8,70 @@ import numpy as np
 import pytest
 
 from hbm import fourier, laws
-from hbm.balance import aft
 from hbm.errors import InputError
 from hbm.laws import compilation
-from hbm.laws.uncoupled import integrals as located
-from tests.hbm.conformance import LAWS, bracket, random_case
-
-CORRIDOR = [c.law for c in LAWS if c.law.piecewise_linear(laws.Contacts([1], [1], [1], [1])) is not None]
-
-
-@pytest.mark.parametrize("start", aft.STARTS)
-@pytest.mark.parametrize("law", CORRIDOR, ids=lambda law: law.name)
-def test_derivative_by_the_preload(law, start):
-    x, pairs, rng = random_case(law)
-    dp, h = rng.normal(size=len(pairs)), 1e-6
-    numeric = (bracket(law, replace(pairs, preload=pairs.preload + h * dp), x, start).g
-               - bracket(law, replace(pairs, preload=pairs.preload - h * dp), x, start).g) / (2 * h)
-    assert np.abs(bracket(law, pairs, x, start).by_preload * dp[:, None, None] - numeric).max() < 1e-6
+from hbm.laws.uncoupled import integrals
+from hbm.testing import forces
+from tests.hbm.conformance import random_case
 
 
-def test_stuck_is_a_spring():
-    pairs = laws.Contacts([2.0], [3.0], [0.5], [10.0])
-    f, state = laws.DryFriction2T().step(laws.Motion(np.array([[0.1, -0.2, 0.3]]), 0, 1), np.zeros((1, 5)), pairs)
+def test_stuck_contact_is_a_spring():
+    contacts = laws.Contacts([2.0], [3.0], [0.5], [10.0])
+    f, state = laws.DryFriction2T().step(laws.Motion(np.array([[0.1, -0.2, 0.3]]), 0, 1), np.zeros((1, 5)), contacts)
     assert np.allclose(f, [[0.3, -0.6, 10.6]]) and (state[:, :2] == 0).all()
     x = np.zeros((1, 3, 3))
     x[0, :, 1] = 0.1, -0.2, 0.3
     for law in (laws.DryFriction2T(), laws.IsotropicFriction()):
-        b = bracket(law, pairs, x)
+        b = forces(law, contacts, x)
         assert not b.g.any() and not len(b.contacts) and b.shares.tolist() == [[1.0, 0.0, 0.0]]
 
 
 def test_energy_of_a_jenkins_cycle_in_closed_form():
     """4 L (X - L/kt) per cycle, the area of the parallelogram."""
     kt, L, X = 2.0, 0.3, 1.0
-    pairs = laws.Contacts([0.0], [kt], [1.0], [L])
+    contacts = laws.Contacts([0.0], [kt], [1.0], [L])
     x = np.zeros((1, 1, 3))
     x[0, 0, 1] = X
-    g = fourier.to_complex(bracket(laws.Jenkins1D(), pairs, x).g)[0, 0, 1]
+    g = fourier.to_complex(forces(laws.Jenkins1D(), contacts, x).g)[0, 0, 1]
     assert np.pi * (g * X).imag == pytest.approx(4 * L * (X - L / kt), rel=1e-12)
 
 
-def test_turned_tangents_give_turned_forces():
+def test_swapped_and_mirrored_tangents():
     """t1, t2 -> -t1, -t2 and t1 <-> t2 are symmetries of two uncoupled tangents."""
     law = laws.DryFriction2T()
-    x, pairs, _ = random_case(law)
-    g = bracket(law, pairs, x).g
-    assert np.allclose(bracket(law, pairs, x[:, [1, 0, 2]]).g, g[:, [1, 0, 2]], atol=1e-13)
+    x, contacts, _ = random_case(law)
+    g = forces(law, contacts, x).g
+    assert np.allclose(forces(law, contacts, x[:, [1, 0, 2]]).g, g[:, [1, 0, 2]], atol=1e-13)
     sign = np.array([-1.0, -1, 1])[:, None]
-    assert np.allclose(bracket(law, pairs, sign * x).g, sign * g, atol=1e-13)
+    assert np.allclose(forces(law, contacts, sign * x).g, sign * g, atol=1e-13)
 
 
-def test_excursions_inside_one_sample_are_found():
+def test_lift_off_within_one_sample():
     """Open for 2 % of the cycle, between two of eight samples."""
-    law, pairs = laws.UnilateralSpring(), laws.Contacts([1.0], [0.0], [0.0], [1.0])
+    law, contacts = laws.UnilateralSpring(), laws.Contacts([1.0], [0.0], [0.0], [1.0])
     x = np.zeros((1, 1, 3))
     turn = 2 * np.pi * 4.5 / 8
     amplitude = 1 / np.cos(np.pi * 0.02)
     x[0, 0, 1:] = -amplitude * np.cos(turn), amplitude * np.sin(turn)
-    assert bracket(law, pairs, x, samples=8).shares[0, 2] == pytest.approx(0.02, rel=1e-10)
+    assert forces(law, contacts, x, samples=8).shares[0, 2] == pytest.approx(0.02, rel=1e-10)
 
 
 @pytest.mark.parametrize("shift", [0.1, 0.2, 0.3])
-def test_a_slip_that_pauses_inside_one_sample_is_found(shift):
+def test_pause_of_slip_within_one_sample(shift):
     """The rate of u falls below zero between two samples: the slider stops and starts again there."""
-    law, pairs = laws.Jenkins1D(), laws.Contacts([0.0], [1.0], [1.0], [0.3])
+    law, contacts = laws.Jenkins1D(), laws.Contacts([0.0], [1.0], [1.0], [0.3])
     x = fourier.to_real(np.array([[[0, np.exp(1j * shift), 0, 1.02 / 3 * np.exp(3j * shift)]]]))
-    coarse, fine = (bracket(law, pairs, x, samples=n).g for n in (16, 4096))
+    coarse, fine = (forces(law, contacts, x, samples=n).g for n in (16, 4096))
     assert np.abs(coarse - fine).max() < 1e-14
 
 
-def test_no_transition_hangs_on_the_samples():
+def test_events_do_not_depend_on_samples():
     """4000 random cycles, among them pauses within a sample, and edges that leave the slider at re-contact."""
     rng = np.random.default_rng(0)
     P, H = 4000, 3
     x = rng.normal(size=(P, 3, 2 * H + 1)) / np.r_[1, np.repeat(np.arange(1, H + 1), 2)]
-    pairs = laws.Contacts(np.ones(P), np.ones(P), rng.uniform(0.1, 1, P), rng.uniform(0, 1, P))
-    coarse, fine = (bracket(laws.DryFriction2T(), pairs, x, samples=n).g for n in (64, 1024))
+    contacts = laws.Contacts(np.ones(P), np.ones(P), rng.uniform(0.1, 1, P), rng.uniform(0, 1, P))
+    coarse, fine = (forces(laws.DryFriction2T(), contacts, x, samples=n).g for n in (64, 1024))
     assert np.abs(coarse - fine).max() < 1e-13
 
 
@@ -95,10 +82,10 @@ def test_negative_settings_are_refused(column):
         laws.Contacts(**values)
 
 
-def test_compilation_is_announced_where_no_compiled_kernel_is_newer_than_its_source(tmp_path, caplog, monkeypatch):
-    source = Path(located.__file__)
+def test_compilation_is_announced(tmp_path, caplog, monkeypatch):
+    source = Path(integrals.__file__)
     monkeypatch.setattr(compilation, "CPUDispatcher", SimpleNamespace)
-    kernel = SimpleNamespace(overloads={}, py_func=located.add_forces.py_func,
+    kernel = SimpleNamespace(overloads={}, py_func=integrals.add_forces.py_func,
                              stats=SimpleNamespace(cache_path=tmp_path))
     compilation.announce(kernel)
     assert "compiling the contact kernels" in caplog.text
