@@ -13,7 +13,7 @@ def tables(results: Results) -> Iterator[Table]:
     """One row for each curve."""
     if not results.cases:
         return
-    kept = f", {int(results.kept.carrying.sum())} are kept." if results.kept is not None else "."
+    kept = f"; {int(results.kept.carrying.sum())} pairs are kept." if results.kept is not None else "."
     caption = ("Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the nodes of the "
                "patch. Other way: relative change of the peak when the band is followed from its other end. "
                "Pairs that slip or open are named by side and station, with the row where a side has several"
