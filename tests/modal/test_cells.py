@@ -13,7 +13,7 @@ VOLUME = {"tetra": 1 / 6, "hexahedron": 8.0, "wedge": 1.0}  # of the reference c
 
 
 @each
-def test_shape_functions_are_one_at_their_node_and_sum_to_one(cell):
+def test_shape_functions_are_a_partition_of_unity(cell):
     assert cell.shape(cell.reference) == pytest.approx(np.eye(cell.nodes), abs=1e-12)
     assert cell.shape(cell.points).sum(axis=1) == pytest.approx(1.0, abs=1e-12)
 

@@ -93,7 +93,7 @@ def test_all_nodes_as_masters_is_the_body_itself(body, bar, monkeypatch, with_pe
         craig_bampton(body, masters, 3)
 
 
-def test_free_body_keeps_six_rigid_motions_and_its_mass(free_body, bar):
+def test_free_body_keeps_rigid_motions_and_mass(free_body, bar):
     reduction = craig_bampton(free_body, bar.group("tip"), 10)
     b = len(reduction.boundary)
     R = free_body.rigid_motions()[reduction.boundary]
@@ -104,7 +104,7 @@ def test_free_body_keeps_six_rigid_motions_and_its_mass(free_body, bar):
 
 
 @pytest.mark.slow
-def test_three_masters_of_a_free_body_may_be_an_axis(free_body):
+def test_two_of_three_masters_are_an_axis(free_body):
     """Two masters held are an axis: a dof of the third that turns the body about it meets no stiffness, but rounding.
     Any three of the eight corners keep the six rigid motions."""
     low, high = free_body.position.min(axis=0), free_body.position.max(axis=0)
@@ -136,17 +136,10 @@ def test_singular_stiffness_is_not_taken_for_solved(free_body):
         Factor(free_body.K).solve(np.ones(free_body.dofs))
 
 
-@pytest.mark.parametrize("modes", [-1, 10**6])
-def test_number_of_modes_out_of_range(body, bar, modes):
-    with pytest.raises(InputError, match="modes asked for"):
-        craig_bampton(body, bar.group("tip"), modes)
-
-
 def test_masters_must_exist_and_hold_a_free_body(body, free_body, bar):
-    with pytest.raises(InputError, match="master node 999999 does not exist or is clamped"):
-        craig_bampton(body, [999999], 3)
-    with pytest.raises(InputError, match="is clamped"):
-        craig_bampton(body, bar.group("clamp"), 3)
+    for wrong in (999999, bar.group("clamp")[0]):
+        with pytest.raises(InputError, match=f"master node {wrong} does not exist or is clamped"):
+            craig_bampton(body, [wrong], 3)
     with pytest.raises(InputError, match="its master nodes do not hold it"):
         craig_bampton(free_body, bar.group("tip")[:2], 3)
 

@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.contact import ContactTable
 from hbm.model import ReducedModel
 from static_contact.preload import preload
+from tests.contact_tables import contact_table
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
-UP = np.eye(3)
 
 
 def beam(x, EI):
@@ -30,11 +29,8 @@ def beam(x, EI):
 
 
 def supports(x, kn, gap):
-    n = len(x)
-    return ContactTable(side=np.full(n, "up"), station=np.arange(n), row=np.zeros(n), blade_body=np.full(n, "ground"),
-                        blade_node=np.arange(n), damper_body=np.full(n, "damper"), damper_node=np.arange(1, n + 1),
-                        position=np.column_stack([x, np.zeros(n), np.zeros(n)]), frame=np.tile(UP, (n, 1, 1)),
-                        gap=gap, kn=kn, kt=np.ones(n), mu=np.zeros(n), preload=np.zeros(n), weight=np.ones(n))
+    return contact_table(np.tile(np.eye(3), (len(x), 1, 1)), kn=kn, gap=gap, kt=1.0,
+                         position=np.column_stack([x, 0 * x, 0 * x]))
 
 
 def random_case(random, largest=31):

@@ -7,7 +7,6 @@ import pytest
 import scipy.linalg as sl
 from scipy.spatial.transform import Rotation
 
-from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.complementarity import ContactSolution
@@ -16,10 +15,13 @@ from static_contact.pairing import join
 from static_contact.preload import StaticContact, StaticSettings
 from static_contact.refinement import refined
 from static_contact.rigid_motions import RigidMotionSettings, floating, rigid_motions
+from tests.contact_tables import contact_table, frames
 from tests.static_contact.beams import beam, supports
 
 S = np.sqrt(0.5)
 LOWER = StaticSettings(rigid=RigidMotionSettings(facing=1e-3))
+V = frames([[0, -S, S], [0, S, S]], t1=[1.0, 0, 0])
+STATION = np.tile(np.arange(7), 2)
 ALONG = np.linspace(0.0, 1.0, 7)
 TURNS = (np.eye(3), *Rotation.random(3, random_state=5).as_matrix())
 
@@ -45,14 +47,9 @@ def damper_on_two_lines(size, turn, place):
     model = ReducedModel.from_matrices(np.eye(63), K, body=np.repeat(list(made), 21), node=np.tile(np.repeat(
         np.arange(7), 3), 3), direction=np.tile(list("xyz"), 21), position=np.vstack([np.repeat(p, 3, axis=0) for _, p
                                                                                      in made.values()]))
-    frame = [np.array([[1, 0, 0], np.cross([0, s * S, S], [1, 0, 0]), [0, s * S, S]]) @ turn.T for s in (-1, 1)]
-    full, P = np.full, 14
-    table = ContactTable(side=np.repeat(["left", "right"], 7), station=np.tile(np.arange(7), 2), row=np.zeros(P),
-                         blade_body=np.repeat(["left", "right"], 7), blade_node=np.tile(np.arange(7), 2),
-                         damper_body=full(P, "damper"), damper_node=np.tile(np.arange(7), 2),
-                         position=np.tile(made["damper"][1], (2, 1)), frame=np.repeat(frame, 7, axis=0),
-                         gap=np.zeros(P), kn=full(P, 1e6), kt=full(P, 1e6), mu=np.zeros(P), preload=np.zeros(P),
-                         weight=np.ones(P))
+    table = contact_table(np.repeat(V @ turn.T, 7, axis=0), side=np.repeat(["left", "right"], 7), damper_node=STATION,
+                          station=STATION, blade_body=np.repeat(["left", "right"], 7), blade_node=STATION,
+                          position=np.tile(made["damper"][1], (2, 1)))
     return model, table
 
 
@@ -98,18 +95,13 @@ def test_single_nodes_do_not_turn():
     place = 3 + turn[0]
     model = ReducedModel.from_matrices(np.eye(3), np.zeros((3, 3)), body="damper", node=[1, 1, 1],
                                        direction=["x", "y", "z"], position=np.tile(place, (3, 1)))
-    full, P = np.full, 2
-    frame = np.array([np.array([[1, 0, 0], np.cross([0, s * S, S], [1, 0, 0]), [0, s * S, S]]) for s in (-1, 1)])
-    table = ContactTable(side=["a", "b"], station=[0, 0], row=[0, 0], blade_body=full(P, "ground"),
-                         blade_node=[1, 1], damper_body=full(P, "damper"), damper_node=[1, 1],
-                         position=np.tile(place, (2, 1)), frame=frame, gap=np.zeros(P), kn=full(P, 1e6),
-                         kt=full(P, 1e6), mu=np.zeros(P), preload=np.zeros(P), weight=np.ones(P))
+    table = contact_table(V, side=["a", "b"], station=0, damper_node=1, position=place)
     statics = StaticContact(model, table)
     assert statics.motions.names == [("slide along x", "N")]
     assert statics.solve(np.array([0, 0, 10.0])).force == pytest.approx(5 / S, rel=1e-12)
 
 
-def test_a_free_body_with_rotations_has_its_rigid_motions():
+def test_rigid_motions_with_rotations():
     """A beam of two elements, EI = L = 1, with x, y and rz at each node: x, y and the turn with rz = 1 are free."""
     K = np.zeros((9, 9))
     k = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4.0]])
@@ -241,7 +233,7 @@ def test_rounding_is_no_load(turn, other, link):
 
 
 @pytest.mark.parametrize("soft, error", [(1e-9, 1e-6), (1e-7, 1e-5), (1e-9, 1e-4)])
-def test_soft_springs_hold_bodies_whose_positions_do_not_quite_fit(soft, error):
+def test_soft_springs_beside_inexact_positions(soft, error):
     """Springs that hold the slide, softer than what positions with `error` of the size make of a turn, hold it all the
     same: what is free are the other slides and the turns, and a blade on such springs does not float."""
     random = np.random.default_rng(0)

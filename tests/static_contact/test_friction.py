@@ -8,20 +8,15 @@ from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.friction import FrictionalContact, FrictionSettings
 from static_contact.preload import preload
+from tests.contact_tables import contact_table, frames
 
 KN, KT, MU = 1.03e6, 0.94e6, 0.6
 
 
 def table(normals, *, mu=MU, kn=KN, kt=KT):
     """Pairs of one damper node with the ground; t1 along y."""
-    n = np.array(normals, dtype=float)
-    t1 = np.tile([0.0, 1.0, 0.0], (len(n), 1))
-    P, full = len(n), np.full
-    return ContactTable(side=np.array([f"s{i}" for i in range(P)]), station=np.zeros(P), row=np.zeros(P),
-                        blade_body=full(P, "ground"), blade_node=np.zeros(P), damper_body=full(P, "damper"),
-                        damper_node=np.ones(P), position=np.zeros((P, 3)),
-                        frame=np.stack([t1, np.cross(n, t1), n], axis=1), gap=np.zeros(P), kn=full(P, kn),
-                        kt=full(P, kt), mu=full(P, mu), preload=np.zeros(P), weight=np.ones(P))
+    return contact_table(frames(normals), side=[f"s{i}" for i in range(len(normals))], station=0, damper_node=1, mu=mu,
+                         kn=kn, kt=kt)
 
 
 def block(K=(0.0, 0.0, 0.0), M=1.0):
@@ -56,7 +51,7 @@ def test_without_friction_it_is_the_frictionless_preload():
     assert last.force == pytest.approx(preload(block(), table(V), np.array([30.0, 0, 113.0])).force, rel=1e-9)
 
 
-def test_number_of_steps_does_not_matter_on_a_straight_path():
+def test_steps_of_a_straight_path():
     """Proportional load on a V with stuck start: the same state from 1 to 64 increments."""
     problem = FrictionalContact(block((2e5, 0.0, 0.0)), table(V))
     found = [problem.solve([[40.0, 20.0, 113.0]], steps=n)[-1].force for n in (1, 4, 64)]

@@ -12,7 +12,7 @@ from tests.hbm.small_rig import small_rig
 
 @pytest.mark.slow
 @pytest.mark.parametrize("level", [0.5, 300.0])          # the open pair stays open; and closes in each cycle
-def test_the_response_about_the_preload_is_that_of_the_gaps(level):
+def test_response_about_open_pairs(level):
     """Sliders that start where the static solution puts the pairs; then both ways solve the same equations."""
     model, pairs, tip = small_rig(stations=3)
     load = relative_motion(model, pairs)[2::3].T @ pairs.preload

@@ -40,7 +40,7 @@ def test_hard_contact_is_the_limit_of_stiff_springs():
     assert (hard.pairs.preload == hard.force).all()                     # no spring, so no negative preload
 
 
-def test_hard_pair_of_a_rigid_body_shares_by_statics_alone():
+def test_hard_pairs_of_a_rigid_body():
     """A stiff beam on two hard supports: lever rule. Force 30 N at a third of the length."""
     x = np.array([0.0, 0.02, 0.06])
     kn = np.array([np.inf, 1e6, np.inf])
@@ -62,7 +62,7 @@ def test_loads_and_gaps_reuse_one_factorisation():
     assert twice.pairs.preload == pytest.approx(2 * once.pairs.preload, rel=1e-9)
 
 
-def test_weight_zero_is_as_if_the_pair_were_not_there():
+def test_weight_zero_is_no_pair():
     x = np.linspace(0, 0.07, 9)
     load = np.zeros(9)
     load[[2, 6]] = 40.0, 30.0

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
 from hbm.errors import InputError
+from static_contact.pairing import join
 from static_contact.redistribution import balancing_forces, redistribute, redistribute_friction
+from tests.contact_tables import contact_table, frames
 
 S = np.sqrt(0.5)
 MU, STATIONS = 0.3, 7
@@ -14,17 +15,12 @@ MU, STATIONS = 0.3, 7
 def map_with_friction(random):
     """Two faces at 45 degrees; at one end friction reaches its limit, at the other there is none. And the load that
     the map balances across the axis y."""
-    count = 2 * STATIONS
-    frame = [np.array([[0, 1.0, 0], np.cross(n, [0, 1.0, 0]), n]) for n in (np.array([S, 0, S]), np.array([-S, 0, S]))]
-    ones = np.ones(count)
-    pairs = ContactTable(side=np.repeat(["left", "right"], STATIONS), station=np.tile(range(STATIONS), 2),
-                         row=np.zeros(count), blade_body=np.full(count, "blades"), blade_node=np.arange(count),
-                         damper_body=np.full(count, "damper"), damper_node=np.arange(count),
-                         position=np.column_stack([0 * ones, np.tile(np.arange(STATIONS), 2) * 0.01, 0 * ones]),
-                         frame=np.repeat(frame, STATIONS, axis=0), gap=0 * ones, kn=1e6 * ones, kt=1e6 * ones,
-                         mu=MU * ones, preload=random.uniform(1, 5, count), weight=ones)
+    count, station = 2 * STATIONS, np.tile(range(STATIONS), 2)
+    pairs = contact_table(np.repeat(frames([[S, 0, S], [-S, 0, S]]), STATIONS, axis=0),
+                          side=np.repeat(["left", "right"], STATIONS), station=station, blade_body="blades",
+                          position=np.outer(0.01 * station, [0, 1, 0]), mu=MU, preload=random.uniform(1, 5, count))
     share = np.tile(np.linspace(0, 1, STATIONS), 2)
-    T = np.column_stack([0 * ones, share * MU * pairs.preload * np.repeat([1, -1], STATIONS)])
+    T = np.column_stack([0 * share, share * MU * pairs.preload * np.repeat([1, -1], STATIONS)])
     load = pairs.preload @ pairs.normal + np.einsum("pd,pdx->x", T, pairs.frame[:, :2])
     return pairs, T, load
 
@@ -53,8 +49,7 @@ def test_open_rows_of_a_station_keep_their_opening():
     """Two rows, the upper one open: kept itself it stays open by its own gap; left out, the lower one loses nothing."""
     whole, T, _ = map_with_friction(np.random.default_rng(0))
     upper = whole.replace(row=np.ones(len(whole)), preload=-whole.preload / 2)
-    both = ContactTable(**{name: np.concatenate([getattr(one, name) for one in (whole, upper)])
-                           for name in whole.__dataclass_fields__})
+    both = join(whole, upper)
     forces = {s: 2 * whole.preload[whole.side == s].sum() for s in whole.sides}
     done = redistribute(both, both, forces, (0, 1, 0)).pairs
     assert done.preload == pytest.approx(np.r_[2 * whole.preload, upper.preload])

@@ -1,8 +1,8 @@
 """Stuck frequencies of a lumped two-blade rig for every set of kept pairs, and the tuning to a target."""
 
 from static_contact.detachment import StuckAssembly, detach_until
-from tests.static_contact.test_h1_lumped_rig import H1, P, lumped_rig, out_of_phase, pairs_of, stations
-from tests.static_contact.test_h1_lumped_rig import rows as springs
+from tests.static_contact.test_detachment import H1, P, lumped_rig, out_of_phase, pairs_of, stations
+from tests.static_contact.test_detachment import rows as springs
 from tests.validation import Subject, row
 
 

@@ -85,7 +85,7 @@ def test_random_corners_by_both_routes(name):
 
 
 @pytest.mark.slow
-def test_rows_of_a_share_are_those_of_the_whole(rig):
+def test_rows_of_a_rank(rig):
     """Three ranks' rows of K and M, put together, are the matrices of the whole bodies."""
     both, meshes, _, study = rig_parts(rig / "rig.toml")
     for rank in range(3):

@@ -26,7 +26,7 @@ def test_modes_are_those_of_the_dense_pencil(body):
 
 
 @pytest.mark.parametrize("lost", [0, 3])
-def test_a_mode_that_the_solver_misses_is_noticed(body, monkeypatch, lost):
+def test_a_missed_mode_is_noticed(body, monkeypatch, lost):
     lowest = slepc.lowest
 
     def misses_one(A, B, count, **rest):
@@ -38,7 +38,7 @@ def test_a_mode_that_the_solver_misses_is_noticed(body, monkeypatch, lost):
         full.modes_over_ranks(*body, 8)
 
 
-def test_a_mode_that_is_missed_at_first_is_found(body, monkeypatch):
+def test_a_missed_mode_is_found_later(body, monkeypatch):
     """Asked again with a larger basis."""
     K, M = body
     lowest, asked = slepc.lowest, []

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.detachment import StuckAssembly, detach_until
+from tests.contact_tables import contact_table
 
 H1 = json.loads((Path(__file__).parents[1] / "reference" / "statics" / "H1-fullstick-sets.json").read_text())
 P = H1["parameters"]
@@ -44,15 +44,11 @@ def rows(model, pairs):
     return B * np.sqrt(pairs.kn)[:, None]
 
 
-def pairs_of(active) -> ContactTable:
+def pairs_of(active):
     n = P["n"]
     station = np.tile(np.arange(n), 2)
-    return ContactTable(
-        side=np.repeat(["left", "right"], n), station=station, row=np.zeros(2 * n), blade_body=["blades"] * 2 * n,
-        blade_node=station, damper_body=["damper"] * 2 * n, damper_node=station,
-        position=np.column_stack([0 * station, 0 * station, Z[station]]), frame=np.tile(np.eye(3), (2 * n, 1, 1)),
-        gap=np.zeros(2 * n), kn=np.repeat([P["kL"], P["kR"]], n), kt=np.ones(2 * n), mu=np.ones(2 * n),
-        preload=np.zeros(2 * n), weight=np.isin(station, active).astype(float))
+    return contact_table(np.tile(np.eye(3), (2 * n, 1, 1)), side=np.repeat(["left", "right"], n), station=station,
+                         kn=np.repeat([P["kL"], P["kR"]], n), weight=np.isin(station, active).astype(float))
 
 
 def stations(name):
