@@ -16,7 +16,8 @@ _HOME = {
     **dict.fromkeys(("Parameter", "Frequency", "Level", "ContactSetting", "Damping", "ModelParameter"), "parameter"),
     **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "result"),
     **dict.fromkeys(("solutions_at", "time_history"), "solutions"),
-    "find_peaks": "peaks", "compare": "time.comparison", "Settings": "continuation.settings",
+    "find_peaks": "peaks", "compare": "time.comparison", "IntegrationSettings": "time.settings",
+    "Settings": "continuation.settings",
 }
 _LAWS = ("CubicSpring", "DryFriction2T", "IsotropicFriction", "Jenkins1D", "MixedLaw", "UnilateralSpring")
 __all__ = sorted((*_HOME, *_LAWS))

@@ -10,7 +10,7 @@ of its guards, negative while the state lasts, rises through zero.
 `merged_table` joins tables of several laws.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -60,12 +60,11 @@ class PiecewiseLinear:
 
     def __post_init__(self):
         size = dict(zip("PSnm", np.shape(self.by_memory), strict=False)) | {"G": len(self.state)}
-        for field in fields(self):
-            value = np.asarray(getattr(self, field.name))
-            wanted = tuple(size.get(letter, -1) for letter in SHAPES[field.name])
+        for name, given in list(vars(self).items()):
+            value, wanted = np.asarray(given), tuple(size.get(letter, -1) for letter in SHAPES[name])
             if value.shape != wanted:
-                raise InputError(f"PiecewiseLinear: {field.name} has the shape {value.shape}, must be {wanted}")
-            object.__setattr__(self, field.name, value)
+                raise InputError(f"PiecewiseLinear: {name} has the shape {value.shape}, must be {wanted}")
+            object.__setattr__(self, name, value)
 
     def resolved(self) -> "PiecewiseLinear":
         """The same table with forces and guards by the motion alone where the motion carries the memory along."""
@@ -178,8 +177,8 @@ def merged_table(parts, force: np.ndarray) -> PiecewiseLinear:
     tables = [table for table, *_ in parts]
     total = {"P": len(force), "n": force.shape[1], "S": sum(len(t.follows) for t in tables),
              "G": sum(len(t.state) for t in tables), "m": max(t.follows.shape[1] for t in tables)}
-    whole = {f.name: np.zeros([total[letter] for letter in SHAPES[f.name]], getattr(tables[0], f.name).dtype)
-             for f in fields(PiecewiseLinear)}
+    whole = {name: np.zeros([total[letter] for letter in SHAPES[name]], values.dtype)
+             for name, values in vars(tables[0]).items()}
     whole["offset"][:] = force[:, None]
     first = {"S": 0, "G": 0}
     for table, contacts, components in parts:
@@ -188,6 +187,6 @@ def merged_table(parts, force: np.ndarray) -> PiecewiseLinear:
               "G": first["G"] + np.arange(len(table.state))}
         for name, letters in SHAPES.items():
             shift = first["S"] if name in ("initial", "state", "next_state") else 0
-            whole[name][np.ix_(*(at[letter] for letter in letters))] = getattr(table, name) + shift
+            whole[name][np.ix_(*(at[letter] for letter in letters))] = vars(table)[name] + shift
         first = {"S": first["S"] + S, "G": first["G"] + len(table.state)}
     return PiecewiseLinear(**whole)

@@ -18,8 +18,6 @@ from hbm.time.base import Cycle
 from hbm.time.settings import IntegrationSettings
 from hbm.time.stuck_system import stuck_system
 
-ORBIT_SAMPLES = 512        # of a period in which the sliders settle on a motion of the balance
-
 
 @dataclass(frozen=True)
 class ExactState:
@@ -68,7 +66,7 @@ class ExactIntegrator:
     def on_orbit(self, point) -> ExactState:
         """As in `Integrator`."""
         b, w, shape = self.stuck.balance, self.stuck.w, self.stuck.shape
-        tau = np.linspace(0, 4 * np.pi, 2 * ORBIT_SAMPLES + 1)
+        tau = np.linspace(0, 4 * np.pi, 2 * self.settings.orbit_samples + 1)
         x = point.x.reshape(*shape, b.nh)
         u, v = x @ fourier.basis(tau, b.H).T, w * x @ fourier.basis_rate(tau, b.H).T
         state, memory = self.piecewise.initial, self._memory(u[:, :, 0])

@@ -16,8 +16,6 @@ from hbm.time.base import Cycle
 from hbm.time.settings import IntegrationSettings
 from hbm.time.stuck_system import stuck_system
 
-SHORT = 1e-6             # of a step: in which the force is taken at the begin of a period
-
 
 @dataclass(frozen=True)
 class SampledState:
@@ -92,7 +90,7 @@ class SampledIntegrator:
         system, z = self.stuck.system, np.array(z, dtype=float)
         u0 = self.known[0, 0] + system.out @ z
         v0 = self.known[1, 0] + system.out @ self.stuck.rate(z, 0 * z)
-        end = _StepEnd(u0, system.static, v0, 0 * system.static, SHORT * self.h)
+        end = _StepEnd(u0, system.static, v0, 0 * system.static, self.settings.short * self.h)
         u, g, _, *slopes = self._solved(end, memory, 0 * u0)
         return SampledState(z, memory, u, g, self._rate(0, z, g, *slopes))
 

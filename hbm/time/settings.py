@@ -15,10 +15,12 @@ class IntegrationSettings:
     curvature : cubic part of the motion in a step, relative to the motion; above 0.02 two events may hide in one step
     tiny : closeness to which an event is located, relative to the motion; the rounding of a guard is some 1e-16
     max_steps : per period; chatter takes more, a regular motion some hundred
+    orbit_samples : of a period, in which sliders settle on a motion of the balance; places them to (pi/512)^2/2 of it
     Sampled integrator
     samples : steps per period; second order, 1024 hold friction to 1e-4
     newton_steps : of the force at the end of a step; more than 40 never converge
     newton_residual : change of the motion at which that ends, relative to it; near rounding
+    short : step in which the force at the begin of a period is found, relative to the others; no state moves in it
     settling_periods : in which the state of a law settles on a motion of the balance; sliders need two
     Stuck system
     massless_above : modes above this many times the excitation follow statically; at 50 their inertia counts 4e-4
@@ -31,6 +33,7 @@ class IntegrationSettings:
     max_columns : unknowns up to which the monodromy is computed column by column, one period each
     difference : of the differences of the map, relative to the motion; the root of the error of a period
     krylov : residual of Newton's step by GMRES; the map is known to `difference` only
+    resting : distance of a multiplier from 1 that makes it that of a slider at rest; above the error of the differences
     fractions : of Newton's step that are tried, the largest first
     Comparison
     patience : periods integrated from the orbit before Newton helps to find where they lead
@@ -46,9 +49,11 @@ class IntegrationSettings:
     curvature: float = 0.02
     tiny: float = 1e-12
     max_steps: int = 200000
+    orbit_samples: int = 512
     samples: int = 1024
     newton_steps: int = 40
     newton_residual: float = 1e-13
+    short: float = 1e-6
     settling_periods: int = 30
     massless_above: float = 50.0
     foreign_share: float = 0.02
@@ -59,6 +64,7 @@ class IntegrationSettings:
     max_columns: int = 80
     difference: float = 1e-6
     krylov: float = 1e-3
+    resting: float = 1e-4
     fractions: tuple[float, ...] = (1.0, 0.5, 0.2, 0.05)
     patience: int = 40
     elsewhere: float = 0.2

@@ -91,7 +91,7 @@ def newton_by_columns(integrator: Integrator, v, base, size):
         J[:, c] = (period_map(integrator, moved)[0] - base) / h
     step = np.linalg.lstsq(np.eye(len(v)) - J, base - v, rcond=1e-9)[0]
     moduli = np.abs(np.linalg.eigvals(J))
-    resting = np.abs(moduli - 1) < 1e-4
+    resting = np.abs(moduli - 1) < integrator.settings.resting
     return step, len(v), float(moduli[~resting].max(initial=0.0))
 
 
