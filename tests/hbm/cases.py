@@ -34,7 +34,7 @@ MOST_HARMONICS = 199     # of B1: 200 are allowed
 
 
 def den_hartog(known, H):
-    """B1 at one frequency: [(kt/k, largest displacement, exact time integration)], and the exponent of each decade of kt/k."""
+    """B1 at one frequency: [(kt/k, largest displacement, exact)], and the exponent of each decade of kt/k."""
     p = load("B1")["parameters"]
     rows = []
     for kt, expected in known["Jenkins_by_kt_over_k"].items():

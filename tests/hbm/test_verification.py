@@ -13,7 +13,7 @@ C1, C2 = load("C1"), load("C2")
 @pytest.mark.slow
 @pytest.mark.parametrize("known", load("B1")["results"], ids=lambda known: f"{known['Omega']:g}")
 def test_approach_to_rigid_friction(known):
-    """B1 by exact time integration, and its distance from rigid friction, which the harmonics follow as far as they reach.
+    """B1 by exact integration, and its distance from rigid friction, which the harmonics follow as far as they reach.
 
     What 61 harmonics leave at kt/k = 10 .. 1000 and at Om = 0.6, 0.8, 1.25, 1.5 is measured, and falls with the
     frequency: 3.7e-4 is the most.
