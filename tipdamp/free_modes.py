@@ -14,15 +14,15 @@ from tipdamp.stages.results import TuneResult
 from tipdamp.study.view import Study
 
 NAMES = ("out_of_phase", "in_phase")
-BOTH = 0.1               # a mode is of both blades when each moves at least this part of what the other does
-LOWEST_MAC = 0.5          # below, the tracked mode is hardly the free one
+BOTH = 0.1               # a mode involves both blades when each moves at least this part of what the other does
+LOWEST_MAC = 0.5          # below, the tracked mode hardly resembles the free one
 BESIDE = (0.88, 1.14)    # default band of the free response: of the lower and of the upper of the two modes
 
 
 @dataclass(frozen=True)
 class FreeModes:
     """hz (m,) lowest modes; named {name of NAMES: Hz}, empty where one mode would bear both names
-    follow {name: (r,) mass-normalised shape}, always both; pair - Hz of the two modes that follow was made from."""
+    follow {name: (r,) mass-normalised shape}, always both; pair - Hz of the two modes that they were made from."""
 
     hz: np.ndarray
     named: dict
@@ -36,8 +36,8 @@ class FreeModes:
             return []
         a, b = self.pair
         made = f"the difference or sum of the motions at {a:.1f} and {b:.1f} Hz" if a != b else f"that at {a:.1f} Hz"
-        return [f"no free mode is of both blades (lowest: {_list(self.hz)} Hz), so none is called out of phase or in "
-                f"phase: without the damper the blades hardly feel each other; tune follows {made}"]
+        return [f"no free mode involves both blades (lowest: {_list(self.hz)} Hz), so none is called out of phase or "
+                f"in phase: the blades are weakly coupled without the damper; tune tracks {made}"]
 
 
 def lowest_modes(model: ReducedModel, count: int = 20) -> tuple[np.ndarray, np.ndarray]:
@@ -79,22 +79,22 @@ def band_warnings(limits: tuple[float, float], modes: FreeModes) -> list[str]:
     low, high = limits
     if ((modes.hz >= low) & (modes.hz <= high)).any():
         return []
-    return [f"[free] band = {low:g} to {high:g} Hz holds no resonance of the blades; their lowest modes are at "
+    return [f"[free] band = {low:g} to {high:g} Hz contains no resonance of the blades; their lowest modes are at "
             f"{_list(modes.hz)} Hz"]
 
 
 def tracking_warnings(study: Study, tune: TuneResult) -> list[str]:
-    """The tracked mode is hardly the free one, or does not lie in the band of the response."""
+    """Sentences where the tracked mode hardly resembles the free one, or lies outside the band of the response."""
     labels = {"full_area": "on the whole area", "full_line": "on the whole line", "tuned": "on the kept stations"}
     hz = dict(tune.stuck_hz)
     found = [f"the tracked mode, stuck {labels[name]} ({hz[name]:.0f} Hz), has a MAC of {mac:.2f} with the free one: "
-             "look at its shape before relying on its number" for name, mac in tune.mac if mac < LOWEST_MAC]
+             "check its shape before relying on its frequency" for name, mac in tune.mac if mac < LOWEST_MAC]
     (low, high), tuned = study.respond.band, tune.stuck_hz.tuned
     if not low <= tuned <= high:
         inside = [f"{f:.1f}" for f in tune.stuck_modes_hz.tuned if low <= f <= high]
-        found.append(f"the tracked mode, stuck on the kept stations ({tuned:.0f} Hz), lies outside of [respond] band = "
+        found.append(f"the tracked mode, stuck on the kept stations ({tuned:.0f} Hz), lies outside [respond] band = "
                      f"{low:g} to {high:g} Hz, " + (f"where there are stuck modes at {', '.join(inside)} Hz: [tune] "
-                     "follow may be the other one" if inside else "which holds no stuck mode"))
+                     "follow may be the other one" if inside else "which contains no stuck mode"))
     return found
 
 

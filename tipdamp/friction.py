@@ -41,8 +41,8 @@ def solve(study: Study, model: ReducedModel, pairs: ContactTable, through: list[
         names = [*given.history, loads.rest_name(study)] if len(through) > 1 else ["the load"]
         on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]
         raise InputError(f"{study.path}: [preload] friction: no equilibrium was found on the way to {on_way} "
-                         f"({100 * (end.time % 1 or 1):.0f} % of it): it lifts the damper off or passes what friction "
-                         "holds; try more [preload] steps")
+                         f"({100 * (end.time % 1 or 1):.0f} % of it): the damper lifts off, or the load exceeds what "
+                         "friction can carry; try more [preload] steps")
     return end
 
 

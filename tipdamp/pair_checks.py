@@ -1,4 +1,4 @@
-"""What can be wrong with contact pairs before anything is computed: normals, distances, nodes without a partner."""
+"""Checks of contact pairs before anything is computed: normals, distances, nodes without a partner."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -76,7 +76,7 @@ def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) 
 
 
 def warnings(pairs: ContactTable, angles=()) -> list[str]:
-    """One sentence when friction is higher than of any dry metals, one when normals do not stand on the surfaces."""
+    """One sentence on friction above that of any dry metals, one on normals that are not normal to the surfaces."""
     found, slippery = [], np.flatnonzero(pairs.mu > LARGEST_MU)
     if len(slippery):
         i = slippery[np.argmax(pairs.mu[slippery])]
@@ -86,7 +86,7 @@ def warnings(pairs: ContactTable, angles=()) -> list[str]:
     if not len(odd):
         return found
     i = odd[np.argmax(angles[odd])]
-    return [*found, f"{len(odd)} of {len(pairs)} contact normals do not stand on the surfaces; the worst, side "
+    return [*found, f"{len(odd)} of {len(pairs)} contact normals are not normal to the surfaces; the worst, side "
             f"'{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node {pairs.damper_node[i]}), is "
             f"{angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
 

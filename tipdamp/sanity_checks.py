@@ -121,7 +121,7 @@ def _stiffness(study, inspected):
         if total > bound:
             yield (f"[contact.{name}] kn = {side.kn:.4g} N/m on {found.pairs} nodes is {total:.3g} N/m for the side, "
                    f"{total / bound:.2g} times that of two smooth half-spaces of its size and material ({bound:.3g} "
-                   "N/m), and real contacts are softer: is kn per node, and in the units of [units]?")
+                   "N/m), real contacts are softer: is kn per node, and in the units of [units]?")
 
 
 def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> Iterator[str]:
@@ -135,7 +135,7 @@ def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]
             i = far[np.abs(apart[far]).argmax()]
             how = ("they count as touching (shifted onto each other)" if study.contact.distance == "closed"
                    else "it counts as initial gap")
-            yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'gape'}, most at blade node "
+            yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'are apart'}, most at blade node "
                    f"{pairs.blade_node[i]} ({np.round(pairs.position[i], 5).tolist()} m): {apart[i]:.3g} m, "
                    f"{abs(apart[i]) / size:.2g} of the distance of neighbouring nodes; {how}: [contact] distance")
 

@@ -81,7 +81,7 @@ def test_a13_contact_stiffer_than_two_half_spaces(tmp_path, capsys):
     _, _, warnings = inspect(corner_study.write(tmp_path, change=[("kn = 1e6", "kn = 1e9")]), capsys)
     found = [w for w in warnings if "half-spaces" in w]
     assert len(found) == 1 and found[0].startswith("[contact.one] kn = 1e+09 N/m on 9 nodes is 9e+09 N/m")
-    bound = float(found[0].split(" N/m), and real")[0].rpartition("(")[2])
+    bound = float(found[0].split(" N/m), real")[0].rpartition("(")[2])
     assert 1.28e9 < bound < 1.32e9
 
 

@@ -40,7 +40,7 @@ def test_blades_that_hardly_feel_each_other_have_no_such_modes(coupling):
     the difference or the sum of the two blades' own motions."""
     found = two_blades(coupling)
     assert found.named == {}
-    assert "no free mode is of both blades (lowest: 0.2, 0.2 Hz)" in found.warnings[0]
+    assert "no free mode involves both blades (lowest: 0.2, 0.2 Hz)" in found.warnings[0]
     for name, sign in (("out_of_phase", -1), ("in_phase", 1)):
         assert np.abs(found.follow[name]) == pytest.approx([np.sqrt(0.5)] * 2, rel=1e-2)
         assert np.sign(found.follow[name].prod()) == sign
@@ -52,7 +52,7 @@ def test_default_band_lies_around_the_two_modes():
     low, high = band(None, found)
     assert low < min(found.pair) and high > max(found.pair)
     assert band_warnings((low, high), found) == []
-    assert "[free] band = 1 to 2 Hz holds no resonance" in band_warnings((1.0, 2.0), found)[0]
+    assert "[free] band = 1 to 2 Hz contains no resonance" in band_warnings((1.0, 2.0), found)[0]
 
 
 def test_reduce_and_tune_warn_in_the_terminal(tmp_path, capsys):
@@ -61,8 +61,8 @@ def test_reduce_and_tune_warn_in_the_terminal(tmp_path, capsys):
                                                               "[respond]")])
     assert main(["reduce", str(path), "--quiet"]) == 0
     out = capsys.readouterr().out
-    assert "warning: no free mode is of both blades" in out and "out of phase " not in out.splitlines()[0]
-    assert "warning: [free] band = 10 to 20 Hz holds no resonance" in out
+    assert "warning: no free mode involves both blades" in out and "out of phase " not in out.splitlines()[0]
+    assert "warning: [free] band = 10 to 20 Hz contains no resonance" in out
     assert main(["preload", str(path), "--quiet"]) == main(["tune", str(path), "--quiet"]) == 0
     assert main(["inspect", str(path), "--quiet"]) == 0
 
@@ -78,5 +78,5 @@ def test_warnings_of_the_tracked_mode(tmp_path):
 
     assert [w[:73] for w in found(0.49, 3e4)] == [
         "the tracked mode, stuck on the kept stations (30000 Hz), has a MAC of 0.4"]
-    assert "lies outside of [respond] band = 20000 to 40000 Hz, where there are stuck modes at 25000.0, 26000.0 Hz" in \
+    assert "lies outside [respond] band = 20000 to 40000 Hz, where there are stuck modes at 25000.0, 26000.0 Hz" in \
         found(0.9, 5e4)[0]

@@ -229,7 +229,7 @@ def test_conserved_total(run):
 @pytest.mark.parametrize("changes, message", [
     ([("kt = 3.02e6\n", "")], r"\[contact.left\] kn and kt are missing"),
     ([("kt = 3.02e6\n", ""), ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"')],
-     r"\[contact.left\] kt is missing: kn is given, and only both win over the model"),
+     r"\[contact.left\] kt is missing: kn is given, and only both together replace the model"),
     ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"')], r"\[contact.left\] radius is missing"),
     ([NO_LEFT, RADIUS, ("mu = 0.6", 'mu = 0.6\nstiffness = "plane_depth"')], r"\[contact.left\] depth is missing"),
     ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "plane_depth"'), (RADIUS[0], RADIUS[1] + "\ndepth = [1e-3]")],
@@ -239,7 +239,7 @@ def test_conserved_total(run):
     ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"'), (RADIUS[0], RADIUS[1] + "\nh_rms = 1e-6")],
      r"\[contact.left\] h_rms: leave it out, it belongs to \[contact\] stiffness = \"rough_series\""),
     ([("mu = 0.6", 'mu = 0.6\nstiffness = "rough_series"\nkind = "secant"')], "has a tangent only"),
-    ([("mu = 0.6", "mu = 0.6\nscale = 0.5")], r"\[contact\] scale: leave it out, stiffness = \"given\" has no model"),
+    ([("mu = 0.6", "mu = 0.6\nscale = 0.5")], r"\[contact\] scale: leave it out, stiffness = \"given\" uses no model"),
     ([("mu = 0.6", "mu = 0.6\nshares = \"area\"")], r"\[contact\] shares = 'area': .*equal, tributary"),
 ])
 def test_stiffness_keys_that_do_not_fit(tmp_path, changes, message):

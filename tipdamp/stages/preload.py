@@ -108,8 +108,8 @@ def load_case(study: Study, store: Store, statics: StaticContact, pairs: Contact
 
 def reaction_warnings(cases: dict[str, dict[str, float]]) -> list[str]:
     """Sentences about constraint reactions; cases - {load: {motion: amount in N, of rolls in N m}}."""
-    return [f"{load} does {abs(amount):.2g} {'N m' if motion.startswith('roll') else 'N'} along the {motion} that no "
-            "contact resists, as inexact coordinates leave it: it is taken up in the reference state"
+    return [f"{load} has a component of {abs(amount):.2g} {'N m' if motion.startswith('roll') else 'N'} along the "
+            f"{motion}, which no contact resists (inexact coordinates): a constraint reaction balances it"
             for load, reactions in cases.items() for motion, amount in reactions.items()]
 
 

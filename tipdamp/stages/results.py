@@ -109,7 +109,7 @@ class FreeResponse(Record):
 
 class ReduceResult(Result):
     """reduce.json. rows {side: rows of the patch}; side_materials {side: E, nu, E, nu} where a model needs them;
-    free_hz {'out_of_phase', 'in_phase'}, empty where no mode is of both blades."""
+    free_hz {'out_of_phase', 'in_phase'}, empty where no mode involves both blades."""
     file: ClassVar[str] = "reduce.json"
     reduction: Reduction
     rows: dict[str, int]

@@ -1,4 +1,4 @@
-"""Values of a study file that exclude or need each other: every check raises InputError with the place in the file."""
+"""Keys of a study that exclude or require each other; every check raises InputError with the place in the file."""
 
 from pathlib import Path
 
@@ -48,13 +48,13 @@ def check_study(study: Study) -> None:
 
 
 def check_contact(where: str, contact: Contact) -> None:
-    """What says how a model gives the stiffness has no meaning without a model."""
+    """Keys of a stiffness model have no meaning without one."""
     for key in OF_MODELS:
         if key in contact.model_fields_set and contact.stiffness == "given":
-            raise InputError(f"{where} {key}: leave it out, stiffness = \"given\" has no model that it could be of")
+            raise InputError(f"{where} {key}: leave it out, stiffness = \"given\" uses no model")
     if contact.stiffness == "rough_series" and contact.kind == "secant":
-        raise InputError(f"{where} kind = \"secant\": rough surfaces approach without a first touch, stiffness = "
-                         "\"rough_series\" has a tangent only")
+        raise InputError(f"{where} kind = \"secant\": rough surfaces have no first touch, stiffness = \"rough_series\" "
+                         "has a tangent only")
 
 
 def check_side(where: str, side: Side, contact: Contact) -> None:
@@ -82,11 +82,11 @@ def _check_given_stiffness(where, side, model):
         raise InputError(f"{where} kn and kt are missing; give them, or set [contact] stiffness = \"halfspace\"")
     for key, value, other, stated in (("kn", side.kn, "kt", side.kt), ("kt", side.kt, "kn", side.kn)):
         if value is None and stated is not None:
-            raise InputError(f"{where} {key} is missing: {other} is given, and only both win over the model")
+            raise InputError(f"{where} {key} is missing: {other} is given; only both together replace the model")
 
 
 def refuse_beside_pairs(path: Path, contact: Contact, sides: dict[str, Side]) -> None:
-    """What the table of pairs says is said there alone."""
+    """What the table of pairs gives is given there alone."""
     own = ("blade", "damper", "kn", "kt", "gap", *NEEDED)
     given: list[tuple[str, Section, tuple[str, ...]]] = [("[contact]", contact, ("mu", *OF_MODELS, "stiffness"))]
     given += [(f"[contact.{name}]", side, own) for name, side in sides.items()]
@@ -94,7 +94,7 @@ def refuse_beside_pairs(path: Path, contact: Contact, sides: dict[str, Side]) ->
         for key in keys:
             if key in section.model_fields_set:
                 raise InputError(f"{path}: {where} {key}: leave it out, the table [contact] pairs = '{contact.pairs}' "
-                                 "says it for every pair")
+                                 "gives it for every pair")
 
 
 def check_respond(where: str, respond: Respond) -> None:
@@ -103,7 +103,7 @@ def check_respond(where: str, respond: Respond) -> None:
         names = [f"{v:g}" if isinstance(v, float) else str(v) for v in dict(respond)[key]]
         double = [n for n in names if names.count(n) > 1]
         if double:
-            raise InputError(f"{where} {key}: {double[0]} stands there twice")
+            raise InputError(f"{where} {key}: {double[0]} is given twice")
     if len(respond.patches) != 2:
         raise InputError(f"{where} patches = {list(respond.patches)}: two groups are needed, one on each blade")
 

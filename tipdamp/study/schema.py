@@ -147,7 +147,7 @@ class Contact(Section):
     stiffness: Annotated[Literal["given", "halfspace", "plane_depth", "rough_series"], Key(
         CHOICE, "of sides without kn and kt of their own: 'halfspace': smooth bodies in three dimensions; "
         "'plane_depth': plane strain with depth; 'rough_series': halfspace in series with a rough interface; 'given': "
-        "none, every side has its kn and kt. Given kn and kt win over every model")] = "given"
+        "none, every side has its kn and kt. Given kn and kt replace every model")] = "given"
     kind: Annotated[Literal["tangent", "secant"], Key(
         CHOICE, "of the stiffness from a model: 'tangent' at the side's force under the pull, or 'secant' from zero "
         "force")] = "tangent"
@@ -165,7 +165,7 @@ class Side(Section):
     blade: Annotated[str, Key(TEXT, "node group of the blades' mesh")] = ""
     damper: Annotated[str, Key(TEXT, "node group of the damper's mesh")] = ""
     shape: Annotated[Literal["cylinder", "flat", "rounded"], Key(CHOICE, "form of the damper's side")]
-    kn: Annotated[float | None, Key(NUMBER, "normal stiffness per node; with kt it wins over [contact] stiffness",
+    kn: Annotated[float | None, Key(NUMBER, "normal stiffness per node; with kt it replaces [contact] stiffness",
                                     "force/length", low=0, open_low=True)] = None
     kt: Annotated[float | None, Key(NUMBER, "tangential stiffness per node", "force/length", low=0,
                                     open_low=True)] = None
@@ -190,7 +190,7 @@ class Side(Section):
 
     @property
     def given(self) -> bool:
-        """Whether the side brings its own kn and kt, which win over every model."""
+        """Whether the side brings its own kn and kt, which replace every model."""
         return self.kn is not None
 
 

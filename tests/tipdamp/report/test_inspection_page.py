@@ -90,7 +90,7 @@ def test_a_flipped_normal_is_named(own_table, capsys):
     frame[worst] *= [[1], [-1], [-1]]                          # t2 and n turned over: still right-handed
     table.replace(frame=frame).save(path.parent / "own.csv")
     page, *_ = inspected(path, capsys)
-    words = (f"1 of 18 contact normals do not stand on the surfaces; the worst, side 'one' station "
+    words = (f"1 of 18 contact normals are not normal to the surfaces; the worst, side 'one' station "
              f"{table.station[worst]} row {table.row[worst]} (damper node {table.damper_node[worst]}), is 180 degrees")
     assert any(words in w for w in content(path)["warnings"]) and "180.0° off" in page.replace("\\u00b0", "°")
     assert content(path)["pair_checks"]["one"]["off_surface_deg"] == pytest.approx(180)
