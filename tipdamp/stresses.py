@@ -32,8 +32,7 @@ def keep_stress(study: Study, store: Store, model: ReducedModel, q: np.ndarray, 
         what = loads.rest_name(study).removeprefix("the ")
         fields = {f"displacement (m), {what}": shape,
                   f"von Mises stress (Pa), {what}": von_mises(nodal_stress(mesh, own, shape, others))}
-        with store.writing(f"stress_{body.name}.vtu") as path:
-            files += [f"stress_{body.name}.vtu"] if write_shapes(path, mesh, fields) else []
+        files += write_shapes(store, f"stress_{body.name}.vtu", mesh, fields)
     return files
 
 

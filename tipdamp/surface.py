@@ -3,13 +3,17 @@
 Written by the stage `reduce` into surface.npz, so that no picture needs a mesh or a finite-element library again.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from modal.craig_bampton import Reduction
 from modal.faces import boundary_faces
+from modal.mesh import Mesh
 
-MOST = 8000              # nodes of a skin; finer ones are thinned, for pictures and for the size of surface.npz
+MAX_NODES = 8000         # nodes of a skin; finer ones are thinned, for pictures and for the size of surface.npz
 SHARP = np.cos(np.radians(30))
 # faces by their number of nodes (corners, middles of edges, centre) as triangles, counter-clockwise like the face
 _TRIANGLES = {3: [(0, 1, 2)], 6: [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)], 4: [(0, 1, 2), (0, 2, 3)],
@@ -37,29 +41,29 @@ class Surface:
         return (self.recovery @ np.asarray(q, dtype=np.float32)).reshape(-1, 3)
 
 
-def skin(mesh, body: str, reduction=None, most: int = MOST) -> Surface:
-    """Boundary faces of a mesh as triangles through all their nodes, or fewer where there are more than `most`."""
+def skin(mesh: Mesh, body: str, reduction: Reduction | None = None, max_nodes: int = MAX_NODES) -> Surface:
+    """Boundary faces of a mesh as triangles through all their nodes, or fewer where there are more than `max_nodes`."""
     triangles = np.concatenate([block[:, _TRIANGLES[block.shape[1]]].reshape(-1, 3) for block in boundary_faces(mesh)])
     whole = len(np.unique(triangles))
-    triangles = _thinned(mesh.position, triangles, most)
+    triangles = _thinned(mesh.position, triangles, max_nodes)
     used, inverse = np.unique(triangles, return_inverse=True)
     triangles = inverse.reshape(-1, 3)
     return Surface(body, mesh.node[used], mesh.position[used], triangles, _sharp_edges(mesh.position[used], triangles),
                    None if reduction is None else _recovery(reduction, used), len(used) < whole)
 
 
-def _thinned(position, triangles, most):
+def _thinned(position, triangles, max_nodes):
     """Nodes that share a cell of a grid become one of them; triangles that collapse are gone."""
     used, inverse = np.unique(triangles, return_inverse=True)
     inverse, place = inverse.reshape(-1, 3), position[used]
-    if len(used) <= most:
+    if len(used) <= max_nodes:
         return triangles
     area = np.linalg.norm(np.cross(*np.diff(place[inverse], axis=1).transpose(1, 0, 2)), axis=1).sum() / 2
-    size = np.sqrt(area / most)
+    size = np.sqrt(area / max_nodes)
     while True:
         cell = np.floor((place - place.min(axis=0)) / size).astype(np.int64)
         _, first, cluster = np.unique(cell, axis=0, return_index=True, return_inverse=True)
-        if len(first) <= most:
+        if len(first) <= max_nodes:
             break
         size *= 1.15
     triangles = first[cluster.ravel()[inverse]]
@@ -99,12 +103,12 @@ def _recovery(reduction, index) -> np.ndarray:
     rows = np.zeros((len(dof), b + reduction.Phi.shape[1]), dtype=np.float32)
     inside = inner[dof]
     rows[inside, :b], rows[inside, b:] = reduction.Psi[place[dof[inside]]], reduction.Phi[place[dof[inside]]]
-    held = np.flatnonzero(~inside & (dof >= 0))
-    rows[held, place[dof[held]]] = 1.0
+    masters = np.flatnonzero(~inside & (dof >= 0))
+    rows[masters, place[dof[masters]]] = 1.0
     return rows
 
 
-def save(surfaces, path) -> None:
+def save(surfaces: Iterable[Surface], path: Path) -> None:
     """Several bodies in one .npz."""
     content = {"bodies": np.array([s.body for s in surfaces])}
     for s in surfaces:
@@ -117,7 +121,7 @@ def save(surfaces, path) -> None:
         np.savez(file, **content)
 
 
-def load(path) -> dict:
+def load(path: Path) -> dict[str, Surface]:
     """{body: Surface}"""
     with np.load(path, allow_pickle=False) as z:
         return {body: Surface(body, z[f"{body}/node"], z[f"{body}/position"], z[f"{body}/triangles"],

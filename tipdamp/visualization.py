@@ -5,6 +5,7 @@ The .vtu files are written by meshio and left out where it is missing.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +66,14 @@ def keep_bodies(store: Store, meshes: Mapping[str, Mesh], reductions: Sequence[R
     labels = [f"{value:.1f} Hz" for value in hz]
     with store.writing("free_modes.npz") as path:
         Shapes(np.array(kinds), np.array(labels), np.array(hz), np.hstack(q)).save(path)
-    return ["surface.npz", "free_modes.npz", *_free_modes(store, meshes, reductions[0])]
+    return ["surface.npz", "free_modes.npz", *_free_vtu(store, meshes, reductions[0])]
+
+
+def _free_vtu(store, meshes, reduction):
+    """free_modes.vtu: the lowest modes of the blades without damper, on their mesh."""
+    hz, q = free_shapes(reduction.model)
+    shapes = {f"mode {i + 1}, {hz[i]:.1f} Hz": reduction.recover(q[:, i]) for i in range(len(hz))}
+    return write_shapes(store, "free_modes.vtu", meshes[reduction.body.name], shapes)
 
 
 def free_shapes(model: ReducedModel, count: int = SHOWN) -> tuple[np.ndarray, np.ndarray]:
@@ -128,39 +136,21 @@ def keep_preload(store: Store, tables: Mapping[str, ContactTable]) -> list[str]:
 
 # ---- .vtu ------------------------------------------------------------------------------------------------------
 
-def write_shapes(path: Path, mesh: Mesh, shapes: Mapping[str, np.ndarray]) -> bool:
-    """One file with the cells of a mesh and, at its nodes, the numbers of the user and vectors {name: (n, 3)}.
-
-    Returns False where meshio is not installed.
-    """
-    try:
-        import meshio
-    except ImportError:
-        return False
-    blocks = []
-    for kind, cells in mesh.cells.items():
-        straight = kind.rstrip("0123456789")
-        blocks.append((straight, cells[:, :_CORNERS[straight]]))
-    used = np.unique(np.concatenate([cells.ravel() for _, cells in blocks]))
-    blocks = [(kind, np.searchsorted(used, cells)) for kind, cells in blocks]
-    data = {"node": mesh.node[used], **{name: shape[used] for name, shape in shapes.items()}}
-    meshio.write(path, meshio.Mesh(mesh.position[used], blocks, point_data=data), file_format="vtu")
-    return True
-
-
-def _free_modes(store, meshes, reduction):
-    """free_modes.vtu: the lowest modes of the blades without damper, on their mesh."""
-    hz, q = free_shapes(reduction.model)
-    shapes = {f"mode {i + 1}, {hz[i]:.1f} Hz": reduction.recover(q[:, i]) for i in range(len(hz))}
-    with store.writing("free_modes.vtu") as path:
-        return ["free_modes.vtu"] if write_shapes(path, meshes[reduction.body.name], shapes) else []
+def write_shapes(store: Store, name: str, mesh: Mesh, shapes: Mapping[str, np.ndarray]) -> list[str]:
+    """The cells of a mesh and, at its nodes, the numbers of the user and vectors {name: (n, 3)}; the name of the file,
+    or nothing where meshio is not installed."""
+    blocks = [(kind.rstrip("0123456789"), cells) for kind, cells in mesh.cells.items()]
+    straight = [(kind, cells[:, :_CORNERS[kind]]) for kind, cells in blocks]
+    used = np.unique(np.concatenate([cells.ravel() for _, cells in straight]))
+    return _vtu(store, name, mesh.position[used], [(kind, np.searchsorted(used, cells)) for kind, cells in straight],
+                {"node": mesh.node[used], **{what: shape[used] for what, shape in shapes.items()}})
 
 
 def _vtu(store, name, position, cells, data):
-    try:
-        import meshio
-    except ImportError:
+    if find_spec("meshio") is None:
         return []
+    import meshio
+
     with store.writing(name) as path:
         meshio.write(path, meshio.Mesh(position, cells, point_data=data), file_format="vtu")
     return [name]

@@ -33,7 +33,7 @@ def test_skin_is_closed_and_outward(kind):
 
 def test_fine_skin_is_thinned():
     mesh = block("hexahedron", (40, 12, 8))
-    skin = surface.skin(mesh, "bar", most=300)
+    skin = surface.skin(mesh, "bar", max_nodes=300)
     whole = surface.skin(mesh, "bar")
     assert skin.thinned and not whole.thinned and 150 < len(skin.node) <= 300 < len(whole.node)
     assert np.array_equal(mesh.position[mesh.index(skin.node)], skin.position)    # real nodes, where they are
@@ -41,8 +41,8 @@ def test_fine_skin_is_thinned():
         assert np.ptp(skin.position[:, k]) > 0.85 * size
     turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]       # oblique to the grid of cells
     oblique = replace(mesh, position=mesh.position @ turn)
-    for most in range(40, 400, 20):
-        assert most / 4 < len(surface.skin(oblique, "bar", most=most).node) <= most
+    for nodes in range(40, 400, 20):
+        assert nodes / 4 < len(surface.skin(oblique, "bar", max_nodes=nodes).node) <= nodes
 
 
 @pytest.fixture(scope="module")
