@@ -1,0 +1,33 @@
+"""Tables: what is said, and what is not."""
+
+import pytest
+
+from tests.tipdamp.report.files import artefacts, damage, results_of
+from tipdamp.report.tables import assumptions, key_figures, peaks
+from tipdamp.study.study import load_study
+
+
+def test_reference_columns_need_reference_values(tmp_path):
+    study, store = artefacts(tmp_path)
+    assert next(key_figures.tables(results_of(study, store))).columns == ("", "computed", "reference", "deviation")
+    study.path.write_text(study.path.read_text().split("[reference]")[0])
+    table = next(key_figures.tables(results_of(load_study(study.path), store)))
+    assert table.columns == ("", "computed") and all(len(row) == 2 for row in table.rows)
+
+
+def test_given_stations_are_not_called_tuned(tmp_path):
+    given = damage("tune", "target_hz", value=None)
+    names = [row[0] for row in next(key_figures.tables(results_of(*artefacts(tmp_path, damage=given)))).rows]
+    assert "stuck, given stations (Hz)" in names and not any("tuned" in name for name in names)
+
+
+def test_rounding_of_a_moment_is_nothing(tmp_path):
+    values = dict(next(assumptions.tables(results_of(*artefacts(tmp_path)))).rows)
+    assert values["moment taken up in the reference state"].startswith("0 N m about")
+
+
+@pytest.mark.parametrize("key, value, state", [("complete", False, "incomplete"), ("failed_points", 0, "complete"),
+                                               ("failed_points", 3, "3 points failed")])
+def test_state_of_a_curve(tmp_path, key, value, state):
+    table = next(peaks.tables(results_of(*artefacts(tmp_path, damage=damage("responses", 1, key, value=value)))))
+    assert table.rows[1][table.columns.index("curve")] == state
