@@ -7,7 +7,7 @@ STAGES = {
     "inspect": "what is in the meshes: groups, counts, masses, rigid modes",
     "reduce": "meshes to a reduced model and contact pairs; modes without damper",
     "preload": "unilateral static contact under the pull: the preload map",
-    "tune": "detach pairs from the middle until the stuck frequency meets the target",
+    "tune": "the stations that stay: detached until the stuck frequency meets its target, or given",
     "respond": "forced response at every level and number of harmonics",
     "report": "the HTML page, the figures and summary.json",
 }
