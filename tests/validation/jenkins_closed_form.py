@@ -22,7 +22,7 @@ def rows():
         peak = data["HB1_peaks"][0]
         band = np.array([0.7, 1.3]) * peak["Omega"] / (2 * np.pi)
         curve = follow_band(problem, force, band, harmonics=1, outputs={"x": [1.0]})
-        hz, amplitude = curve.peak("x", "harmonic")
+        hz, amplitude = curve.peak("x")
         yield row(f"{case}, peak, H = 1", amplitude, peak["X"], "closed form")
         yield row(f"{case}, frequency of the peak, H = 1", 2 * np.pi * hz, peak["Omega"], "frequency in closed form")
 

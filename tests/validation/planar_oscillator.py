@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hbm.peaks import find_peaks
 from hbm.response import follow_band
 from hbm.time.comparison import compare_point
 from tests.hbm.cases import solve
@@ -27,7 +28,7 @@ def rows():
                 yield row(f"{f} Hz, H = 9", ours, known[4], "published time integration")
         for band in ((150, 180), (180, 150)):
             curve = follow_band(oscillator(), FORCE, band, harmonics=H, outputs=Y2)
-            found = curve.peak("y2", "harmonic")
+            found = find_peaks(curve, oscillator(), "y2", "harmonic")[0]
             yield row(f"{band[0]} to {band[1]} Hz, H = {H}", float(curve.complete), 1.0, "complete curve")
             yield row(f"peak, Hz, H = {H}", found[0], hz, "frequency of the peak (to 0.1 Hz)")
             yield row(f"peak, m, H = {H}", found[1], amplitude, "peak, table at equal H")
