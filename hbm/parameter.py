@@ -118,7 +118,7 @@ class ContactSetting(Parameter):
         if self.setting == "preload" and not problem.preloaded:
             raise InputError("parameter 'preload': the unloaded origin has gaps, not preloads; "
                              "use origin = 'preloaded'")
-        P, chosen = len(problem.pairs), np.asarray(() if self.contacts is None else self.contacts)
+        P, chosen = len(problem.contacts), np.asarray(() if self.contacts is None else self.contacts)
         if chosen.size and (chosen.dtype.kind not in "iu" or chosen.min() < 0 or chosen.max() >= P):
             raise InputError(f"contacts = {brief(self.contacts)}: must be indices from 0 to {P - 1}")
 
@@ -137,23 +137,23 @@ class ContactSetting(Parameter):
 
     def chosen(self, problem) -> np.ndarray:
         """(P,) bool, the contacts whose setting varies."""
-        return np.isin(np.arange(len(problem.pairs)), np.arange(len(problem.pairs)) if self.contacts is None
+        return np.isin(np.arange(len(problem.contacts)), np.arange(len(problem.contacts)) if self.contacts is None
                        else self.contacts)
 
     def scaled(self, problem, value: float) -> Contacts:
         """The settings of the contacts at a value."""
         factor = np.where(self.chosen(problem), value, 1.0)
-        changed = {self.setting: factor * vars(problem.pairs)[self.setting]}
+        changed = {self.setting: factor * vars(problem.contacts)[self.setting]}
         if self.setting == "kn" and not problem.preloaded:
-            changed["preload"] = factor * problem.pairs.preload          # -kn gap
-        return replace(problem.pairs, **changed)
+            changed["preload"] = factor * problem.contacts.preload          # -kn gap
+        return replace(problem.contacts, **changed)
 
     def _force_rate(self, balance, t, value):
         """(P, nd, nh) derivative of the contact forces by the factor at a given motion."""
         problem = balance.problem
         if self.setting == "preload" and t.forces.by_preload is not None:
-            rate = (problem.pairs.preload * self.chosen(problem))[:, None, None] * t.forces.by_preload
-            rate[:, :, 0] += balance.offset(problem.pairs) * self.chosen(problem)[:, None]
+            rate = (problem.contacts.preload * self.chosen(problem))[:, None, None] * t.forces.by_preload
+            rate[:, :, 0] += balance.offset(problem.contacts) * self.chosen(problem)[:, None]
             return rate
         h = DIFFERENCE * max(value, 1e-3)
         value = max(value, h)

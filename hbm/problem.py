@@ -26,7 +26,7 @@ class ContactProblem:
 
     M, C, K : (r, r) kg, N s/m, N/m, symmetric; C is None where damping_ratio is given
     B : (P nd, r) dense or sparse - relative motion, the components of each contact in turn, in the order of the law
-    pairs : Contacts, the settings of the contacts
+    contacts : P of them, with their settings
     static : (r,) N or None - constant force beside the one that balances the preload
     preloaded : True when q = 0 is the preloaded state (the static loads that hold the preloads are implied: open
         contacts, of negative preload, carry nothing), False when q = 0 is the unloaded one and `static` carries all
@@ -41,7 +41,7 @@ class ContactProblem:
     K: np.ndarray
     B: Any
     law: ContactLaw
-    pairs: Contacts
+    contacts: Contacts
     static: np.ndarray | None = None
     preloaded: bool = True
     damping_ratio: float | np.ndarray | None = None
@@ -52,19 +52,19 @@ class ContactProblem:
         for name, matrix in matrices.items():
             object.__setattr__(self, name, symmetric(name, matrix))
         check_law(self.law)
-        check_kind("pairs", self.pairs, Contacts, "Contacts(kn, kt, mu, preload)")
+        check_kind("contacts", self.contacts, Contacts, "Contacts(kn, kt, mu, preload)")
         nd, r = len(self.law.components), self.K.shape[0]
         if any(matrix is not None and matrix.shape != (r, r) for matrix in (self.M, self.C)):
             shapes = ", ".join(f"{name} is {np.shape(vars(self)[name])}" for name in "MCK")
             raise InputError(f"{shapes}: all must have the same size")
         self._check_signs()
-        if not len(self.pairs):
-            raise InputError("no contact pairs: use linear_response for a model without contact")
-        if np.shape(self.B) != (len(self.pairs) * nd, r):
-            raise InputError(f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.pairs)} pairs of a model with "
-                             f"{r} dofs needs ({len(self.pairs) * nd}, {r})")
+        if not len(self.contacts):
+            raise InputError("no contacts: use linear_response for a model without contact")
+        if np.shape(self.B) != (len(self.contacts) * nd, r):
+            raise InputError(f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.contacts)} contacts of a "
+                             f"model with {r} dofs needs ({len(self.contacts) * nd}, {r})")
         numbers("B", self.B, "must be a real matrix")
-        self.law.check(self.pairs)
+        self.law.check(self.contacts)
         if self.static is not None:
             static = numbers("static", self.static, f"must be {r} real numbers in N")
             if static.shape != (r,) or not np.isfinite(static).all():
@@ -83,7 +83,7 @@ class ContactProblem:
     @property
     def stuck_stiffness(self) -> np.ndarray:
         """(r, r) K + B' K_c B."""
-        k = self.law.stuck_stiffness(self.pairs).ravel()
+        k = self.law.stuck_stiffness(self.contacts).ravel()
         B = sp.csr_matrix(self.B).toarray()
         return self.K + (B.T * k) @ B
 
@@ -98,16 +98,16 @@ class ContactProblem:
 
     @cached_property
     def _receptance(self):
-        if self.law.stuck_stiffness(self.pairs).any() and not self.law.stiffness_at_rest(self.pairs).any():
+        if self.law.stuck_stiffness(self.contacts).any() and not self.law.stiffness_at_rest(self.contacts).any():
             check_rest(self.K, None if self.preloaded else self.static, self.describe)
         C = self.C if self.damping_ratio is None else None
         return stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe)
 
     def with_contacts(self, contacts: Contacts) -> "ContactProblem":
         """With other settings of the contacts; the receptance is kept where these do not change it."""
-        other = replace(self, pairs=contacts)
+        other = replace(self, contacts=contacts)
         stiffness = self.law.stuck_stiffness
-        if "_receptance" in self.__dict__ and np.array_equal(stiffness(contacts), stiffness(self.pairs)):
+        if "_receptance" in self.__dict__ and np.array_equal(stiffness(contacts), stiffness(self.contacts)):
             other.__dict__["_receptance"] = self._receptance
         return other
 

@@ -190,7 +190,7 @@ def _with_all_pairs(curve, kept):
 
 def _solution(point, balance, hz, case, calls):
     """The PeriodicSolution of a point; NaN where it did not converge."""
-    P, nd, orders = len(balance.problem.pairs), balance.nd, balance.H + 1
+    P, nd, orders = len(balance.problem.contacts), balance.nd, balance.H + 1
     shapes = {"harmonics": (len(case.rows), orders),
               **dict.fromkeys(("contact_force", "contact_motion"), (P, nd, orders)),
               **dict.fromkeys(("share_stick", "share_slip", "share_open", "dissipated"), (P,))}

@@ -60,7 +60,7 @@ def restored(curve: ForcedResponse, problem, parameter: Parameter | None = None)
     if parameter is None and curve.parameter_name not in known:
         raise InputError(f"the curve runs over {curve.parameter_name}: give the `parameter` that it was made with")
     parameter = known[curve.parameter_name] if parameter is None else parameter
-    r, P, kept = problem.K.shape[0], len(problem.pairs), int(curve.carrying.sum())
+    r, P, kept = problem.K.shape[0], len(problem.contacts), int(curve.carrying.sum())
     if not curve.unknowns.size:
         raise InputError("the curve holds no unknowns: it was measured, or made by another program")
     if kept != P or curve.forces.shape[1] != r:

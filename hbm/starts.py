@@ -60,7 +60,7 @@ def _raise_level(balance, w, settings):
 
 def _integrate(balance, w, settings):
     """(x or None, residual calls): where time integration from rest leads; piecewise-linear laws only."""
-    if balance.problem.law.piecewise_linear(balance.problem.pairs) is None:
+    if balance.problem.law.piecewise_linear(balance.problem.contacts) is None:
         return None, 0
     integrator = ExactIntegrator(balance, w, IntegrationSettings(tolerance=1e-4))
     cycle = integrator.periods(integrator.at_rest(), 60)

@@ -103,7 +103,7 @@ class Outputs:
 def record(branch: Branch, equation: Equation, outputs, contact: bool, peak_points, seconds: float) -> ForcedResponse:
     """ForcedResponse of a branch; outputs : (names, rows (m, r)); contact : whether to keep the contact forces."""
     balance, parameter, (names, rows) = equation.balance, equation.parameter, outputs
-    n, P = len(branch.points), len(balance.problem.pairs)
+    n, P = len(branch.points), len(balance.problem.contacts)
     shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
     force = np.full((n, P, balance.nd, balance.H + 1) if contact else (0, 0, 0, 0), np.nan, dtype=complex)
     for i, point in enumerate(branch.points):

@@ -143,7 +143,7 @@ class Linearisation:
         n = len(rows)
         if not n:
             return np.zeros((0, 0)), rows, local
-        check_active_fit(a, len(hb.problem.pairs), nd, H)
+        check_active_fit(a, len(hb.problem.contacts), nd, H)
         columns = (forces.contacts[:, None] * nd + np.arange(nd)).ravel()
         left = forces.D[active] if n < a * nd else forces.D.reshape(n, nh, nd, nh)
         owner = np.repeat(np.arange(a), active.sum(axis=1))
@@ -182,9 +182,9 @@ class Linearisation:
     def contact_force(self) -> np.ndarray:
         """(P, nd, H+1) complex, N, of the contacts."""
         hb, problem = self.balance, self.balance.problem
-        u = self.x.reshape(len(problem.pairs), hb.nd, hb.nh)
-        f = self.forces.g + problem.law.stuck_stiffness(problem.pairs)[:, :, None] * u
-        f[:, :, 0] += problem.law.stuck_force(problem.pairs)
+        u = self.x.reshape(len(problem.contacts), hb.nd, hb.nh)
+        f = self.forces.g + problem.law.stuck_stiffness(problem.contacts)[:, :, None] * u
+        f[:, :, 0] += problem.law.stuck_force(problem.contacts)
         return fourier.to_complex(f)
 
     def smallest_motion(self):

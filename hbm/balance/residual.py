@@ -62,7 +62,7 @@ class HarmonicBalance:
 
     def __init__(self, problem: ContactProblem, forces: dict, H: int, start: str | np.ndarray = "zero_slider",
                  samples: int | None = None):
-        law, P = problem.law, len(problem.pairs)
+        law, P = problem.law, len(problem.contacts)
         self.forces, self.given_start = forces, start
         self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
         self.n_components = P * self.nd
@@ -74,7 +74,7 @@ class HarmonicBalance:
         self.contact_receptance = ContactReceptance(self.receptance, self.shapes, H)
         modes = self.receptance.shapes
         self.static = np.zeros(modes.shape[1]) if problem.static is None else modes.T @ problem.static
-        self.static = self.static - self.shapes.T @ self.offset(problem.pairs).ravel()
+        self.static = self.static - self.shapes.T @ self.offset(problem.contacts).ravel()
         self.force = np.zeros((modes.shape[1], H + 1), dtype=complex)
         for k, F in forces.items():
             self.force[:, k] = modes.T @ F
@@ -106,7 +106,7 @@ class HarmonicBalance:
         """
         if self.on_call:
             self.on_call()
-        u = x.reshape(len(self.problem.pairs), self.nd, self.nh)
+        u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
         forces = self._regularised(self.contact_forces(u, w, contacts))
         factors, rates = self.receptance.factors(w * np.arange(self.H + 1))
         push, g = self.force_at(level), forces.g.reshape(-1, self.nh)
@@ -127,7 +127,7 @@ class HarmonicBalance:
     def contact_forces(self, u: np.ndarray, w: float, contacts: Contacts | None = None) -> ContactForces:
         """At the relative motion u (P, nd, nh); receptance and constant force stay those of the problem, and the
         difference of other settings to them goes into the contact forces."""
-        law, own = self.problem.law, self.problem.pairs
+        law, own = self.problem.law, self.problem.contacts
         if contacts is None:
             return aft.evaluate(law, own, u, self.start, self.grid, w)
         forces = aft.evaluate(law, contacts, u, self.start, self.grid, w)
@@ -155,4 +155,4 @@ class HarmonicBalance:
 
     def regularisation(self, forces: ContactForces) -> np.ndarray:
         """(P nd,) N/m that Newton's matrix adds to the mean positions: a small share of the active stuck springs."""
-        return REGULARISATION * (self.problem.law.stuck_stiffness(self.problem.pairs) * forces.active).ravel()
+        return REGULARISATION * (self.problem.law.stuck_stiffness(self.problem.contacts) * forces.active).ravel()

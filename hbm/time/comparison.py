@@ -91,7 +91,7 @@ def compare_point(balance: HarmonicBalance, point, rows, settings: IntegrationSe
 
 def integrator_of(balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None) -> Integrator:
     """The event-driven integrator where every law of the balance is piecewise linear, else the sampled one."""
-    piecewise = balance.problem.law.piecewise_linear(balance.problem.pairs)
+    piecewise = balance.problem.law.piecewise_linear(balance.problem.contacts)
     return (SampledIntegrator if piecewise is None else ExactIntegrator)(balance, w, settings)
 
 

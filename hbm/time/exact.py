@@ -37,7 +37,7 @@ class ExactIntegrator:
     method = "event-driven"
 
     def __init__(self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None):
-        law, contacts = balance.problem.law, balance.problem.pairs
+        law, contacts = balance.problem.law, balance.problem.contacts
         compilation.announce(events.run)                       # before the first compiled function is called
         table = law.piecewise_linear(contacts)
         if table is None:

@@ -39,7 +39,7 @@ class StuckSystem:
     @property
     def contacts(self) -> Contacts:
         """Of the problem of the balance."""
-        return self.balance.problem.pairs
+        return self.balance.problem.contacts
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -95,7 +95,7 @@ class StuckSystem:
 def stuck_system(balance: HarmonicBalance, w: float, settings: IntegrationSettings) -> StuckSystem:
     """The stuck system of a balance; modes far above w follow statically (`massless_above`)."""
     problem, B, w = balance.problem, balance.problem.B, float(w)
-    stiffness = problem.law.stuck_stiffness(problem.pairs).ravel()
+    stiffness = problem.law.stuck_stiffness(problem.contacts).ravel()
     P = split(balance.receptance, B, stiffness, settings.massless_above * w, settings.foreign_share)
     out, into = B @ P.out, (B @ P.into).T
     factors = balance.receptance.factors(w * np.arange(balance.H + 1))[0]

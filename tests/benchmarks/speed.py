@@ -63,7 +63,7 @@ def measured(case, label, H, level, moves=None, repeats=3):
         raise SystemExit(f"{label}: {count.min()} to {count.max()} pairs slip or open, not {moves}")
     hz, top = curve.peak(next(iter(outputs)), "harmonic")
     at_top = int(count[np.abs(curve.frequency - hz).argmin()])
-    row = {"case": label, "H": H, "contacts": len(problem.pairs), "dofs": len(problem.K),
+    row = {"case": label, "H": H, "contacts": len(problem.contacts), "dofs": len(problem.K),
            "ms": 1e3 * float(np.median(times[1:])) / n, "calls": curve.residual_calls / n, "points": n,
            "complete": bool(curve.complete), "moving": at_top, "peak": [hz, top]}
     print(row, flush=True)
@@ -85,8 +85,8 @@ def with_peer(python, case, label, H, level):
     tip = outputs["tip"]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "model.npz")
-        np.savez(path, M=problem.M, C=problem.C, K=problem.K, Q=problem.B, N0=problem.pairs.preload,
-                 mu=problem.pairs.mu[0], kt=problem.pairs.kt[0], fdir=force, out=tip)
+        np.savez(path, M=problem.M, C=problem.C, K=problem.K, Q=problem.B, N0=problem.contacts.preload,
+                 mu=problem.contacts.mu[0], kt=problem.contacts.kt[0], fdir=force, out=tip)
         done = subprocess.run([python, PEER, path, str(H), str(level), str(PEER_SAMPLES)], capture_output=True,
                               text=True, cwd=folder, env=os.environ | {"OMP_NUM_THREADS": "1", "HOME": folder})
     if done.returncode:

@@ -18,7 +18,7 @@ def with_node(problem: ContactProblem, mass: float) -> ContactProblem:
     B = np.asarray(problem.B, dtype=float)
     moving = np.flatnonzero(np.abs(B).max(axis=1) > 0)
     r, m = len(problem.K), len(moving)
-    k = STIFFER * problem.law.stuck_stiffness(problem.pairs).ravel()[moving]
+    k = STIFFER * problem.law.stuck_stiffness(problem.contacts).ravel()[moving]
     between = np.hstack([B[moving], -np.eye(m)])           # stretch of the node's springs
     grown = np.zeros((r + m, r + m))
     M, C, K = grown.copy(), grown.copy(), grown.copy()
@@ -28,7 +28,7 @@ def with_node(problem: ContactProblem, mass: float) -> ContactProblem:
     nodes = np.zeros((len(B), r + m))
     nodes[moving, r + np.arange(m)] = 1.0
     in_series = STIFFER / (STIFFER - 1)
-    p = problem.pairs
+    p = problem.contacts
     pairs = Contacts(in_series * p.kn, in_series * p.kt, p.mu, p.preload)
     static = None if problem.static is None else np.r_[problem.static, np.zeros(m)]
     return ContactProblem(M, C, K, nodes, problem.law, pairs, static, problem.preloaded)

@@ -259,7 +259,7 @@ def test_matrices_without_a_bounded_response_are_refused(changes, message):
     given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4])) | changes
     with pytest.raises(InputError, match=message):
         problem = ContactProblem(**given, B=np.array([[1.0, 0]]), law=Jenkins1D(),
-                                 pairs=Contacts([0.0], [1.0], [0.5], [1.0]))
+                                 contacts=Contacts([0.0], [1.0], [0.5], [1.0]))
         follow_band(problem, [1.0, 0], (0.1, 0.2), outputs={"x": [1.0, 0]})
 
 
@@ -271,7 +271,7 @@ def test_what_is_held_or_pressed_while_open_is_not_refused(changes):
     """A mass on its own spring, one that a load presses into contact, and a law that knows no opening."""
     given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4]), B=np.array([[1.0, 0]])) | changes
     zero, one = np.zeros(len(given["B"])), np.ones(len(given["B"]))
-    assert ContactProblem(**given, pairs=Contacts(one, zero, zero, zero)).receptance()
+    assert ContactProblem(**given, contacts=Contacts(one, zero, zero, zero)).receptance()
 
 
 def test_masses_without_any_spring_are_named_where_no_pair_presses():
@@ -279,7 +279,7 @@ def test_masses_without_any_spring_are_named_where_no_pair_presses():
     zero, one = np.zeros(2), np.ones(2)
     with warnings.catch_warnings(), pytest.raises(InputError, match="at rest, where every contact is open: mostly dof"):
         warnings.simplefilter("error")
-        ContactProblem(**given, pairs=Contacts(one, zero, zero, zero)).receptance()
+        ContactProblem(**given, contacts=Contacts(one, zero, zero, zero)).receptance()
 
 
 def test_a_model_that_buckles_is_warned_of_and_dashpots_are_not():

@@ -19,8 +19,8 @@ def test_eight_contacts_are_those_of_the_reference(name, make):
         assert np.abs(found - known)[:masters, :masters].max() < 1e-8 * scale, matrix
     assert np.allclose(ours.B[:, :masters], theirs.B[:, :masters], atol=1e-12)
     assert np.array_equal(force, known_force) and np.array_equal(outputs["tip"], known_outputs["tip"])
-    assert np.allclose(ours.pairs.preload, theirs.pairs.preload, rtol=1e-12)
-    assert np.allclose(ours.pairs.kt, theirs.pairs.kt) and np.allclose(ours.pairs.kn, theirs.pairs.kn)
+    assert np.allclose(ours.contacts.preload, theirs.contacts.preload, rtol=1e-12)
+    assert np.allclose(ours.contacts.kt, theirs.contacts.kt) and np.allclose(ours.contacts.kn, theirs.contacts.kn)
     hz = [np.sqrt(sl.eigh(p.K, p.M, eigvals_only=True))[:8] / (2 * np.pi) for p in (ours, theirs)]
     assert np.allclose(*hz, rtol=1e-9)
 
@@ -30,6 +30,6 @@ def test_every_contact_has_a_dof_of_its_own(n):
     problem, force, outputs = contact_beam.plane(n)
     rows, columns = np.nonzero(problem.B)
     assert np.array_equal(rows, np.arange(n)) and len(set(columns)) == n
-    assert problem.pairs.preload.sum() == pytest.approx(100) and problem.pairs.kt.sum() == pytest.approx(1e6)
+    assert problem.contacts.preload.sum() == pytest.approx(100) and problem.contacts.kt.sum() == pytest.approx(1e6)
     first = np.sqrt(sl.eigh(problem.K, problem.M, eigvals_only=True)[0]) / (2 * np.pi)
     assert first == pytest.approx(835.517, rel=1e-5)              # free_hz of model_B8.npz

@@ -86,13 +86,18 @@ def test_the_peak_over_a_parameter_is_solved():
         assert top >= max(beside) * (1 - 1e-9)
 
 
+def scaled(problem, factor, name, contacts):
+    """A problem with a setting of some contacts times a factor."""
+    values = vars(problem.contacts)[name].copy()
+    values[list(contacts)] *= factor
+    return replace(problem, contacts=replace(problem.contacts, **{name: values}))
+
+
 LAWS_OWN = replace(unilateral(C1["parameters"])[0], law=CubicSpring(0.05))
 KINDS = {      # parameter, problem, force, and the problem at a value
-    "one contact": (ContactSetting("kt", (1,)), *beam("C8")[:2], lambda problem, v: replace(
-        problem, pairs=replace(problem.pairs, kt=problem.pairs.kt * np.where(np.arange(8) == 1, v, 1)))),
-    "preload of some": (ContactSetting("preload", (2, 5)), *beam("C8")[:2], lambda problem, v: replace(
-        problem, pairs=replace(problem.pairs, preload=problem.pairs.preload * np.where(np.isin(np.arange(8), (2, 5)),
-                                                                                       v, 1)))),
+    "one contact": (ContactSetting("kt", (1,)), *beam("C8")[:2], lambda p, v: scaled(p, v, "kt", (1,))),
+    "preload of some": (ContactSetting("preload", (2, 5)), *beam("C8")[:2],
+                        lambda p, v: scaled(p, v, "preload", (2, 5))),
     "damping": (Damping(), *beam("C8")[:2], lambda problem, v: replace(problem, C=v * problem.C)),
     "stiffness": (ModelParameter("ground", lambda problem, v: replace(problem, K=v * problem.K)), *beam("C8")[:2],
                   lambda problem, v: replace(problem, K=v * problem.K)),
@@ -178,7 +183,7 @@ def test_stiffness_branch_ends_at_the_stiffer_model(name):
     """From 1 to 2: the end is the solution of the model whose springs are twice as stiff."""
     problem, force, outputs = beam("C8")
     curve = follow_parameter(problem, 40 * force, 932.1, name, (1.0, 2.0), harmonics=3, outputs=outputs)
-    other = replace(problem, pairs=replace(problem.pairs, **{name: 2 * getattr(problem.pairs, name)}))
+    other = replace(problem, contacts=replace(problem.contacts, **{name: 2 * getattr(problem.contacts, name)}))
     expected = outputs["tip"] @ solve(other, 40 * force, 2 * np.pi * 932.1, 3)[0]
     assert curve.complete and np.abs(curve.harmonics[-1, 0] - expected).max() < 1e-8 * np.abs(expected).max()
 

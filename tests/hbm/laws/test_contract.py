@@ -252,7 +252,7 @@ def test_through_forced_response(case):
     i = int(np.nanargmax(curve.amplitude("rms").max(axis=1)))
     problem = contact_problem(model, pairs, case.law, damping_ratio=0.03)[0]
     U = curve.contact_motion[i][0]
-    plain = history(case.law, problem.pairs, fourier.to_real(U)[None], 1.0, curve.start, 2048, max(case.cycles, 2))[0]
+    plain = history(case.law, problem.contacts, fourier.to_real(U)[None], 1.0, curve.start, 2048, max(case.cycles, 2))[0]
     F = fourier.to_complex(plain[:, 0].T @ sampled.projector(fourier.basis(np.arange(2048) * 2 * np.pi / 2048, 3)))
     assert np.abs(F - curve.contact_force[i][0]).max() < 2e-3 * np.abs(F).max()
     assert not case.friction or curve.share_slip[i, 0] > 0.05
@@ -261,14 +261,14 @@ def test_through_forced_response(case):
     assert (lost[i, 0] > 0.01 and curve.slipping_pairs.tolist() == [0]) or not case.friction
     # K_s phi = phi k: the damping ratios are those of the stuck modes, here along x, y, z
     rows = ["xyz"["t1 t2 n".split().index(c)] for c in case.law.components]
-    k_s = problem.law.stuck_stiffness(problem.pairs)[0]
+    k_s = problem.law.stuck_stiffness(problem.contacts)[0]
     w = 2 * np.pi * curve.frequency[i]
     for row, X, Fc, ks in zip(rows, U, curve.contact_force[i][0], k_s, strict=True):
         j = "xyz".index(row)
         k, orders = model.K[j, j], np.arange(4)
         push = np.zeros(4, complex)
         push[1] = force[j]
-        push[0] = problem.law.stuck_force(problem.pairs)[0, -1] if row == "z" else 0.0
+        push[0] = problem.law.stuck_force(problem.contacts)[0, -1] if row == "z" else 0.0
         Z = k - (orders * w) ** 2 + 2j * 0.03 * np.sqrt(k + ks) * orders * w
         assert np.abs(Z * X + Fc - push).max() < 1e-7 * np.abs(force[j])
 

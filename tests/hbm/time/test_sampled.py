@@ -62,7 +62,7 @@ def test_cubic_spring_to_fourth_order():
 def test_own_law_is_the_built_in_one():
     """A1 at 1.05 with a Jenkins element of a user's own, against the exact orbit and event-driven integration."""
     built, force = jenkins(load("A1")["parameters"])
-    problem = ContactProblem(built.M, built.C, built.K, built.B, OwnSlider(), built.pairs)
+    problem = ContactProblem(built.M, built.C, built.K, built.B, OwnSlider(), built.contacts)
     q, point, balance = solve(problem, force, 1.05, 5, samples=256)
     integrator = SampledIntegrator(balance, 1.05, IntegrationSettings(samples=256))
     own = shooting.shoot(integrator, integrator.on_orbit(point), [[1.0]])

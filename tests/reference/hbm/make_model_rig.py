@@ -44,7 +44,7 @@ def arrays(folder) -> dict:
         "mass": R.mass, "shapes": problem.B @ R.shapes, "force": R.shapes.T @ terms.excitation(study, model),
         "roll": spring_rows(model, table, springs) @ R.shapes,
         "outputs": np.array(list(rows.values())) @ R.shapes, "names": np.array(list(rows)),
-        "kn": problem.pairs.kn, "kt": problem.pairs.kt, "mu": problem.pairs.mu, "preload": problem.pairs.preload,
+        **{name: vars(problem.contacts)[name] for name in ("kn", "kt", "mu", "preload")},
         "motion": R.shapes[named].astype(np.float32), "body": model.body[named], "node": model.node[named],
         "direction": model.direction[named], "position": model.position[named]}
 
