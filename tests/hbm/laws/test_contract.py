@@ -252,7 +252,8 @@ def test_through_forced_response(case):
     i = int(np.nanargmax(curve.amplitude("rms").max(axis=1)))
     problem = contact_problem(model, pairs, case.law, damping_ratio=0.03)[0]
     U = curve.contact_motion[i][0]
-    plain = history(case.law, problem.contacts, fourier.to_real(U)[None], 1.0, curve.start, 2048, max(case.cycles, 2))[0]
+    u, cycles = fourier.to_real(U)[None], max(case.cycles, 2)
+    plain = history(case.law, problem.contacts, u, 1.0, curve.start, 2048, cycles)[0]
     F = fourier.to_complex(plain[:, 0].T @ sampled.projector(fourier.basis(np.arange(2048) * 2 * np.pi / 2048, 3)))
     assert np.abs(F - curve.contact_force[i][0]).max() < 2e-3 * np.abs(F).max()
     assert not case.friction or curve.share_slip[i, 0] > 0.05
