@@ -129,19 +129,21 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     G = _left_out(factor, M.II, M_Psi, found.phi) if bound else None
     omega, Phi = _with_load_modes(body, interior, factor, M.II, found, loads)
 
-    S = K.BB.toarray() + K.IB.T @ Psi
-    check_condensed(body, boundary, (S + S.T) / 2)
-    M_BB = M.BB.toarray() + M.IB.T @ Psi + Psi.T @ M_Psi
-    M_BM = M_Psi.T @ Phi
-    mass = np.block([[(M_BB + M_BB.T) / 2, M_BM], [M_BM.T, np.eye(len(omega))]])
-    stiffness = sl.block_diag((S + S.T) / 2, np.diag(omega**2))
-    model = _label(body, boundary, mass, stiffness, len(omega))
+    model = _reduced_model(body, boundary, K.BB.toarray() + K.IB.T @ Psi,
+                           M.BB.toarray() + M.IB.T @ Psi + Psi.T @ M_Psi, M_Psi.T @ Phi, omega)
     truncation = None if G is None else Truncation(np.array([body.name]), np.array([model.size]),
                                                    np.array([found.free_to]), (G,))
     reduction = Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, len(omega) - len(found.omega),
                           truncation)
     _check_rigid(reduction)
     return reduction
+
+
+def _reduced_model(body, boundary, S, M_BB, M_BM, omega):
+    """From the Schur stiffness and the mass of the boundary, their coupling M_BM with the modes, and omega of these."""
+    check_condensed(body, boundary, (S + S.T) / 2)
+    mass = np.block([[(M_BB + M_BB.T) / 2, M_BM], [M_BM.T, np.eye(len(omega))]])
+    return _label(body, boundary, mass, sl.block_diag((S + S.T) / 2, np.diag(omega**2)), len(omega))
 
 
 class _Blocks(NamedTuple):

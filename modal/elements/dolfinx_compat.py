@@ -54,7 +54,7 @@ class Block:
 
         shape, degree, _ = CELLS[kind]
         used = np.unique(cells)
-        order = cell_perm_array(getattr(CellType, shape), cells.shape[1])
+        order = cell_perm_array(CellType.__members__[shape], cells.shape[1])
         local = np.searchsorted(used, cells)[:, order].astype(np.int64)
         with _quiet_compiler():
             grid = create_mesh(MPI.COMM_SELF, local, position[used], ufl.Mesh(_vector_element(shape, degree)))
@@ -159,14 +159,18 @@ def _space(grid, degree, shape):
     """Functions of three components, shape (3,), or of one, ()."""
     from dolfinx import fem
 
-    if hasattr(fem, "functionspace"):
+    try:
         return fem.functionspace(grid, ("Lagrange", degree, shape))
-    return (fem.VectorFunctionSpace if shape else fem.FunctionSpace)(grid, ("Lagrange", degree))  # before 0.7
+    except AttributeError:  # before 0.7
+        return (fem.VectorFunctionSpace if shape else fem.FunctionSpace)(grid, ("Lagrange", degree))
 
 
 def _table(cells):
     """A table of a row a cell, in one line: lists of lists before 0.7, rectangular arrays since."""
-    return np.asarray(getattr(cells, "array", cells)).ravel()
+    try:
+        return cells.array
+    except AttributeError:
+        return np.ravel(cells)
 
 
 def _input_node(grid, V):

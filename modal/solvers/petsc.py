@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+from contextlib import suppress
 from typing import Any
 
 import scipy.sparse as sp
@@ -24,7 +25,7 @@ def start() -> Any:
     petsc4py.init(["tipdamp", "-skip_petscrc"])
     from petsc4py import PETSc
 
-    if hasattr(PETSc, "garbage_cleanup"):  # since 3.18
+    with suppress(AttributeError):  # absent before 3.18
         PETSc.garbage_cleanup(PETSc.COMM_SELF)
     if PETSc.COMM_WORLD.size == 1:
         _give_memory_back()
@@ -34,9 +35,8 @@ def start() -> Any:
 def _give_memory_back():
     """Let large arrays return to the system when they are freed: what starts with PETSc turns that off for fast
     messages, and a reduction then holds several times its memory."""
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)  # glibc only
-    if mallopt:
-        mallopt(_M_MMAP_MAX, _DEFAULT)
+    with suppress(AttributeError):  # glibc only
+        ctypes.CDLL(None).mallopt(_M_MMAP_MAX, _DEFAULT)
 
 
 def matrix(PETSc: Any, A: Any) -> Any:

@@ -69,16 +69,15 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict[str, np.nd
     PETSc = petsc.start()
     if PETSc is None:
         raise InputError("the full Newton route needs petsc4py")
+    comm = PETSc.COMM_WORLD
     f = np.concatenate([loads.get(b.name, np.zeros(b.dofs)) for b in bodies])
     B = relative_motion(AssembledBodies(bodies), pairs)[2::3].tocsr()
     hard = np.flatnonzero(np.isinf(pairs.kn) & pairs.carrying)
-    size = len(f) + len(hard)
-    low, high = own_rows(PETSc.COMM_WORLD, size)
+    low, high = own = own_rows(comm, len(f) + len(hard))
     K = sp.block_diag([*(b.K for b in bodies), sp.csr_matrix((len(hard), len(hard)))], format="csr")[low:high]
-    diagonal = _whole_diagonal(PETSc.COMM_WORLD, K, low)[:len(f)]
+    diagonal = _whole_diagonal(comm, K, low)[:len(f)]
     k = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
     k[hard] = (B.power(2) @ diagonal)[hard]               # the bodies' own stiffness, for the scale alone
-    C = sp.hstack([B, sp.csr_matrix((np.ones(len(hard)), (hard, range(len(hard)))), (len(pairs), len(hard)))]).tocsr()
     may_close = pairs.carrying & (k > 0)
     rigid = sl.block_diag(*(b.rigid_motions() if b.free else np.zeros((b.dofs, 0)) for b in bodies))
     if not f.any():
@@ -89,17 +88,22 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict[str, np.nd
                          np.repeat([b.name for b in bodies], [b.dofs for b in bodies]))
     work = motions.shape.T @ f
     motions.refuse(work, f)
-    added = np.concatenate([_pins(motions, diagonal), -k[hard]])
-    K = (K + sp.diags(added, format="csr")[low:high]).tocsr()
-    applied = np.concatenate([f - motions.taken_up(work), np.zeros(len(hard))])
-    equations = Equations(K, C, k, pairs.gap, applied, definite=not len(hard))
-    u, iterations, residual = _solved(ContactNewton(PETSc, (low, high), equations, settings), B, may_close)
+    pinned = np.concatenate([_pins(motions, diagonal), -k[hard]])
+    K = (K + sp.diags(pinned, format="csr")[low:high]).tocsr()
+    equations = Equations(K, _with_multipliers(B, hard), k, pairs.gap,
+                          np.concatenate([f - motions.taken_up(work), np.zeros(len(hard))]), definite=not len(hard))
+    u, iterations, residual = _solved(ContactNewton(PETSc, own, equations, settings), B, may_close)
     signed = k * (u - pairs.gap)
     force = np.maximum(signed, 0.0)
-    reaction = motions.shape.T @ (f - B.T @ force)
-    scale = f if f.any() else abs(B).T @ force
+    reaction, scale = motions.shape.T @ (f - B.T @ force), f if f.any() else abs(B).T @ force
     motions.refuse(reaction, scale)
     return _result(pairs, signed, force, iterations, residual, motions.reactions(reaction, scale, settings.reported))
+
+
+def _with_multipliers(B, hard):
+    """C (P, dofs and multipliers): the motion of the pairs, and for each hard pair its unknown p."""
+    own = sp.csr_matrix((np.ones(len(hard)), (hard, range(len(hard)))), (B.shape[0], len(hard)))
+    return sp.hstack([B, own]).tocsr()
 
 
 def _result(pairs, signed, force, iterations, residual, reaction):
