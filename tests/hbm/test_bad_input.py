@@ -214,7 +214,7 @@ def beam_matrices(n):
 
 
 @pytest.mark.parametrize("elements", [24, 384, 768])
-def test_a_slender_body_that_is_clamped_is_held_and_a_free_one_is_not(elements):
+def test_slender_body_clamped_and_free(elements):
     """The softest motion of the clamped beam of 768 elements stores 1.5e-12 of its stiffness, rounding 4e-16."""
     K = beam_matrices(elements)
     linear._check_restrained(K[2:, 2:], None)
@@ -267,14 +267,14 @@ def test_matrices_without_a_bounded_response_are_refused(changes, message):
     dict(law=UnilateralSpring()),                                                       # touches from K = 4 N/m
     dict(law=UnilateralSpring(), K=np.zeros((2, 2)), B=np.eye(2), preloaded=False, static=np.ones(2)),
     dict(law=CubicSpring(1.0), K=np.diag([1e-3, 1e-3]))])
-def test_what_is_held_or_pressed_while_open_is_not_refused(changes):
+def test_bodies_held_or_pressed_while_open(changes):
     """A mass on its own spring, one that a load presses into contact, and a law that knows no opening."""
     given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4]), B=np.array([[1.0, 0]])) | changes
     zero, one = np.zeros(len(given["B"])), np.ones(len(given["B"]))
     assert ContactProblem(**given, contacts=Contacts(one, zero, zero, zero)).receptance()
 
 
-def test_masses_without_any_spring_are_named_where_no_pair_presses():
+def test_masses_without_any_spring():
     given = dict(M=np.eye(2), C=None, K=np.zeros((2, 2)), B=np.eye(2), law=UnilateralSpring(), damping_ratio=0.01)
     zero, one = np.zeros(2), np.ones(2)
     with warnings.catch_warnings(), pytest.raises(InputError, match="at rest, where every contact is open: mostly dof"):
@@ -282,7 +282,7 @@ def test_masses_without_any_spring_are_named_where_no_pair_presses():
         ContactProblem(**given, contacts=Contacts(one, zero, zero, zero)).receptance()
 
 
-def test_a_model_that_buckles_is_warned_of_and_dashpots_are_not():
+def test_warning_of_a_buckling_model():
     """Contact may hold what K drives; a dashpot between two dofs leaves their common motion without damping."""
     with pytest.warns(UserWarning, match=r"K is indefinite: a motion mostly of dof 1 .* stiffness, 1\.0e\+00 of"):
         ReducedModel.from_matrices(np.eye(2), np.diag([1.0, -4]))
@@ -329,7 +329,7 @@ def test_no_friction_is_the_linear_system():
         assert abs(X - expected) < 1e-10 * np.abs(found.harmonics[:, 0, 1]).max()
 
 
-def test_a_band_from_high_to_low_is_run_downwards():
+def test_band_from_high_to_low():
     up, down = curve(), curve(band=(1500, 1100))
     assert down.complete and down.frequency[0] == pytest.approx(1500) and down.frequency[-1] == pytest.approx(1100)
     assert down.peak("tip")[1] == pytest.approx(up.peak("tip")[1], rel=1e-8)

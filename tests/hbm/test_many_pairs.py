@@ -55,7 +55,7 @@ def curve_of_bar(level, half=False, skew=0.0, **more):
 
 
 @pytest.mark.parametrize("level", [20.0, 40.0])      # every pair slides; and every pair lifts off too
-def test_a_free_bar_is_followed_to_the_end_and_is_twice_its_half(level):
+def test_free_bar_is_twice_its_half(level):
     whole, half = curve_of_bar(level), curve_of_bar(level, half=True)
     assert whole.complete and half.complete, (whole.ended, half.ended)
     assert (whole.share_slip + whole.share_open).max(axis=0).min() > 0

@@ -29,7 +29,7 @@ def test_static_normal_loads():
     assert np.allclose(3e5 * curve.harmonics[0, [2, 5], 0].real, [31.388, 79.436], atol=1e-3)
 
 
-def test_start_of_the_slider_is_part_of_the_problem():
+def test_slider_start_is_part_of_the_problem():
     q, _, _ = solve(oscillator(), FORCE, 2 * np.pi * 160, 1, start="zero_slider")
     assert abs(q[3, 1]) == pytest.approx(1.88456e-4, rel=2e-4)
 

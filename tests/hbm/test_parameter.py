@@ -48,7 +48,7 @@ def test_folds_over_a_parameter(name, between):
 
 
 @pytest.mark.parametrize("name,level,between", [("mu", 5, (1.0, 0.9)), ("level", 1, (5.0, 4.9))])
-def test_a_branch_begins_where_newton_from_the_stuck_state_fails(name, level, between):
+def test_branch_beyond_newton_from_stuck(name, level, between):
     """Five times the excitation at 160 Hz, H = 5: the other ways to a first point know the setting at its begin."""
     curve = follow_parameter(oscillator(), level * FORCE, 160, name, between, harmonics=5, outputs=Y2)
     band = follow_band(oscillator(), 5 * FORCE, (160, 180), harmonics=5, outputs=Y2)
@@ -59,7 +59,7 @@ def test_a_branch_begins_where_newton_from_the_stuck_state_fails(name, level, be
 
 @pytest.mark.parametrize("name,between", [("level", (0.3, 6.0)), ("mu", (1.5, 0.6)), ("kt", (3.0, 0.3)),
                                           ("kn", (3.0, 0.3))])
-def test_an_oscillator_over_a_parameter_ends_where_the_scaled_model_is(name, between):
+def test_parameter_branch_ends_at_the_scaled_model(name, between):
     """The last point against the first of a band of the model with that setting."""
     curve = follow_parameter(oscillator(), FORCE, 170, name, between, harmonics=3, outputs=Y2)
     assert curve.complete, curve.ended

@@ -54,7 +54,7 @@ def test_maxima_are_solved_to_1e8():
     assert find_peaks(curve, problem, "tip", "harmonic")[0, 1] == pytest.approx(-again.fun, rel=1e-8)
 
 
-def test_an_output_of_rounding_has_no_maxima_to_solve():
+def test_output_of_rounding_has_no_peaks():
     """A dof that stands still by symmetry, at 1e-16 of the others: its noise must not be refined."""
     model, pairs, tip = small_rig()
     model = replace(model, C=20.0 * np.outer(tip, tip))

@@ -50,7 +50,7 @@ def test_a_stuck_curve_is_the_linear_stuck_response(rig):
 @pytest.mark.slow
 @pytest.mark.parametrize("H", [1, 5])
 @pytest.mark.parametrize("force", [6, 12, 20, 40])
-def test_levels_from_stick_to_gross_slip_are_complete_both_ways(rig, force, H):
+def test_complete_from_stick_to_gross_slip(rig, force, H):
     up, down = run(rig, force, BAND, H), run(rig, force, BAND[::-1], H)
     assert up.complete and down.complete and len(up.slipping_pairs) > 0
     assert up.peak("tip")[1] == pytest.approx(down.peak("tip")[1], rel=1e-5)
@@ -70,7 +70,7 @@ def test_energy_balance(rig):
     assert np.allclose(curve.dissipated.sum(axis=1) + viscous, work, rtol=1e-6, atol=1e-9 * work.max())
 
 
-def test_without_friction_the_curve_is_the_linear_system_without_tangents(rig):
+def test_frictionless_curve_is_linear(rig):
     model, pairs, tip = rig
     slide = 1e5 * np.outer(*2 * [model.displacement_row("damper", 19, [1, 0, 0])])   # nothing else holds it along x
     model = model.with_stiffness(model.K + slide)
@@ -81,7 +81,7 @@ def test_without_friction_the_curve_is_the_linear_system_without_tangents(rig):
     assert np.abs(curve.harmonics[:, 0, 1] - expected[:, 0]).max() < 1e-10 * np.abs(expected).max()
 
 
-def test_contact_forces_balance_the_motion_and_obey_the_law(rig):
+def test_contact_forces_balance_the_motion(rig):
     """M q'' + C q' + K q + B' (f - preload) = F for the mean and every harmonic; |T| <= mu N in time, nearly."""
     model, pairs, tip = rig
     damping = 20.0 * np.outer(tip, tip)
@@ -115,7 +115,7 @@ def test_detached_pairs_take_no_part(rig):
     assert curve.share_stick.shape[1] == 18 and np.array_equal(curve.harmonics, alone.harmonics)
 
 
-def test_a_damper_that_nothing_keeps_from_rolling_is_named():
+def test_damper_free_to_roll():
     model, pairs, tip = small_rig(roll=0.0)
     curve = forced_response(model, pairs, LAW, 40 * tip, BAND, harmonics=1, damping_ratio=0.02, outputs={"tip": tip})
     assert not curve.complete and "the damper rolls" in curve.ended and "(1.00, " in curve.ended.replace("-", "")
@@ -163,7 +163,7 @@ def test_bad_models_are_refused(rig):
         stuck_receptance(model.M, 0 * model.K, model.K, 0.01)
 
 
-def test_a_largest_amplitude_at_the_border_of_the_band_is_told(rig, recwarn):
+def test_peak_at_the_border_of_the_band(rig, recwarn):
     """The stuck resonance lies at 1347 Hz: a band below it ends on the slope."""
     slope = run(rig, 1.0, (1000.0, 1300.0))
     assert slope.at_border("tip")
@@ -174,7 +174,7 @@ def test_a_largest_amplitude_at_the_border_of_the_band_is_told(rig, recwarn):
     assert not whole.at_border("tip") and 1340 < whole.peak("tip")[0] < 1355 and not len(recwarn)
 
 
-def test_a_curve_over_the_level_is_read_by_level(rig, recwarn):
+def test_curve_over_the_level(rig, recwarn):
     """At 1200 Hz: the largest amplitude is at the largest level, and each level has its own solution."""
     model, pairs, tip = rig
     problem, _ = contact_problem(model, pairs, LAW, damping_ratio=0.02)
@@ -187,7 +187,7 @@ def test_a_curve_over_the_level_is_read_by_level(rig, recwarn):
         assert found.shape == (1, 1, 2) and (force is None or np.allclose(found[0], force, rtol=1e-8, atol=1e-15))
 
 
-def test_a_model_without_motion_along_the_normal_is_told(rig):
+def test_model_without_normal_motion(rig):
     """Its normal load is constant: the law with a variable one gives what the constant load gives, and says so."""
     model, pairs, tip = rig
     keep = np.flatnonzero(model.direction == "x")
@@ -235,7 +235,7 @@ def test_a_point_over_time(rig):
         time_history(curve, problem, "tip", 1200.0, which=1)
 
 
-def test_a_band_is_chosen_by_the_frequencies_without_and_with_stuck_pairs(rig):
+def test_band_from_free_and_stuck_frequencies(rig):
     """A lightly damped stuck curve peaks at a stuck frequency; without contact the damper is free but for its roll."""
     model, pairs, _ = rig
     stuck, free = natural_frequencies(model, pairs), natural_frequencies(model)

@@ -37,7 +37,7 @@ def test_the_oscillator_from_below_its_fold(begin, H):
     assert np.allclose(curve.harmonics[-1], whole.harmonics[0], rtol=1e-6, atol=1e-9 * np.abs(whole.harmonics[0]).max())
 
 
-def test_a_first_point_is_reached_from_off_the_band():
+def test_first_point_from_outside_the_band():
     balance = HarmonicBalance(oscillator(), {1: 5 * FORCE}, 5, "zero_force")
     w, settings = 2 * np.pi * 170, Settings()
     point = starts._from_frequency(balance, 0.95 * w, w, settings)

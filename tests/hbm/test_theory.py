@@ -20,7 +20,7 @@ def test_the_examples_run(page, examples):
 
 
 @pytest.mark.parametrize("page", ["harmonic_balance", "time_integration"])
-def test_files_and_links_that_the_page_names_are_there(page):
+def test_files_and_links_of_the_page(page):
     text = (THEORY / f"{page}.md").read_text(encoding="utf-8")
     for name in re.findall(r"`([a-z_/]+\.py)`", text):
         assert any((ROOT / "hbm").rglob(name)), name

@@ -125,5 +125,5 @@ def test_refused_in_a_study(row, study, capsys, monkeypatch):
     assert "Traceback" not in error and len(error.splitlines()) == 1
 
 
-def test_the_study_that_the_changes_start_from_is_good(study):
+def test_unchanged_study_is_valid(study):
     assert main(["run", str(study), "--quiet"]) == 0

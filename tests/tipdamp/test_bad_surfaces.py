@@ -66,7 +66,7 @@ def test_a13_material_in_another_unit(tmp_path, capsys, old, new):
     assert code == 0 and any("sqrt(E/density)" in w and "factor of 1000" in w for w in warnings)
 
 
-def test_a13_nothing_to_warn_of_and_the_study_may_widen_the_range(tmp_path, capsys):
+def test_range_of_angles_may_be_widened(tmp_path, capsys):
     _, _, warnings = inspect(corner_study.write(tmp_path), capsys)
     assert len(warnings) == 1 and "2 pieces" in warnings[0]  # two blades without a common foot
     soft = [("E = 207e9", "E = 3e9\nwave_speed = [500, 7000]"), ("density = 7850", "density = 1200"),
@@ -112,7 +112,7 @@ def test_a15_hanging_nodes_are_dropped(tmp_path, end):
     assert len(next(v for k, v in found.groups.items() if k.lower() == "tip")) == len(mesh.groups["tip"])
 
 
-def test_a19_overlap_larger_than_the_elements_is_no_match(tmp_path, capsys):
+def test_overlap_larger_than_the_elements(tmp_path, capsys):
     deep = corner_study.damper()
     deep.position[np.isin(deep.node, deep.groups["face_x"]), 0] += 6e-3
     change = [("[contact]", "[contact]\ntolerance = 8e-3")]

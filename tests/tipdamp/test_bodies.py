@@ -59,7 +59,7 @@ def test_material_of_a_group_that_no_mesh_has(tmp_path):
         read_meshes(study)
 
 
-def test_inspect_says_what_was_read_and_what_was_not(tmp_path, capsys):
+def test_inspection_of_groups_read_and_unread(tmp_path, capsys):
     mesh = corner_study.blades("hexahedron20")
     path = corner_study.write(tmp_path, mesh, corner_study.damper("hexahedron20"))
     with open(tmp_path / "blades.inp", "a") as f:

@@ -63,7 +63,7 @@ def test_nothing_is_computed_twice(copy, capsys):
 
 
 @pytest.mark.slow
-def test_a_change_runs_what_depends_on_it_and_nothing_else(copy):
+def test_change_runs_dependent_stages_only(copy):
     path = edit(copy, "stations = [5, 4]", "stations = [4, 4]")
     study = load_study(path)
     from tipdamp.stages.run import results_folder
@@ -74,7 +74,7 @@ def test_a_change_runs_what_depends_on_it_and_nothing_else(copy):
     assert store.read_json("tune.json")["tuned_pairs"] == {"front": 4, "back": 4}
 
 
-def test_friction_pull_and_stiffness_leave_the_reduced_model_alone(copy, capsys):
+def test_changes_that_keep_the_reduced_model(copy, capsys):
     for old, new in (("mu = 0.6", "mu = 0.3"), ("pull = 113", "pull = 60"), ("kn = 3.32e6", "kn = 3e6")):
         path = edit(copy, old, new)
         assert main(["reduce", path, "--quiet"]) == 0
@@ -119,7 +119,7 @@ def test_a_stage_whose_needs_are_out_of_date(copy, capsys):
     ("reduce", "[respond]", '[respond]\nexcitation = "tip"', "[respond] excitation: asymmetric_blades.msh: no group"),
     ("run", "band = [2300, 3300]", "band = [3300, 2300]", "the band is empty"),
 ])
-def test_bad_input_is_one_line_and_exit_code_2(copy, capsys, verb, old, new, message):
+def test_bad_input_exits_with_one_line(copy, capsys, verb, old, new, message):
     path = edit(copy, old, new)
     before = files(copy / "results")
     assert main([verb, path, "--quiet"]) == 2
@@ -148,7 +148,7 @@ def test_zero_contact_pairs(copy, capsys):
 
 
 @pytest.mark.slow
-def test_an_own_table_of_pairs_is_used_and_left_alone(copy):
+def test_own_table_of_pairs(copy):
     """Half the stiffness on all pairs, from a CSV: the same sum of preloads, lower stuck frequencies."""
     store_before = json.loads((copy / "results" / "rig" / "tune.json").read_text())["stuck_hz"]
     pairs = ContactTable.load(copy / "results" / "rig" / "preload.csv")

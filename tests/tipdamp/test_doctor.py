@@ -97,7 +97,7 @@ def test_with_a_broken_library_matrices_still_work(name):
     assert only(with_module(name, error="ImportError: libsomething.so: cannot open")).works == FROM_MATRICES
 
 
-def test_what_the_doctor_says_of_meshes_without_libraries_is_true(tmp_path):
+def test_doctor_on_meshes_without_libraries(tmp_path):
     """inspect, reduce and preload of a small study where neither dolfinx nor PETSc nor SLEPc can be imported."""
     code = """import sys
 for name in ("dolfinx", "petsc4py", "slepc4py"):
@@ -162,7 +162,7 @@ def test_report_names_trouble_repair_and_what_works():
     assert text.endswith("0 failed, 1 warned, 22 looked at")
 
 
-def test_import_that_aborts_the_process_is_named_and_the_rest_goes_on(tmp_path, monkeypatch):
+def test_import_that_aborts_the_process(tmp_path, monkeypatch):
     (tmp_path / "aborts.py").write_text("import os\nos.abort()\n")
     (tmp_path / "raises.py").write_text("raise ImportError('built for another numpy')\n")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))

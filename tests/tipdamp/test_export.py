@@ -8,7 +8,7 @@ from tests.tipdamp import corner_study
 from tipdamp.cli import main
 
 
-def test_the_reduced_model_of_a_study_goes_out_and_comes_back(tmp_path, capsys):
+def test_reduced_model_exported_and_read_back(tmp_path, capsys):
     path = corner_study.write(tmp_path)
     assert main(["export", str(path)]) == 2
     assert f"run: tipdamp reduce {path}" in capsys.readouterr().err

@@ -35,7 +35,7 @@ def test_coupled_blades_have_one_mode_of_each_kind(second):
 
 
 @pytest.mark.parametrize("coupling", [0.0, 1e-4])
-def test_blades_that_hardly_feel_each_other_have_no_such_modes(coupling):
+def test_weakly_coupled_blades(coupling):
     """One mode would bear both names, or each mode moves one blade alone: no names, a warning, and what is followed is
     the difference or the sum of the two blades' own motions."""
     found = two_blades(coupling)

@@ -42,7 +42,7 @@ def compliance(folder, change):
     return reduced, f @ spsolve(K.tocsc(), f), store.read_json("reduce.json")["reduction"]
 
 
-def test_the_loaded_nodes_move_as_in_the_full_model(tmp_path):
+def test_loaded_nodes_against_the_full_model(tmp_path):
     without, full, _ = compliance(tmp_path / "without", ())
     kept, same, facts = compliance(tmp_path / "kept", [("modes = 3", "modes = 3\nload_modes = true")])
     assert same == full and facts["load_modes"] == {"blades": 0, "damper": 1} and facts["modes"]["damper"] == 3

@@ -74,7 +74,7 @@ def test_rows_kept_and_roll_stiffness(run):
     assert hz["no roll"] < hz["edge"] < hz["given roll"] < hz["all"]
 
 
-def test_all_rows_keep_their_own_part_of_the_map(run):
+def test_rows_keep_their_part_of_the_map(run):
     folder = run("tune", ('rows = "edge"', 'rows = "all"'))
     whole, kept = (ContactTable.load(folder / f"{n}.csv") for n in ("preload", "kept"))
     on = kept.carrying & (kept.side == "right")
@@ -118,7 +118,7 @@ def test_detached_rows_of_an_own_table_carry_nothing(run, tmp_path):
     assert abs(found["redistribution"]["moment_Nm"]) < 0.1
 
 
-def test_friction_above_two_in_an_own_table_is_warned_of(run, tmp_path):
+def test_warning_of_friction_above_two(run, tmp_path):
     run("inspect")
     pairs = ContactTable.load(tmp_path / "pairs.csv")
     pairs.replace(mu=np.where(np.arange(len(pairs)) == 4, 60.0, pairs.mu)).save(tmp_path / "pairs.csv")
@@ -274,7 +274,7 @@ def line_mesh():
 @pytest.mark.parametrize("options, place", [({}, 0.03), ({"weights": (0.4, 0.3, 0.2, 0.1)}, 0.02),
                                             ({"positions": (0.25, 0.6)}, 0.0255),
                                             ({"positions": (0.1, 0.9), "weights": (0.75, 0.25)}, 0.018)])
-def test_pull_has_the_resultant_and_the_place_that_is_asked_for(options, place):
+def test_resultant_and_place_of_the_pull(options, place):
     nodes, forces = pull_forces(line_mesh(), "load_points", (0, 1, 0), (0, 0, 1), **options)
     assert forces.sum(axis=0) == pytest.approx([0, 0, 1])
     assert forces[:, 2] @ line_mesh().position[nodes - 11, 1] == pytest.approx(place)

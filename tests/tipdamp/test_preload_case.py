@@ -50,7 +50,7 @@ def test_a_case_in_place_of_the_pull(tmp_path, friction, preload):
         assert all(side["balance_error"] < 1e-4 for side in found.values())
 
 
-def test_a_pull_a_little_off_is_taken_up_and_said(tmp_path):
+def test_pull_slightly_off_centre(tmp_path):
     """10 N along (1, 1e-4, 1): 10 x 1e-4 / sqrt(2) N along y, where no side stands."""
     study = load_study(corner_study.write(tmp_path, change=[("[1, 0, 1]", "[1, 1e-4, 1]"), ("[respond]", TUNE)]))
     store = results_folder(study, None)

@@ -169,7 +169,7 @@ def test_length_unit(tmp_path):
     assert read_mesh(tmp_path / "b.inp", 1e-3).position == pytest.approx(1e-3 * mesh.position)
 
 
-def test_abaqus_reference_points_are_no_nodes_of_the_mesh(tmp_path):
+def test_abaqus_reference_points_are_left_out(tmp_path):
     (tmp_path / "b.inp").write_text(mesh_texts.abaqus_cae(block("hexahedron")))
     mesh = read_mesh(tmp_path / "b.inp")
     assert "RP-1" not in mesh.groups and "1 reference points of the assembly" in mesh.unused

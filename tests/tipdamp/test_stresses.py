@@ -23,7 +23,7 @@ def run(folder, text):
 
 
 @pytest.mark.parametrize("case", [False, True])
-def test_stress_under_the_preload_is_that_of_the_whole_model(tmp_path, case):
+def test_preload_stress_against_the_full_model(tmp_path, case):
     """Both bodies unreduced, joined by the springs of the closed pairs, under the pull, or 20 N and gravity."""
     text = "[preload]\nstress = true\n"
     if case:

@@ -67,7 +67,7 @@ def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
         curve()
 
 
-def test_a_curve_goes_on_where_the_next_matrix_fits(monkeypatch):
+def test_curve_continues_where_the_matrix_fits(monkeypatch):
     """What it holds already is not asked for again: with the need of the largest matrix free at every point."""
     free = newton_bytes(12, 3, 15, squares=2)
     monkeypatch.setattr(memory, "_SMALL", 0.0)
@@ -75,7 +75,7 @@ def test_a_curve_goes_on_where_the_next_matrix_fits(monkeypatch):
     assert curve().complete
 
 
-def test_a_comparison_does_not_die_of_harmonics_that_nobody_asked_for(monkeypatch):
+def test_comparison_with_bounded_harmonics(monkeypatch):
     """It solves with 2H + 1 of them where they fit."""
     problem, _ = contact_problem(MODEL, PAIRS, DryFriction2T(), damping_ratio=0.02)
     balance = HarmonicBalance(problem, {1: 200 * TIP}, 7)
@@ -88,7 +88,7 @@ def test_a_comparison_does_not_die_of_harmonics_that_nobody_asked_for(monkeypatc
     assert not left_orbit(balance, point, same, 0.01, IntegrationSettings())
 
 
-def test_many_pairs_of_which_few_may_slip_are_warned_of(monkeypatch):
+def test_warning_where_few_contacts_may_slip(monkeypatch):
     """512 of 2048 pairs in three dimensions at H = 7 ask for 21 GB; how many will slip is not known at the door."""
     monkeypatch.setattr(memory, "available_bytes", lambda: 16e9)
     with pytest.warns(UserWarning, match="512 of the 2048 contacts, should they slip or lift at once, need 21.* GB"):

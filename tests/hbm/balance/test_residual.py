@@ -78,7 +78,7 @@ def iterate_on_all(monkeypatch):
 
 
 @pytest.mark.parametrize("law", [DryFriction2T(), IsotropicFriction()], ids=lambda law: law.name)
-def test_pairs_that_stick_through_the_cycle_may_be_left_out_of_the_iteration(law, monkeypatch):
+def test_stuck_contacts_left_out_of_newton(law, monkeypatch):
     """Newton's step, the sign of its determinant, and the solution, against the system on all rows of all pairs."""
     model, pairs, tip = small_rig(stations=4)
     pairs = pairs.replace(preload=pairs.preload * np.linspace(0.4, 6, len(pairs)))
@@ -110,7 +110,7 @@ def test_pairs_that_stick_through_the_cycle_may_be_left_out_of_the_iteration(law
 
 
 @pytest.mark.parametrize("law, passes", [(DryFriction2T(), 1), (IsotropicFriction(), 3)])
-def test_a_branch_over_the_preload_needs_no_second_pass_where_the_law_knows_its_derivative(law, passes, monkeypatch):
+def test_preload_derivative_needs_no_second_pass(law, passes, monkeypatch):
     """Located transitions give it with the forces; sampled laws are asked twice more. Against fourth-order differences,
     away from a factor of 1."""
     model, pairs, tip = small_rig(stations=2)
@@ -128,7 +128,7 @@ def test_a_branch_over_the_preload_needs_no_second_pass_where_the_law_knows_its_
 
 
 @pytest.mark.parametrize("singular", [False, True])
-def test_the_softest_motion_is_that_of_the_singular_value_decomposition(singular):
+def test_softest_motion_is_the_singular_vector(singular):
     """Slipping pairs; and the same with a motion that nothing holds, to the last digit."""
     balance, w, size = modal_case()
     away = size * np.random.default_rng(1).normal(size=balance.n_components * balance.nh) / balance.nh
@@ -181,7 +181,7 @@ def test_high_poles_enter_the_jacobian_by_a_series():
 
 @pytest.mark.parametrize("law", [DryFriction2T(), IsotropicFriction(), MixedLaw((DryFriction2T(), UnilateralSpring()),
                                                                                 (0, 1, 0, 1))])
-def test_a_pair_that_is_open_at_rest_carries_nothing(law):
+def test_contact_open_at_rest_carries_nothing(law):
     """A negative preload is a gap: under almost no force the model swings about where it is."""
     model, pairs, tip = small_rig(stations=2)
     pairs = pairs.replace(preload=pairs.preload * np.r_[-0.2, np.ones(len(pairs) - 1)])

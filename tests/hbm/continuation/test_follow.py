@@ -95,7 +95,7 @@ def test_a_long_last_step_is_evaluated_again():
     assert point.converged and abs(kinked(point.x, 0.0).residual[0]) < 1e-9
 
 
-def test_a_branch_out_of_the_band_is_cut_at_its_border():
+def test_branch_is_cut_at_the_border():
     """The S curve from its left arm at p = 0.6: out on the middle arm, round the fold at -2, in on the right."""
     branch = follow(s_curve, start_at(s_curve, -1.6, 0.6), 8.0, np.ones(1),
                                  Settings(outside=10.0))

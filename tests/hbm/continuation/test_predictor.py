@@ -39,7 +39,7 @@ def test_errors_are_those_that_the_predictions_had():
         assert found[order - 1] == pytest.approx(METRIC.norm(x - new.x, p - new.parameter), rel=1e-9, abs=1e-15)
 
 
-def test_a_point_that_runs_backward_is_refused_however_well_it_was_predicted():
+def test_point_that_runs_backward_is_refused():
     last, new = on_circle(0.0), on_circle(0.1)
     back = replace(new, tangent=(-new.tangent[0], -new.tangent[1]))
     assert predictor.on_branch(new, last, new.x, new.parameter, METRIC, 0.1)

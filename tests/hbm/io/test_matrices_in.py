@@ -232,7 +232,7 @@ def test_dof_tables_that_cannot_be_meant(rig, tmp_path):
             tmp_path / "K.npy", dofs=dofs)
 
 
-def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_path):
+def test_response_needs_no_finite_elements(rig, tmp_path):
     """A fresh process in which dolfinx, petsc4py, slepc4py and gmsh cannot be imported."""
     model, pairs, _ = rig
     for name in "MK":
@@ -261,7 +261,7 @@ def test_a_response_from_matrices_and_a_table_needs_no_finite_elements(rig, tmp_
     assert complete == "True" and float(amplitude) > 0 and 200 < float(hz) < 600
 
 
-def test_the_page_on_own_models_names_every_column_and_ending(tmp_path):
+def test_own_model_page_names_columns_and_endings(tmp_path):
     """And its example of a table of pairs is one."""
     page = (Path(__file__).parents[3] / "docs" / "own_model.md").read_text(encoding="utf-8")
     names = (*COLUMNS, *FORMATS, *DIRECTIONS, *ROTATIONS, "mode", GROUND)

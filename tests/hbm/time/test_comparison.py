@@ -104,7 +104,7 @@ def test_event_driven_mixture_is_its_parts():
     assert found[0][1] == pytest.approx(np.concatenate([work for _, work in found[1:]]), abs=1e-8)
 
 
-def test_a_curve_compares_itself_and_each_of_its_solutions(tmp_path):
+def test_comparison_of_each_solution(tmp_path):
     """C1 at 1.15 rad/s, H = 5: of the three solutions the middle one is unstable; over the level as over the band."""
     problem, force = unilateral(load("C1")["parameters"])
     hz = 1.15 / (2 * np.pi)
@@ -137,7 +137,7 @@ def test_no_stability_without_monodromy():
     assert "stability was not computed" in said[1]
 
 
-def test_more_harmonics_are_advised_where_the_difference_is_large():
+def test_more_harmonics_advised():
     """One Jenkins element near its resonance: at H = 1 the square corners of the force are missing."""
     model, pairs, force = one_dof(Jenkins1D())
     said = {}

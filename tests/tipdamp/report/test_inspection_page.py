@@ -138,7 +138,7 @@ def test_angles_count_both_surfaces(tmp_path):
     assert "25 degrees off" in pair_checks.warnings(leaning, angles)[0]
 
 
-def test_a_study_of_matrices_says_what_is_not_there(tmp_path, capsys):
+def test_page_of_a_study_of_matrices(tmp_path, capsys):
     path = corner_study.write(tmp_path)
     for verb in ("reduce", "preload"):
         assert main([verb, str(path), "--quiet"]) == 0

@@ -161,7 +161,7 @@ def test_sections_without_data_are_left_out(tmp_path, sections, gone):
     assert all(not name.startswith("respon") for name in summarise(results))
 
 
-def test_further_load_cases_have_a_table_and_a_map_each(tmp_path):
+def test_table_and_map_of_further_load_cases(tmp_path):
     light = table(preload=2.0)
     light = light.replace(preload=np.where(light.station == 2, -0.5, light.preload))
     case = {"file": "loads/light.csv", "residual": 0.0, "balance_error": 0.0,
