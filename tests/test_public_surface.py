@@ -1,6 +1,7 @@
 """What users import has a docstring and type hints; mypy (./dev lint) then holds the bodies to the hints."""
 
 import ast
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -54,5 +55,11 @@ def test_the_list_names_files_that_exist():
 
 
 @pytest.mark.parametrize("package", ["hbm", "modal", "static_contact", "tipdamp"])
-def test_packages_ship_their_types(package):
+def test_packages_ship_their_types_and_data(package):
+    """Files beside the code are data of a package that pyproject.toml names; documents and images stay behind."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
     assert (ROOT / package / "py.typed").is_file()
+    folders = [ROOT / name.replace(".", "/") for name in settings["packages"] if name.split(".")[0] == package]
+    shipped = {f for folder in folders for pattern in ("*.py", *settings["package-data"]["*"]) for f in folder.glob(pattern)}
+    there = {f for f in (ROOT / package).rglob("*") if f.is_file() and "__pycache__" not in f.parts}
+    assert there - shipped == set()

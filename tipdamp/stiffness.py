@@ -52,7 +52,7 @@ def side_stiffness(study: Study, pairs: ContactTable, materials: dict[str, Modul
     for name, side in study.sides.items():
         mine = pairs.side == name
         count, length = int(mine.sum()), float(np.ptp(pairs.position[mine] @ np.array(study.driver.axis)))
-        if side.given:
+        if side.kn is not None and side.kt is not None:
             found[name] = given_stiffness((side.kn, side.kt), count, forces[name], length)
             continue
         depth = (side.depth[0], side.depth[1]) if side.depth else None

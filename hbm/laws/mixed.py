@@ -33,12 +33,12 @@ class MixedLaw(ContactLaw):
         object.__setattr__(self, "laws", tuple(check_law(law) for law in self.laws))
         object.__setattr__(self, "of_pair", tuple(of_pair.tolist()))
 
-    @property
+    @property  # type: ignore[override]  # of a class in other laws
     def states(self) -> int:
         """Of the law that needs most; the states of each law come first."""
         return max(law.states for law in self.laws)
 
-    @property
+    @property  # type: ignore[override]
     def sliders(self) -> int:
         return max(law.sliders for law in self.laws)
 

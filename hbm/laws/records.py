@@ -64,11 +64,11 @@ class SliderStart(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Relative motion at the end of a step of length dt: u (P, nd) m, v (P, nd) m/s, dt s."""
+    """Relative motion at the end of a step of length dt: u (P, nd) m, v (P, nd) m/s, dt s; complex in derivatives."""
 
     u: np.ndarray
     v: np.ndarray
-    dt: float
+    dt: complex
 
 
 @dataclass(frozen=True)

@@ -79,6 +79,11 @@ def test_what_pip_installs_is_light(python, tmp_path):
                 cwd=tmp_path)
     assert found.strip() == "[]"
     assert "site-packages" in run(python, "-c", "import hbm; print(hbm.__file__)", cwd=tmp_path)
+    told = run(python, "-c", "from importlib import metadata, resources as r; import re\n"
+               "print(sorted(re.match(r'\\w+', d)[0] for d in metadata.requires('tipdamp') if 'extra' not in d),\n"
+               "      all((r.files(p) / 'py.typed').is_file() for p in ('hbm', 'modal', 'static_contact', 'tipdamp')))",
+               cwd=tmp_path)
+    assert told.split("] ") == ["['numba', 'numpy', 'scipy'", "True\n"]
 
 
 def test_the_example_runs_from_its_files_alone(python, tmp_path):
