@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, nearest
 from hbm.validation import brief
@@ -117,7 +118,7 @@ class ContactTable:
         """(P,) bool - pairs that are not detached."""
         return self.weight > 0
 
-    def select(self, rows) -> "ContactTable":
+    def select(self, rows: ArrayLike) -> "ContactTable":
         """The rows picked by a mask or by indices."""
         return ContactTable(**{name: column[rows] for name, column in vars(self).items()})
 
@@ -125,7 +126,7 @@ class ContactTable:
         """The table with other columns."""
         return replace(self, **columns)
 
-    def save(self, path) -> Path:
+    def save(self, path: str | Path) -> Path:
         """One CSV line per pair, numbers with 17 digits so that nothing is lost."""
         path = Path(path)
         vectors = {"position": self.position, "t1": self.frame[:, 0], "t2": self.frame[:, 1], "n": self.frame[:, 2]}
@@ -140,7 +141,7 @@ class ContactTable:
         return path
 
     @classmethod
-    def load(cls, path) -> "ContactTable":
+    def load(cls, path: str | Path) -> "ContactTable":
         """Read a CSV with a header line; gap, preload, row and weight may be left out."""
         path = Path(path)
         if not path.is_file():
@@ -175,9 +176,11 @@ class HasDofs(Protocol):
     """What `relative_motion` asks of a model: the dofs of a node along x, y, z, -1 where it is fixed."""
 
     @property
-    def size(self) -> int: ...
+    def size(self) -> int:
+        """Number of dofs."""
 
-    def dofs(self, body: str, node: int) -> np.ndarray: ...
+    def dofs(self, body: str, node: int) -> np.ndarray:
+        """(3,) int."""
 
 
 def relative_motion(model: HasDofs, pairs: ContactTable) -> sp.csr_matrix:
@@ -199,7 +202,7 @@ def relative_motion(model: HasDofs, pairs: ContactTable) -> sp.csr_matrix:
     return sp.csr_matrix((values, (rows, columns)), shape=(3 * len(pairs), model.size))
 
 
-def without_normal_motion(B, pairs: ContactTable) -> str:
+def without_normal_motion(B: sp.spmatrix, pairs: ContactTable) -> str:
     """A sentence on the pairs along whose normal the model has no dof; empty where there are none. B (3P, r)."""
     fixed = np.flatnonzero(abs(B[2::3]).sum(axis=1).A1 == 0)
     if not len(fixed):

@@ -5,10 +5,14 @@ The matrices may come from `modal.craig_bampton` or from any other code; nothing
 
 import json
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, nearest, shown
 from hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
@@ -65,7 +69,9 @@ class ReducedModel:
         return self.K.shape[0]
 
     @classmethod
-    def from_matrices(cls, M, K, C=None, *, body="body", **table) -> "ReducedModel":
+    def from_matrices(cls, M: np.ndarray | sp.spmatrix, K: np.ndarray | sp.spmatrix,
+                      C: np.ndarray | sp.spmatrix | None = None, *, body: str | np.ndarray = "body",
+                      **table: Any) -> "ReducedModel":
         """Dense or sparse matrices (r, r) from anywhere. Without a dof table every dof is modal.
 
         body : (r,) names, or one for all; table : node, direction, position, groups, loads, provenance of ReducedModel
@@ -87,15 +93,16 @@ class ReducedModel:
         for name, load in loads.items():
             if load.shape != (r,) or not np.isfinite(load).all():
                 raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
-        body, node, direction, position = _columns(r, body, **table)
-        model = cls(M, K, C, body, node, direction, position, groups, loads, provenance)
+        owner, node, direction, position = _columns(r, body, **table)
+        model = cls(M, K, C, owner, node, direction, position, groups, loads, provenance)
         _check_swapped(M, K)
         _check_definite(model)
         _check_table(model)
         return model
 
     @classmethod
-    def from_files(cls, M, K, C=None, dofs=None, **more) -> "ReducedModel":
+    def from_files(cls, M: str | Path, K: str | Path, C: str | Path | None = None, dofs: str | Path | None = None,
+                   **more: Any) -> "ReducedModel":
         """One file per matrix and a dof table, in the formats of `hbm.io.matrices_in`.
 
         more : body (name where the table has none), groups and loads beside those of the table
@@ -114,7 +121,7 @@ class ReducedModel:
                              "make it a master node (contact, excitation or response) and reduce again")
         return rows
 
-    def displacement_row(self, body: str, node: int, direction) -> np.ndarray:
+    def displacement_row(self, body: str, node: int, direction: ArrayLike) -> np.ndarray:
         """(r,) row that takes the displacement of a node along a direction (3,) out of q."""
         row = np.zeros(self.size)
         for rank, component in zip(self.dofs(body, node), np.asarray(direction, dtype=float), strict=True):
@@ -151,7 +158,7 @@ class ReducedModel:
         """The same dofs with another stiffness matrix, for example with a declared roll stiffness added."""
         return replace(self, K=symmetric("K", K))
 
-    def save(self, path) -> Path:
+    def save(self, path: str | Path) -> Path:
         """Write one .npz without pickled objects."""
         path = Path(path)
         arrays = dict(M=self.M, K=self.K, body=self.body, node=self.node, direction=self.direction,
@@ -165,7 +172,7 @@ class ReducedModel:
         return path
 
     @classmethod
-    def load(cls, path) -> "ReducedModel":
+    def load(cls, path: str | Path) -> "ReducedModel":
         """Read what `save` wrote, or any .npz with M, K (and C, body, node, direction, position)."""
         return cls.from_matrices(**read_npz(path))
 
@@ -186,7 +193,7 @@ def _columns(r, body, node=None, direction=None, position=None) -> tuple:
     return body, node, direction, position
 
 
-def symmetric(name: str, matrix) -> np.ndarray:
+def symmetric(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
     """The matrix as a dense array; InputError where it is not real, square, finite and symmetric to 1e-10."""
     matrix = _real(name, matrix)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
@@ -242,7 +249,7 @@ def _check_definite(model):
                       "restrains it", stacklevel=4)
 
 
-def check_damping(C, named=lambda i: f"dof {i}"):
+def check_damping(C: np.ndarray, named: Callable[[int], str] = lambda i: f"dof {i}") -> None:
     """InputError where a motion has negative damping: nothing bounds its response. named(i) : a dof in words."""
     if _positive(C, NEGATIVE * np.abs(C).max()):
         return

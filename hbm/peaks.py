@@ -6,6 +6,7 @@ from hbm.continuation.branch import Branch
 from hbm.continuation.maxima import PeakRefinement
 from hbm.continuation.settings import DEFAULT, Settings
 from hbm.parameter import Equation, Parameter
+from hbm.problem import ContactProblem
 from hbm.result import KINDS, ForcedResponse, amplitude, local_maxima
 from hbm.solutions import restored
 from hbm.tracing import Outputs
@@ -13,7 +14,7 @@ from hbm.tracing import Outputs
 NOISE = 1e-9             # of the motion of the whole model: an output below that is rounding
 
 
-def refine_largest(equation: Equation, branch: Branch, rows, settings: Settings) -> np.ndarray:
+def refine_largest(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> np.ndarray:
     """Insert solved points at the largest local maximum of half peak to peak of every output, and say which they are.
 
     rows : (m, r) outputs. Returns (n, m) bool, for the branch as it is afterwards.
@@ -34,7 +35,7 @@ def refine_largest(equation: Equation, branch: Branch, rows, settings: Settings)
     return marks
 
 
-def find_peaks(curve: ForcedResponse, problem, name: str, kind: str = "half_peak_to_peak",
+def find_peaks(curve: ForcedResponse, problem: ContactProblem, name: str, kind: str = "half_peak_to_peak",
           parameter: Parameter | None = None) -> np.ndarray:
     """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first, solved to 1e-8.
 

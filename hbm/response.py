@@ -8,17 +8,22 @@ and at the peaks, and the arrays of the curve (`hbm.result`).
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm import fourier
 from hbm.balance.residual import HarmonicBalance
+from hbm.contact import ContactTable
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
 from hbm.errors import InputError
+from hbm.laws.base import ContactLaw
+from hbm.model import ReducedModel
 from hbm.parameter import Equation, Frequency, Parameter, as_parameter
 from hbm.peaks import refine_largest
 from hbm.problem import ContactProblem, contact_problem
@@ -35,6 +40,8 @@ from hbm.validation import (
     numbers,
     positive,
 )
+
+Forcing = np.ndarray | Mapping[int, np.ndarray]      # (r,) N of order 1, or {order: (r,)}
 
 
 @dataclass(frozen=True)
@@ -65,8 +72,9 @@ class CurveOptions:
     settings: Settings | None = None
 
 
-def forced_response(model, pairs, law, forcing, band, *, damping_ratio=None, origin="preloaded",
-                    **options) -> ForcedResponse:
+def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, forcing: Forcing,
+                    band: Sequence[float], *, damping_ratio: ArrayLike | None = None, origin: str = "preloaded",
+                    **options: Any) -> ForcedResponse:
     """Curve of periodic responses over a frequency band.
 
     model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of `hbm.laws`
@@ -89,12 +97,13 @@ def forced_response(model, pairs, law, forcing, band, *, damping_ratio=None, ori
     return _with_all_pairs(follow_band(problem, forcing, band, **options), kept)
 
 
-def follow_band(problem: ContactProblem, forcing, band, **options) -> ForcedResponse:
+def follow_band(problem: ContactProblem, forcing: Forcing, band: Sequence[float], **options: Any) -> ForcedResponse:
     """forced_response of a ContactProblem, for matrices without a node table; options : of CurveOptions."""
     return _curve(problem, forcing, (Frequency(), np.nan), ("band", band), CurveOptions(**options))
 
 
-def follow_parameter(problem: ContactProblem, forcing, hz: float, parameter, between, **options) -> ForcedResponse:
+def follow_parameter(problem: ContactProblem, forcing: Forcing, hz: float, parameter: str | Parameter,
+                     between: Sequence[float], **options: Any) -> ForcedResponse:
     """Branch of periodic responses at one frequency over another parameter.
 
     parameter : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt' as a factor on all contacts, or a Parameter of
@@ -108,7 +117,8 @@ def follow_parameter(problem: ContactProblem, forcing, hz: float, parameter, bet
                   CurveOptions(**options))
 
 
-def solve_at(problem: ContactProblem, forcing, hz: float, *, guess=None, **options) -> PeriodicSolution:
+def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.ndarray | None = None,
+             **options: Any) -> PeriodicSolution:
     """The periodic response of a ContactProblem at one frequency in Hz.
 
     guess : (N,) unknowns of a PeriodicSolution that is near; None starts from the stuck response, then raises the force

@@ -5,6 +5,7 @@ from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hbm import fourier
 from hbm.errors import InputError, nearest
@@ -164,14 +165,14 @@ class ForcedResponse:
         """Indices of the pairs that slip or open anywhere in the band."""
         return np.flatnonzero(np.nanmax(self.share_slip + self.share_open, axis=0, initial=0.0) > 1e-6)
 
-    def save(self, path) -> Path:
+    def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)
         np.savez(path, **{f.name: np.asarray(vars(self)[f.name]) for f in fields(self)})
         return path
 
     @classmethod
-    def load(cls, path) -> "ForcedResponse":
+    def load(cls, path: str | Path) -> "ForcedResponse":
         """Read what `save` wrote; InputError where the file is not there or holds something else."""
         path = Path(path)
         if not path.is_file():
@@ -218,7 +219,7 @@ def _equal(a, b) -> bool:
     return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")
 
 
-def amplitude(X, kind: str) -> np.ndarray:
+def amplitude(X: np.ndarray, kind: str) -> np.ndarray:
     """(...) amplitude of a kind from harmonics (..., H+1); NaN where they are."""
     if kind == "half_peak_to_peak":
         return fourier.half_peak_to_peak(X)
@@ -229,7 +230,7 @@ def amplitude(X, kind: str) -> np.ndarray:
     raise InputError(f"amplitude kind '{kind}' is unknown; {nearest(kind, KINDS)}")
 
 
-def local_maxima(a, parameter) -> list[int]:
+def local_maxima(a: ArrayLike, parameter: ArrayLike) -> list[int]:
     """Places of the local maxima of an amplitude (n,) along a curve, both neighbours solved and ripples left out."""
     a, parameter = np.asarray(a, dtype=float), np.asarray(parameter)
     higher = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])
@@ -244,14 +245,14 @@ def _saddle(a):
     return np.nanmin(a[:above[0]] if len(above) else a)
 
 
-def widest_gap(parameter, converged, restarts) -> float:
+def widest_gap(parameter: ArrayLike, converged: ArrayLike, restarts: ArrayLike) -> float:
     """Between the neighbouring solved points furthest apart in any of the restarts (k, 2); 0 without any."""
     solved = np.asarray(parameter)[np.asarray(converged)]
     return max((float(np.diff(np.unique([low, *solved[(low < solved) & (solved < high)], high])).max(initial=0.0))
                 for low, high in np.sort(np.reshape(restarts, (-1, 2)), axis=1)), default=0.0)
 
 
-def parabola(s, y) -> tuple[float, float]:
+def parabola(s: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     """(place, value) of the maximum of the parabola through three points; place infinite where it has none."""
     c = np.polyfit(s / np.abs(s).max(), y, 2)
     if c[0] >= 0:

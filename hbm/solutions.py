@@ -10,10 +10,12 @@ from hbm.continuation.point import Point
 from hbm.continuation.settings import DEFAULT
 from hbm.errors import InputError
 from hbm.parameter import BY_NAME, Equation, Frequency, Parameter
+from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
 
 
-def solutions_at(curve: ForcedResponse, problem, value: float, parameter: Parameter | None = None) -> np.ndarray:
+def solutions_at(curve: ForcedResponse, problem: ContactProblem, value: float,
+                 parameter: Parameter | None = None) -> np.ndarray:
     """(s, m, H+1) complex harmonics of every solution at a frequency in Hz, one for each crossing of the curve.
 
     problem : the ContactProblem that the curve was made with
@@ -28,7 +30,7 @@ def solutions_at(curve: ForcedResponse, problem, value: float, parameter: Parame
     return np.array([X for _, X in sorted(found, key=lambda one: one[0])]).reshape(-1, *curve.harmonics.shape[1:])
 
 
-def points_at(curve: ForcedResponse, problem, value: float,
+def points_at(curve: ForcedResponse, problem: ContactProblem, value: float,
               parameter: Parameter | None = None) -> tuple[HarmonicBalance, list[Point]]:
     """(balance at a value of the parameter, [points solved there]), in the order of `solutions_at`.
 
@@ -40,7 +42,7 @@ def points_at(curve: ForcedResponse, problem, value: float,
     return balance, [solve_fixed(balance.evaluate, point.x, w, balance.weights) for _, _, point in found]
 
 
-def time_history(curve: ForcedResponse, problem, name: str, value: float, which: int = 0, n: int = 256,
+def time_history(curve: ForcedResponse, problem: ContactProblem, name: str, value: float, which: int = 0, n: int = 256,
                  parameter: Parameter | None = None) -> tuple[np.ndarray, np.ndarray]:
     """(t (n,) s, x (n,) m) of an output over one period; value, which : place in `solutions_at`.
 
@@ -54,7 +56,8 @@ def time_history(curve: ForcedResponse, problem, name: str, value: float, which:
     return tau / (2 * np.pi * hz), fourier.basis(tau, curve.H) @ fourier.to_real(found[which, curve.column(name)])
 
 
-def restored(curve: ForcedResponse, problem, parameter: Parameter | None = None) -> tuple[Equation, list[Point]]:
+def restored(curve: ForcedResponse, problem: ContactProblem,
+             parameter: Parameter | None = None) -> tuple[Equation, list[Point]]:
     """The equation of a curve and its points, from its arrays and the problem that it was made with."""
     known = {"frequency": Frequency(), **BY_NAME}
     if parameter is None and curve.parameter_name not in known:

@@ -1,19 +1,21 @@
 """Conformance of a contact law with its contract: `check_law`, for laws of your own as for those shipped here."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from hbm import fourier
 from hbm.balance import aft
-from hbm.laws.records import Contacts, Motion
+from hbm.laws.base import ContactLaw
+from hbm.laws.records import ContactForces, Contacts, Motion
 from hbm.laws.sampled import projector
 
 ORDERS = 3               # harmonics of the motions that are tried
 PERIODS = 60             # in which the state must repeat
 
 
-def check_law(law, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0):
+def check_law(law: ContactLaw, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0) -> None:
     """Raise AssertionError with the first point in which a law breaks the contract of `ContactLaw`.
 
     contacts : those of the law; by default 12, or one for each entry of its array parameters, with kn, kt around
@@ -33,28 +35,30 @@ def check_law(law, contacts: Contacts | None = None, amplitude: float = 1.0, ome
         check(law, contacts, x, omega)
 
 
-def forces(law, contacts, x, omega=1.0, start="zero_slider", samples=None):
+def forces(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start: Any = "zero_slider",
+           samples: int | None = None) -> ContactForces:
     """ContactForces of a law at the relative motion x (P, nd, nh) m, with its own number of samples or with another."""
     H = (x.shape[2] - 1) // 2
     return law.harmonics(contacts, np.ascontiguousarray(x), aft.slider_start(start, len(contacts), law.sliders),
                          aft.sample_grid(H, samples or law.default_samples(H)), omega)
 
 
-def total_force(law, contacts, x, f):
+def total_force(law: ContactLaw, contacts: Contacts, x: np.ndarray, f: ContactForces) -> np.ndarray:
     """(P, nd, nh) N, harmonics of the force out of its deviation from the stuck springs."""
     total = f.g + law.stuck_stiffness(contacts)[:, :, None] * x
     total[:, :, 0] += law.stuck_force(contacts)
     return total
 
 
-def full_derivative(f, x):
+def full_derivative(f: ContactForces, x: np.ndarray) -> np.ndarray:
     """(P, nd, nh, nd, nh) N/m, derivative of g at x, zero for contacts that are not active."""
     D = np.zeros((*x.shape, *x.shape[1:]))
     D[f.contacts] = f.D
     return D
 
 
-def history(law, contacts, x, omega=1.0, start="zero_slider", samples=1024, periods=1, repeats=None):
+def history(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start: Any = "zero_slider",
+            samples: int = 1024, periods: int = 1, repeats: Any = None) -> Any:
     """(force (n, P, nd), state (n, P, ns), change) of a law over the last of some periods, by its step in a plain loop.
 
     change : of the force since the period before; where `repeats` is given, it ends once that is smaller

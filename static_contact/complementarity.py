@@ -61,10 +61,12 @@ class ContactProblem(Protocol):
     """What `solve_complementarity` asks of a problem; k0 : (P,) N/m reference springs, free : (P,) bool - may close."""
 
     @property
-    def k0(self) -> np.ndarray: ...
+    def k0(self) -> np.ndarray:
+        """(P,) N/m."""
 
     @property
-    def free(self) -> np.ndarray: ...
+    def free(self) -> np.ndarray:
+        """(P,) bool."""
 
     def solve_set(self, closed: np.ndarray, u0: np.ndarray, gap: np.ndarray, anchor: float = 0.0,
                   at: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:

@@ -4,6 +4,7 @@ import csv
 import json
 import zipfile
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z", "ROTX": "rx", "ROTY": "ry", "ROTZ
 ABAQUS_DOFS = dict(enumerate((*DIRECTIONS, *ROTATIONS), 1))
 
 
-def read_dofs(path, body="body") -> dict:
+def read_dofs(path: str | Path, body: str = "body") -> dict:
     """Columns body, node, direction, position and loads of a dof table, in the order of the matrices; and groups."""
     path = Path(path)
     if not path.is_file():
@@ -45,7 +46,7 @@ def read_dofs(path, body="body") -> dict:
                         for name, key in _named(rows[0], "group ")})
 
 
-def read_npz(path) -> dict:
+def read_npz(path: str | Path) -> dict:
     """Keywords of ReducedModel.from_matrices from an .npz with M and K, as ReducedModel.save writes it.
 
     Raises InputError where the file is not there, is damaged or holds no M and K.
@@ -74,7 +75,7 @@ def read_npz(path) -> dict:
     return given | {"groups": groups, "loads": loads, "provenance": provenance}
 
 
-def table_of_labels(labels, body) -> dict:
+def table_of_labels(labels: Sequence[tuple[int, int]], body: str) -> dict:
     """Columns body, node, direction of the (node, dof) labels of Abaqus' matrix text; InputError for other dofs."""
     wrong = [label for label in labels if label[1] not in ABAQUS_DOFS]
     if wrong:
@@ -84,7 +85,7 @@ def table_of_labels(labels, body) -> dict:
     return dict(body=body, node=[n for n, _ in labels], direction=[ABAQUS_DOFS[d] for _, d in labels])
 
 
-def check_labels(labels, table, dofs, M):
+def check_labels(labels: Sequence[tuple[int, int]], table: dict, dofs: object, M: object) -> None:
     """The rows of Abaqus' text stand in the order of its node and dof numbers: a table must not say otherwise."""
     rows = list(zip(table["node"], table["direction"], strict=True))
     if len(rows) != len(labels):
@@ -96,7 +97,7 @@ def check_labels(labels, table, dofs, M):
                              "there: order the table by node and dof number, or leave it out")
 
 
-def saved_table(path) -> dict:
+def saved_table(path: str | Path) -> dict:
     """Columns, groups and loads in an .npz of ReducedModel.save or a .mat of `matrices_out`; empty for other files."""
     if Path(path).suffix.lower() == ".npz":
         with np.load(path, allow_pickle=False) as z:

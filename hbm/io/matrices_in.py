@@ -12,6 +12,7 @@ holds the table already: with M and K from such a file, `dofs` may be left out.
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.io
@@ -23,7 +24,8 @@ from hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labe
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
 
 
-def read_model(M, K, C=None, dofs=None, body="body", groups=None, loads=None) -> dict:
+def read_model(M: str | Path, K: str | Path, C: str | Path | None = None, dofs: str | Path | None = None,
+               body: str = "body", groups: dict | None = None, loads: dict | None = None) -> dict:
     """Keywords of ReducedModel.from_matrices from one file per matrix and a dof table.
 
     body : its name where the table has none; groups, loads : as in ReducedModel, beside those of the table
@@ -49,7 +51,7 @@ def read_model(M, K, C=None, dofs=None, body="body", groups=None, loads=None) ->
     return {"body": body} | table | matrices | {"provenance": {"M": str(M), "K": str(K), "C": str(C)}}
 
 
-def read_matrix(path, name="matrix"):
+def read_matrix(path: str | Path, name: str = "matrix") -> tuple[Any, Any]:
     """(matrix, labels): labels are ((node, dof), ...) where the file names them, else None.
 
     A file that holds one triangle only is taken as symmetric. `name` picks the variable of a file that holds several.
@@ -83,7 +85,7 @@ def read_matrix(path, name="matrix"):
     return _both_triangles(matrix), labels
 
 
-def harwell_boeing(path) -> sp.csc_matrix:
+def harwell_boeing(path: str | Path) -> sp.csc_matrix:
     """Assembled real Harwell-Boeing matrix, symmetric (RSA) or not (RUA); one triangle as it stands."""
     lines = Path(path).read_text().splitlines()
     counts = [int(lines[1][14 * k:14 * k + 14] or 0) for k in range(5)]
@@ -109,9 +111,9 @@ def harwell_boeing(path) -> sp.csc_matrix:
     return sp.csc_matrix((values, index, pointer), shape=(rows, columns))
 
 
-def abaqus_text(path):
+def abaqus_text(path: str | Path) -> tuple[Any, Any]:
     """(matrix, labels) of Abaqus' matrix text: 'node, dof, node, dof, value' or 'row, column, value' lines."""
-    rows = []
+    rows: list[list[str]] = []
     for number, line in enumerate(Path(path).read_text().splitlines(), 1):
         line = line.strip()
         if not line or line.startswith("*"):

@@ -5,7 +5,7 @@ docs/studies/own_law/README.md.
 """
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class ContactLaw:
         """Name in messages and results."""
         return type(self).__name__
 
-    def step(self, motion: Motion, state, contacts: Contacts):
+    def step(self, motion: Motion, state: np.ndarray, contacts: Contacts) -> tuple[np.ndarray, np.ndarray]:
         """Force (P, nd) N and state (P, ns) after a step: the formula of the law.
 
         motion : at the end of the step; state (P, ns) : before it. Rows are independent contacts. Arrays may be
@@ -52,11 +52,11 @@ class ContactLaw:
         """
         raise NotImplementedError(f"law {self.name} has no step")
 
-    def initial_state(self, u, start: SliderStart, contacts: Contacts):
+    def initial_state(self, u: np.ndarray, start: SliderStart, contacts: Contacts) -> np.ndarray:
         """(P, ns) state at t = 0, where the motion is u (P, nd), perhaps complex; default zero."""
         return np.zeros((len(u), self.states), dtype=u.dtype)
 
-    def state_at(self, u, state, contacts: Contacts):
+    def state_at(self, u: np.ndarray, state: np.ndarray, contacts: Contacts) -> np.ndarray:
         """(P, ns) the state moved to a nearby motion u (P, nd), where shooting varies it and the motion separately.
 
         The default keeps the sliders and makes the other entries anew, or keeps all where there are no sliders.
@@ -86,7 +86,7 @@ class ContactLaw:
         start = SliderStart(np.zeros((len(contacts), self.sliders)), True)
         return Motion(zero, zero, 1.0), self.initial_state(zero, start, contacts), contacts
 
-    def consistent_state(self, u, state, contacts: Contacts) -> np.ndarray:
+    def consistent_state(self, u: np.ndarray, state: np.ndarray, contacts: Contacts) -> np.ndarray:
         """State (P, ns) at the motion u (P, nd): entries that `initial_state` takes from the motion or the sliders are
         as it gives them, the others stay. Newton on the period map varies the state freely and needs this."""
         along = 1e-30j * np.sqrt(np.arange(2, 2 + len(self.components)))
@@ -94,23 +94,26 @@ class ContactLaw:
         found = self.initial_state(u + along, sliders, contacts)
         return np.where(np.imag(found) != 0, np.real(found), state)
 
-    def tangents(self, motion: Motion, state, contacts: Contacts):
+    def tangents(self, motion: Motion, state: np.ndarray,
+                 contacts: Contacts) -> tuple[np.ndarray, np.ndarray, Tangents]:
         """Force, state and `Tangents` of one step; by complex steps of `step`, exact to rounding."""
         return sampled.tangents(self, motion, state, contacts)
 
-    def harmonics(self, contacts: Contacts, x, start: SliderStart, grid, omega: float) -> ContactForces:
+    def harmonics(self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any,
+                  omega: float) -> ContactForces:
         """Forces of the periodic cycle at the relative motion x (P, nd, nh) m and omega rad/s.
 
         grid : of `aft.sample_grid`. The default steps through the samples, until the state repeats.
         """
         return sampled.harmonics(self, contacts, x, start, grid, omega)
 
-    def orbit_tangents(self, contacts: Contacts, x, start: SliderStart, grid, omega: float):
+    def orbit_tangents(self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any,
+                       omega: float) -> tuple[np.ndarray, np.ndarray]:
         """(force_u, force_v), each (n, P, nd, nd): derivatives of the force at the samples of the periodic cycle."""
         t = sampled.periodic(self, contacts, x, start, grid, omega).tangents
         return t.force_u, t.force_v
 
-    def sticks_surely(self, contacts: Contacts, amplitude) -> np.ndarray:
+    def sticks_surely(self, contacts: Contacts, amplitude: np.ndarray) -> np.ndarray:
         """(P,) bool, contacts that stick through any motion within amplitude (P, nd) m of that without friction."""
         return np.zeros(len(contacts), dtype=bool)
 
@@ -122,7 +125,7 @@ class ContactLaw:
         """Samples of a cycle: the default is below 1e-3 of the limit force at 256."""
         return max(256, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
 
-    def select(self, at) -> "ContactLaw":
+    def select(self, at: np.ndarray) -> "ContactLaw":
         """The law of some contacts, by a mask or by indices: parameters with one entry per contact are cut."""
         cut = {}
         for name, value in vars(self).items():
@@ -132,7 +135,7 @@ class ContactLaw:
                 cut[name] = value[at]
         return replace(self, **cut) if cut else self
 
-    def check(self, contacts: Contacts):
+    def check(self, contacts: Contacts) -> None:
         """InputError where parameters do not fit the contacts, or methods return arrays of the wrong shape."""
         for name, value in vars(self).items():
             if isinstance(value, np.ndarray) and len(value) != len(contacts):
@@ -151,7 +154,7 @@ class ContactLaw:
                 raise InputError(f"law {self.name}: {what} has the shape {np.shape(value)}, must be {meaning} = "
                                  f"{shape}")
 
-    def check_range(self, name: str, low=-np.inf, high=np.inf, above=False):
+    def check_range(self, name: str, low: float = -np.inf, high: float = np.inf, above: bool = False) -> None:
         """InputError where a parameter is not a finite number within low..high (above low, where `above`)."""
         value = _numbers(self.name, name, vars(self)[name])
         if not np.isfinite(value).all() or (value <= low if above else value < low).any() or (value > high).any():

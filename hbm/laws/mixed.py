@@ -33,13 +33,13 @@ class MixedLaw(ContactLaw):
         object.__setattr__(self, "laws", tuple(check_law(law) for law in self.laws))
         object.__setattr__(self, "of_pair", tuple(of_pair.tolist()))
 
-    @property  # type: ignore[override]  # of a class in other laws
-    def states(self) -> int:
+    @property
+    def states(self) -> int:  # type: ignore[override]
         """Of the law that needs most; the states of each law come first."""
         return max(law.states for law in self.laws)
 
-    @property  # type: ignore[override]
-    def sliders(self) -> int:
+    @property
+    def sliders(self) -> int:  # type: ignore[override]
         return max(law.sliders for law in self.laws)
 
     def stuck_stiffness(self, contacts):
