@@ -9,11 +9,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hbm.balance.residual import ContactProblem, HarmonicBalance
+from hbm.continuation.corrector import solve_fixed
 from hbm.errors import InputError
 from hbm.laws import Contacts, Jenkins1D
 from hbm.laws.base import ContactLaw
 from hbm.laws.piecewise import PiecewiseLinear
-from hbm.time.comparison import integrator_of
+from hbm.time.comparison import compare_point, integrator_of
 from hbm.time.exact import ExactIntegrator
 from hbm.time.sampled import SampledIntegrator
 from hbm.time.settings import IntegrationSettings
@@ -209,6 +210,14 @@ def test_velocity_and_step_length_reach_the_law():
     assert integrator.change(state, cycle) < 1e-8
     assert integrator.stuck.harmonics(ONE, cycle.force)[0, 1] == pytest.approx(expected, rel=3e-4)
     assert cycle.dissipated == pytest.approx(np.pi * stiffness.imag * abs(expected) ** 2, rel=3e-4)
+
+
+def test_balance_of_a_rate_dependent_law():
+    balance = oscillator(Maxwell())
+    point = solve_fixed(balance.evaluate, balance.linear(W), W, balance.weights)
+    found = compare_point(balance, point, ONE, IntegrationSettings(samples=256))
+    assert found.agrees and found.difference < 1e-3
+    assert found.said.endswith("; integrated with 256 steps per period, as law Maxwell is not piecewise linear")
 
 
 def test_a_law_without_table_is_refused():
