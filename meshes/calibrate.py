@@ -6,7 +6,7 @@
 
 Gauss-Newton steps (scipy's least_squares) with one-sided differences in the relative change of each length. Five
 targets for six lengths: a pull towards the lengths that the fit starts from makes the answer unique. It costs the full
-area 0.8 % and buys a plausible blade: with a tenth of it all five are met to 0.1 %, but the tip thins to 1.27 mm and
+area 0.8 % and gives a realistic blade: with a tenth of it all five are met to 0.1 %, but the tip thins to 1.27 mm and
 the damper's own bending (2903 Hz with 5 + 4 pairs) takes 0.22 of the out-of-phase shape and a second peak.
 """
 
@@ -14,6 +14,7 @@ import argparse
 import re
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -40,11 +41,11 @@ STIFFNESS = {"left": (3.32e6, 3.02e6), "right": (1.03e6, 0.94e6)}  # kn, kt in N
 MODES = 20  # fixed-interface modes of each body
 
 
-def frequencies(rig, size=1.0, cells=None):
+def frequencies(rig: Rig, size: float = 1.0, cells: Cells | None = None) -> dict[str, float]:
     """The five frequencies of `TARGETS` on the asymmetric damper, Hz, and 'dofs' of both bodies.
 
     The mode followed holds most of the free out-of-phase shape: (shape' M phi)^2 with both mass-normalised, which is
-    MAC on the blades times their share of kinetic energy. Order or blade MAC alone each pick a wrong mode somewhere.
+    the MAC of the blades times their part of the kinetic energy. Order or blade MAC alone pick a wrong mode.
     """
     assembly, pairs, free_hz, follow, dofs = _assembly(rig, size, cells)
     line = pairs.select(pairs.row == 0)
@@ -95,7 +96,7 @@ def _reduced(rig, size, cells, rows):
 
 
 def _free_modes(model):
-    """Frequencies (Hz) and mass-normalised shapes of the first two modes without damper, told apart by the covers."""
+    """Frequencies (Hz) and mass-normalised shapes of the first two modes without damper, told by the covers."""
     lam, shapes = sl.eigh(model.K, model.M, subset_by_index=(0, 1))
     x = np.flatnonzero(model.direction == "x")
     left, right = (shapes[x[s * model.position[x, 0] > 0]].mean(axis=0) for s in (-1, 1))
@@ -104,12 +105,12 @@ def _free_modes(model):
     return {name: float(hz[i]) for name, i in order.items()}, {name: shapes[:, i] for name, i in order.items()}
 
 
-def fit(rig, report=print):
+def fit(rig: Rig, report: Callable = print) -> Rig:
     """Rig whose five frequencies on the default mesh are nearest to `TARGETS` in units of their tolerance."""
     from scipy.optimize import least_squares
 
     def scaled(factors):
-        return replace(rig, **{k: float(getattr(rig, k) * f) for k, f in zip(START, factors, strict=True)})
+        return replace(rig, **{k: float(vars(rig)[k] * f) for k, f in zip(START, factors, strict=True)})
 
     def misfit(factors):
         hz = frequencies(scaled(factors))
@@ -120,23 +121,23 @@ def fit(rig, report=print):
     return scaled(found.x)
 
 
-def save(rig):
+def save(rig: Rig) -> None:
     """Replaces the fitted values in rig_asymmetric.toml, rounded to 0.1 micrometre."""
     text = DEFAULTS.read_text()
     for name in START:
-        text = re.sub(rf"(?m)^{name} = \S+", f"{name} = {getattr(rig, name):.7f}", text)
+        text = re.sub(rf"(?m)^{name} = \S+", f"{name} = {vars(rig)[name]:.7f}", text)
     DEFAULTS.write_text(text)
 
 
-def refinements(cells):
+def refinements(cells: Cells) -> dict[str, Cells]:
     """{name: Cells}: the default mesh refined in one direction at a time; the cells at the contact lines stay."""
     names = {"height": ("height", "patch"), "thickness": ("thickness",), "cover": ("cover",), "fixture": ("fixture",),
              "fixture across": ("span", "overhang"), "damper ring": ("ring",), "beside the contact lines": ("face",),
              "across the flat": ("flat", "gap"), "axial": ("axial",)}
-    return {n: replace(cells, **{k: 2 * getattr(cells, k) for k in ks}) for n, ks in names.items()}
+    return {n: replace(cells, **{k: 2 * vars(cells)[k] for k in ks}) for n, ks in names.items()}
 
 
-def drift(rig, report=print):
+def drift(rig: Rig, report: Callable = print) -> None:
     """Markdown table of the five frequencies over the size and over one refinement in each direction."""
     report("| mesh | dofs | " + " | ".join(TARGETS) + " | seconds |")
     report("|---" * (len(TARGETS) + 3) + "|")
@@ -151,7 +152,7 @@ def drift(rig, report=print):
         report(f"| {name} | {hz['dofs']} | " + " | ".join(columns) + f" | {time.perf_counter() - start:.0f} |")
 
 
-def predict(rig, report=print):
+def predict(rig: Rig, report: Callable = print) -> None:
     """What the fit does not see: more rows on the flat, in phase with damper, and the detachment curve, Hz."""
     for rows in (3, 4, 5):
         assembly, pairs, _, follow, _ = _assembly(rig, rows=rows)
@@ -166,7 +167,8 @@ def predict(rig, report=print):
         report(f"{front} + {back}: {modes.tracked_hz:.1f} (MAC with the free shape {modes.mac:.2f})")
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> int | None:
+    """Command line: fit the lengths, or print drift or predictions."""
     parser = argparse.ArgumentParser(prog="python -m meshes.calibrate", description="Fits the rig's lengths.")
     parser.add_argument("--drift", action="store_true", help="print the drift over the mesh instead of fitting")
     parser.add_argument("--predict", action="store_true", help="print what the fit does not see instead of fitting")
@@ -176,7 +178,7 @@ def main(arguments=None):
         return 0
     rig = fit(replace(Rig(), **START))
     save(rig)
-    print("\n".join(f"{name} = {getattr(rig, name):.7f}" for name in START))
+    print("\n".join(f"{name} = {vars(rig)[name]:.7f}" for name in START))
     return 0
 
 

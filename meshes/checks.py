@@ -4,15 +4,15 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.spatial import cKDTree
 
-from meshes.rig import SIDES, STATIONS, contact
-from meshes.structured import HEX27, SAME_NODE, boundary, faces_of
+from meshes.rig import SIDES, STATIONS, Contact, Rig, contact
+from meshes.structured import HEX27, SAME_NODE, Mesh, boundary, faces_of
 
 
 class MeshError(ValueError):
     """A mesh that must not be used; the message says what is wrong with it."""
 
 
-def check(rig, damper, rows, blades, solid):
+def check(rig: Rig, damper: str, rows: int, blades: Mesh, solid: Mesh) -> dict[str, float]:
     """All checks on the pair of meshes `blades` and `solid` (the damper); returns {body: volume in m3}."""
     found = contact(rig, damper, rows)
     volumes = {}
@@ -32,7 +32,7 @@ def check(rig, damper, rows, blades, solid):
     return volumes
 
 
-def check_solid(mesh):
+def check_solid(mesh: Mesh) -> None:
     """No node unused, doubled or not finite; no inverted cell; one closed surface and no crack inside."""
     if not np.isfinite(mesh.nodes).all():
         raise MeshError(f"{mesh.name}: a node's position is not a number")
@@ -72,21 +72,21 @@ def _shape_gradients(points):
     return np.stack(parts, axis=-1)
 
 
-def jacobians(mesh, points=None):
+def jacobians(mesh: Mesh, points: np.ndarray | None = None) -> np.ndarray:
     """Jacobian determinants (m, p), m3; by default at the 27 nodes of each cell, corners included."""
     points = HEX27 - 1.0 if points is None else points
     gradients = np.einsum("pia,mib->mpab", _shape_gradients(points), mesh.nodes[mesh.cells], optimize=True)
     return np.linalg.det(gradients)
 
 
-def cell_volumes(mesh):
+def cell_volumes(mesh: Mesh) -> np.ndarray:
     """Volume of each cell (m,), m3, by 3 x 3 x 3 Gauss points."""
     x, w = np.polynomial.legendre.leggauss(3)
     points = np.stack(np.meshgrid(x, x, x, indexing="ij"), -1).reshape(-1, 3)
     return jacobians(mesh, points) @ np.einsum("i,j,k->ijk", w, w, w).ravel()
 
 
-def damper_volume(rig, found):
+def damper_volume(rig: Rig, found: Contact) -> float:
     """Closed form: circle less one circular segment for each flat."""
     half = np.arcsin(rig.flat_width / (2 * rig.damper_radius))
     segment = rig.damper_radius**2 * half - rig.flat_distance * rig.flat_width / 2
@@ -94,7 +94,7 @@ def damper_volume(rig, found):
     return (np.pi * rig.damper_radius**2 - flats * segment) * rig.length
 
 
-def blades_volume(rig, found):
+def blades_volume(rig: Rig, found: Contact) -> float:
     """Closed form: fixture block, the cubic thickness integrated, and the covers between blade and face."""
     q = Polynomial([0.0, 1.0 / rig.height])
     thickness = (rig.root_thickness + (rig.tip_thickness - rig.root_thickness) * q)

@@ -1,6 +1,7 @@
 """A `Mesh` to and from a gmsh file (MSH 4.1), groups included. The only file of this package that imports gmsh."""
 
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
@@ -31,7 +32,7 @@ def _add_group(model, dimension, name, element_type, connectivity):
     model.setPhysicalName(dimension, model.addPhysicalGroup(dimension, [entity]), name)
 
 
-def write(path, mesh):
+def write(path: str | Path, mesh: Mesh) -> None:
     """Writes `mesh` as MSH 4.1: a volume group, surface groups of 9-node faces, node sets as groups of dimension 0."""
     with _gmsh() as (model, gmsh):
         volume = model.addDiscreteEntity(3)
@@ -45,7 +46,7 @@ def write(path, mesh):
         gmsh.write(str(path))
 
 
-def read(path):
+def read(path: str | Path) -> Mesh:
     """The `Mesh` in a file written by `write`; node numbers are those of the file minus one."""
     with _gmsh() as (model, gmsh):
         gmsh.merge(str(path))

@@ -45,7 +45,7 @@ class Rig:
 
     def __post_init__(self):
         for f in fields(self):
-            value = getattr(self, f.name)
+            value = vars(self)[f.name]
             if not (isinstance(value, int | float) and np.isfinite(value) and value > 0):
                 raise InputError(f"{f.name} = {value}: a positive number is needed")
         inner, outer = (self.pitch - self.root_thickness) / 2, (self.pitch + self.root_thickness) / 2
@@ -57,34 +57,34 @@ class Rig:
             ("flat_width", 0.0, widest, "by damper_radius and contact_angle"),
             ("height", self.cover_height + self.patch_height, np.inf, "cover and patch need it"),
         ):
-            if not low < getattr(self, name) < high:
-                value = getattr(self, name)
+            if not low < vars(self)[name] < high:
+                value = vars(self)[name]
                 raise InputError(f"{name} = {value:.6g}: must lie between {low:.6g} and {high:.6g} ({why})")
 
-    def thickness(self, z):
+    def thickness(self, z: np.ndarray | float) -> np.ndarray:
         """Blade thickness at height z (m), cubic in z."""
         q = np.asarray(z) / self.height
         taper = self.root_thickness + (self.tip_thickness - self.root_thickness) * q
         return taper * (1 + (self.mid_thickness_factor - 1) * 4 * q * (1 - q))
 
     @property
-    def flat_distance(self):
+    def flat_distance(self) -> float:
         """From the damper's centre to a flat: its edges lie on the circle."""
         return np.sqrt(self.damper_radius**2 - self.flat_width**2 / 4)
 
     @property
-    def cover_height(self):
+    def cover_height(self) -> float:
         """Measured with the flat's edges for all three dampers, so that the covers keep their height."""
         beta = np.radians(self.contact_angle)
         return self.flat_width * np.cos(beta) + self.cover_margin_below + self.cover_margin_above
 
     @property
-    def patch_half_length(self):
+    def patch_half_length(self) -> float:
         """The patch reaches two contact stations to each side of the mid-length."""
         return 2 * self.length / (STATIONS - 1)
 
     @property
-    def patch_height(self):
+    def patch_height(self) -> float:
         """Along z; the blade's side is steep enough that the patch's area is right to 0.5 %."""
         return self.patch_area / (2 * self.patch_half_length)
 
@@ -100,13 +100,13 @@ class Contact:
     rows: dict  # side -> (R, 2) contact points, row 0 lowest
     turn: dict  # side -> z at which the cover's face turns vertical
 
-    def face_x(self, side, z):
+    def face_x(self, side: str, z: np.ndarray | float) -> np.ndarray:
         """x of the cover's contact face at height z: in the contact plane, vertical above `turn`."""
         n, z = self.normal[side], np.minimum(z, self.turn[side])
         return self.centre[0] + (self.distance[side] - n[1] * (z - self.centre[1])) / n[0]
 
 
-def contact(rig, damper, rows=2):
+def contact(rig: Rig, damper: str, rows: int = 2) -> Contact:
     """Where the named damper touches the covers; `rows` lines of pairs on a flat side, one on a round side."""
     if damper not in DAMPERS:
         raise InputError(f"damper '{damper}' is unknown; {nearest(damper, DAMPERS)}")
@@ -161,7 +161,7 @@ class Cells:
     gap: int = 2  # damper, circumference between the two sides
 
     @classmethod
-    def of_size(cls, size):
+    def of_size(cls, size: float) -> "Cells":
         """`size` is a density along each edge: 1 the default mesh, 0.25 the coarsest, 2 half the cell length."""
         if not (isinstance(size, int | float) and 0.25 <= size <= 2.0):
             raise InputError(f"size = {size}: must lie between 0.25 and 2")

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from meshes.sections import blades_section, damper_section
 _OUTLINE = ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1), (0, 0))
 
 
-def draw(rig, damper, size, path, rows=2):
+def draw(rig: Rig, damper: str, size: float, path: str | Path, rows: int = 2) -> None:
     """Writes the picture: the whole section on the left, the damper in its V on the right; lengths in mm."""
     import matplotlib
 
@@ -46,7 +47,8 @@ def draw(rig, damper, size, path, rows=2):
     plt.close(figure)
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> int | None:
+    """Command line: the picture of the cross-section."""
     parser = argparse.ArgumentParser(prog="python -m meshes.section_figure")
     parser.add_argument("--damper", choices=DAMPERS, default="asymmetric")
     parser.add_argument("--size", type=float, default=1.0)

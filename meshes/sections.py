@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from meshes.rig import Cells, Contact, Rig
 from meshes.structured import join, ruled, subdivide
 
 
-def blades_section(rig, found, cells, rows):
+def blades_section(rig: Rig, found: Contact, cells: Cells, rows: int) -> tuple[np.ndarray, np.ndarray]:
     """Fixture, two blades and their covers in one piece -> points (n, 2), quadrilaterals (m, 3, 3)."""
     blocks = _fixture(rig, cells)
     for side in ("left", "right"):
@@ -50,12 +51,12 @@ def _cover_heights(rig, found, side, cells, rows):
     return subdivide([bottom, found.rows[side][0, 1], found.turn[side], rig.height], [2 * n, n, n])
 
 
-def flat_cells(cells, rows):
+def flat_cells(cells: Cells, rows: int) -> int:
     """Cells across a flat: at least those asked for, and a whole number between neighbouring rows of pairs."""
     return (rows - 1) * -(-cells.flat // (rows - 1))
 
 
-def damper_section(rig, found, cells, rows):
+def damper_section(rig: Rig, found: Contact, cells: Cells, rows: int) -> tuple[np.ndarray, np.ndarray]:
     """The damper: a core of straight lines through the axis, and a ring around it."""
     r, centre = rig.damper_radius, found.centre
     beta, half = np.radians(rig.contact_angle), np.arcsin(rig.flat_width / (2 * rig.damper_radius))

@@ -4,6 +4,7 @@ Every node position is computed here and nowhere else, so two bodies built from 
 The cross-section lies in the x-z plane, the axis of extrusion is y.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,20 +62,20 @@ def _face_columns():
 FACES = _face_columns()
 
 
-def subdivide(breaks, counts):
+def subdivide(breaks: np.ndarray, counts: Sequence[int]) -> np.ndarray:
     """Node positions (2 * sum(counts) + 1,): every interval of `breaks` in its count of equal quadratic cells."""
     parts = [np.linspace(a, b, 2 * n + 1)[:-1] for a, b, n in zip(breaks[:-1], breaks[1:], counts, strict=True)]
     return np.append(np.concatenate(parts), breaks[-1])
 
 
-def ruled(first, second, cells):
+def ruled(first: np.ndarray, second: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Block of nodes (len(first), 2 * cells + 1, 2): straight lines between the points of two curves."""
     s = np.linspace(0.0, 1.0, 2 * cells + 1)[None, :, None]
     first, second = np.asarray(first)[:, None, :], np.asarray(second)[:, None, :]
     return first * (1 - s) + second * s
 
 
-def join(blocks):
+def join(blocks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Blocks (p, q, 2) that share borders -> points (n, 2) and cells (m, 3, 3) of 9-node quadrilaterals."""
     grids, start = [], 0
     for block in blocks:
@@ -91,7 +92,7 @@ def join(blocks):
     return points[kept], np.array(cells)
 
 
-def extrude(points, quads, y):
+def extrude(points: np.ndarray, quads: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Section (points (n, 2) in x, z; quads (m, 3, 3)) at the levels y (2k + 1,) -> nodes (N, 3), cells (M, 27)."""
     n = len(points)
     nodes = np.empty((len(y), n, 3))
@@ -105,25 +106,25 @@ def extrude(points, quads, y):
     return nodes.reshape(-1, 3), cells
 
 
-def faces_of(cells):
+def faces_of(cells: np.ndarray) -> np.ndarray:
     """All faces (6m, 9) of the cells and, for each, in how many cells it occurs."""
     faces = cells[:, FACES].reshape(-1, 9)
     _, index, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
     return faces, count[index.ravel()]
 
 
-def boundary(cells):
+def boundary(cells: np.ndarray) -> np.ndarray:
     """Faces (k, 9) that belong to one cell only, with outward normals."""
     faces, count = faces_of(cells)
     return faces[count == 1]
 
 
-def select(faces, inside):
+def select(faces: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Those faces whose nine nodes all satisfy the mask `inside` (n_nodes,)."""
     return faces[inside[faces].all(axis=1)]
 
 
-def find_nodes(nodes, points):
+def find_nodes(nodes: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Numbers of the nodes at the given points (k, 3); ValueError where none lies within `SAME_NODE`."""
     distance, index = cKDTree(nodes).query(points)
     if distance.max() > SAME_NODE:

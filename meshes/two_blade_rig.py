@@ -24,7 +24,7 @@ __all__ = ["Rig", "build", "check", "generate"]
 ON_SURFACE = 1e-9  # m
 
 
-def build(rig, damper, size=1.0, rows=2, cells=None):
+def build(rig: Rig, damper: str, size: float = 1.0, rows: int = 2, cells: Cells | None = None) -> tuple[Mesh, Mesh]:
     """The two bodies as `Mesh` records (blades, damper), unchecked; `cells` overrides what `size` implies."""
     cells = cells or Cells.of_size(size)
     if cells.axial % 15:
@@ -35,7 +35,7 @@ def build(rig, damper, size=1.0, rows=2, cells=None):
             _damper(rig, found, *extrude(*damper_section(rig, found, cells, rows), y)))
 
 
-def generate(rig, damper, size=1.0, folder=".", rows=2):
+def generate(rig: Rig, damper: str, size: float = 1.0, folder: str | Path = ".", rows: int = 2) -> dict[str, Path]:
     """Builds both bodies, writes and reads them back, checks what was read -> {'blades': path, 'damper': path}."""
     blades, solid = build(rig, damper, size, rows)
     folder = Path(folder)
@@ -103,7 +103,8 @@ def _damper(rig, found, nodes, cells):
     return Mesh("damper", nodes, cells, surfaces, sets)
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> int | None:
+    """Command line: write the meshes; 2 after an error."""
     parser = argparse.ArgumentParser(prog="python -m meshes.two_blade_rig", description="Meshes of the two-blade rig.")
     parser.add_argument("--damper", choices=DAMPERS, default="asymmetric")
     parser.add_argument("--size", type=float, default=1.0, help="cells along each edge, relative to the default mesh")
@@ -113,7 +114,7 @@ def main(arguments=None):
         parser.add_argument(f"--{f.name.replace('_', '-')}", type=float, default=f.default, metavar=f"{f.default:.6g}")
     given = parser.parse_args(arguments)
     try:
-        rig = Rig(**{f.name: getattr(given, f.name) for f in fields(Rig)})
+        rig = Rig(**{f.name: vars(given)[f.name] for f in fields(Rig)})
         paths = generate(rig, given.damper, given.size, given.out, given.rows)
     except (InputError, MeshError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)

@@ -97,7 +97,7 @@ class Body:
 
 
 def rigid_modes(body: Body) -> int:
-    """How many independent rigid motions the body's stiffness does not resist: 0 when held, 6 when free.
+    """How many independent rigid motions the body's stiffness does not resist: 0 when fixed, 6 when free.
 
     Raises InputError where one of them meets negative stiffness.
     """

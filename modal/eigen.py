@@ -2,7 +2,7 @@
 
 Krylov-Schur through SLEPc reuses the factor; ARPACK where SLEPc is missing. A Krylov method can miss one of several
 equal modes: the modes are counted by a second factorisation at a shift just above the highest of them (inertia.py), and
-what is missing is asked for again with the known modes held out.
+what is missing is asked for again with the known modes deflated.
 """
 
 from dataclasses import dataclass
@@ -150,7 +150,7 @@ class Factor:
     def _complete(self, M, lam, phi, shift, count=None):
         """All modes below the shift, as many as the inertia counts there, and the shift.
 
-        Those that are missing are asked for with the known ones held out. Where a mode lies on the shift to rounding
+        Those that are missing are asked for with the known ones deflated. Where a mode lies on the shift to rounding
         and the two disagree, the shift is raised.
         """
         for attempt in range(self.settings.recounts):

@@ -144,8 +144,8 @@ def solve_complementarity(problem: ContactProblem, u0: np.ndarray | None, gap: n
 
 def _proximal(problem, u0, gap, settings):
     """As `solve_complementarity`, by the proximal point method: every pair is anchored weakly to its last position,
-    which holds the bodies whatever the set, until the anchors carry nothing: 1e-10 of the largest force at once, or the
-    least that was met in many rounds, up to 1e-8 of the forces. Raises NoEquilibrium where they still carry more; None
+    which holds the bodies whatever the set, until the anchor forces vanish: 1e-10 of the largest force at once, or the
+    least that was met in many rounds, up to 1e-8 of the forces. Raises NoEquilibrium where they do not vanish; None
     where no set was found even with anchors.
 
     It converges whenever there is a solution [Rockafellar 1976], also where several positions of the bodies are

@@ -62,7 +62,7 @@ class FreeMotions:
         """InputError where forces do more along a motion than inexact meshes explain: amounts (m,) of load (r,)."""
         too_much = self._exceeds(amounts, load, self.settings.taken_up)
         loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it" + (
-                      f" (the normals face it by {faced:.1e} of its size, which counts as held above facing = "
+                      f" (the normals face it by {faced:.1e} of its size, which counts as resisted above facing = "
                       f"{self.settings.facing:g})" if faced > self.settings.mentioned else "")
                   for (name, unit), amount, faced, much in zip(self.names, amounts, self.faced, too_much, strict=True)
                   if much]

@@ -146,35 +146,35 @@ class FrictionalContact:
     def _increment(self, load, before, z, w, gap):
         """Motion (3P,) under `load`, from z under the load `before`; None without one; and the Newton steps.
 
-        Where Newton does not converge, dashpots with a share of the stuck springs take the pairs from z to the
-        equilibrium in some steps: the share falls as long as that goes well, and at last Newton must do without.
+        Where Newton does not converge, dashpots with a part of the stuck springs take the pairs from z to the
+        equilibrium in some steps: the part falls as long as these converge, and at last Newton must do without.
         """
         u0 = self.B @ sl.cho_solve(self.factor, load)
         at = z + u0 - self.B @ sl.cho_solve(self.factor, before)
         found, total = self._equilibrium(u0, at, w, gap)
-        share, at = 1.0, z
+        damped, at = 1.0, z
         for _ in range(self.settings.dashpot_steps):
             if found is not None:
                 break
-            moved, steps = self._equilibrium(u0, at, w, gap, share)
+            moved, steps = self._equilibrium(u0, at, w, gap, damped)
             total += steps
-            share = share / 3 if moved is not None else share * 6
+            damped = damped / 3 if moved is not None else damped * 6
             if moved is not None:
                 at = moved
                 found, steps = self._equilibrium(u0, at, w, gap)
                 total += steps
         return found, total
 
-    def _equilibrium(self, u0, z, w, gap, share=0.0):
-        """Newton for u - u0 + G (f - k0 u + share k0 (u - start)) = 0, and its steps; None where it fails."""
+    def _equilibrium(self, u0, z, w, gap, damped=0.0):
+        """Newton for u - u0 + G (f - k0 u + damped k0 (u - start)) = 0, and its steps; None where it fails."""
         start = z - self.slack * self.law(z, w, gap)[0]
-        k = (1 - share) * self.k0
+        k = (1 - damped) * self.k0
         size = np.linalg.norm(u0) + np.linalg.norm(z)
 
         def residual(z):
             f, tangent, _ = self.law(z, w, gap)
             u = z - self.slack * f
-            return u - u0 + self.G @ (f - k * u - share * self.k0 * start), tangent
+            return u - u0 + self.G @ (f - k * u - damped * self.k0 * start), tangent
 
         F, tangent = residual(z)
         for step in range(1, self.settings.iterations + 1):

@@ -58,7 +58,7 @@ class Preload:
     residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
     balance - |sum of contact forces, loads and constraint reactions| / |sum of loads| on the floating dampers, None
     where none floats
-    iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a set that held nothing
+    iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a singular set
     or sets that cycled, 'unloaded' where no load acts and the bodies fit without any force
     """
 
@@ -90,7 +90,7 @@ class StaticContact:
         self.motions = free_motions(self.rigid, model, self.B[k0 > 0], settings.rigid)
         self.idle = np.linalg.qr(self.motions.shape)[0]
         try:
-            # the gauge makes the free motions definite; what it carries is part of the constraint reactions
+            # the gauge makes the free motions definite; its forces are part of the constraint reactions
             self.gauge = np.median(K.diagonal()[K.diagonal() > 0]) * (self.idle @ self.idle.T)
             self.factor = sl.cho_factor(K + self.gauge)
         except np.linalg.LinAlgError:
@@ -120,7 +120,7 @@ class StaticContact:
         scale = load if load.any() else np.abs(self.B).T @ np.abs(force)
         left, reaction = elastic + self.B.T @ force - load, {}
         if _ratio(left, scale) > self.settings.residual:
-            # the gauge carries what nearly free motions take of the contact forces: tilted normals slide a little
+            # the gauge balances the part of the contact forces along nearly free motions: tilted normals slide a little
             taken -= self.idle @ (self.idle.T @ (left + taken))
             left += taken
             amounts = self.motions.shape.T @ taken

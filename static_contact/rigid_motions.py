@@ -81,7 +81,7 @@ def moving(rigid: np.ndarray, settings: RigidMotionSettings = SETTINGS) -> np.nd
 def floating(rigid: np.ndarray, K: np.ndarray, below: float | None = None,
              settings: RigidMotionSettings = SETTINGS) -> np.ndarray:
     """(6 b, m) coefficients in the columns of `rigid` of the motions that K (r, r) does not resist beyond rounding, or
-    by less than `below` of the stiffness of the nodes held one by one.
+    by less than `below` of the stiffness of single dofs.
 
     Positions given with a few digits do not quite fit K and make an elastic motion of a rigid one: one step of inverse
     iteration takes that out before the stiffness is measured. Where K itself has few digits, some rigid motions meet

@@ -73,7 +73,7 @@ def mumps_inertia(PETSc: Any, matrix: Any, right: Any) -> tuple[int | None, Any]
     """Negative pivots of a symmetric PETSc matrix over its ranks, None where pivots vanish, and the solution for the
     right-hand side by the same factor; (None, None) without a factor."""
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    # 24: zero pivots are told, without which there is no inertia; 7: PORD, the best ordering of Debian's MUMPS;
+    # 24: zero pivots are reported, without which there is no inertia; 7: PORD, the best ordering of Debian's MUMPS;
     # 14: room for delayed pivots, in percent
     for control, value in ((24, 1), (7, 4), (14, 50)):
         PETSc.Options()[f"tipdamp_inertia_mat_mumps_icntl_{control}"] = value

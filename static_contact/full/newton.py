@@ -2,7 +2,7 @@
 
     K q + B_n' N = f,    N = max(0, kn (B_n q - g0));    hard pairs (kn = inf):  N = max(0, k (p + B_n q - g0)) = k p
 
-Nothing is condensed: the dofs of all bodies are the unknowns, shared out over the ranks, and with them p of the hard
+Nothing is condensed: the dofs of all bodies are the unknowns, distributed over the ranks, and with them p of the hard
 pairs. Their second line is the augmented Lagrangian of the unilateral condition: its solution does not depend on
 k > 0, and Newton's matrix stays symmetric, though indefinite. Where SNES ends without an answer, because a set of
 closed pairs on its way holds nothing or the sets cycle, pivoting and the proximal point method of `complementarity.py`
