@@ -36,7 +36,7 @@ class ContactTable:
 
     side : (P,) str - name of the contact side, e.g. 'left'
     station, row : (P,) int - index along the axis from 0; index across the side, 0 = lower edge line
-    blade_body, damper_body : (P,) str - 'ground' stands for a fixed counterpart
+    blade_body, damper_body : (P,) str - 'ground' is a fixed counterpart
     blade_node, damper_node : (P,) int - node numbers of the user's meshes
     position : (P, 3) m
     frame : (P, 3, 3) - rows t1, t2, n, orthonormal and right-handed

@@ -1,11 +1,11 @@
-"""The one exception that says: what you passed in cannot be used, and this is what would be."""
+"""InputError, the one exception for input that cannot be used, and the tail of its messages."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 
 class InputError(ValueError):
-    """Raised at the door, before any heavy work, in one line: what came, and what is allowed."""
+    """Unusable input, found before any heavy work: one line with the given value and the allowed ones."""
 
 
 def shown(name: object, most: int = 80) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from hbm.balance.named_motion import describe_motion
 from hbm.balance.receptance import Receptance, check_rest, stuck_receptance
@@ -44,7 +45,7 @@ class ContactProblem:
     contacts: Contacts
     static: np.ndarray | None = None
     preloaded: bool = True
-    damping_ratio: float | np.ndarray | None = None
+    damping_ratio: ArrayLike | None = None
     describe: Callable | None = None
 
     def __post_init__(self):
@@ -112,7 +113,9 @@ class ContactProblem:
         return other
 
 
-def contact_problem(model, pairs, law, origin="preloaded", static=None, damping_ratio=None):
+def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, origin: str = "preloaded",
+                    static: np.ndarray | None = None,
+                    damping_ratio: ArrayLike | None = None) -> tuple[ContactProblem, np.ndarray]:
     """(ContactProblem of the carrying pairs, mask (P,) of these in the table).
 
     model, pairs, law, origin, damping_ratio : as in `hbm.response.forced_response`

@@ -1,4 +1,4 @@
-"""What comes through the door of the forced response, checked before anything heavy starts."""
+"""Input of the forced response, checked before anything heavy starts: numbers, arrays, records."""
 
 from dataclasses import fields
 from numbers import Integral, Real

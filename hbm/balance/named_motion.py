@@ -11,13 +11,13 @@ RIGID = 0.05     # share of a motion that is left beside the rigid one of its bo
 class NamedMotion:
     """A motion in words: the body that it belongs to, whether that moves as a whole, and whether it turns then."""
 
-    said: str
+    text: str
     body: str
     rigid: bool
     turns: bool
 
     def __str__(self) -> str:
-        return self.said
+        return self.text
 
 
 def describe_motion(model, motion: np.ndarray) -> NamedMotion:

@@ -8,15 +8,17 @@ scaled to k_r = 1 so that massless dofs do no harm (to m_r = 1 where rigid motio
 damping matrix d_r(w) = 1/(i w - s_r) over the poles of the state-space pencil, diagonalised once.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.linalg as la
+from numpy.typing import ArrayLike
 
 from hbm.balance.named_motion import describe_motion, mostly
-from hbm.contact import relative_motion
+from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
-from hbm.model import BUCKLED
+from hbm.model import BUCKLED, ReducedModel
 from hbm.validation import brief, check_forcing, check_outputs
 
 NOISE = 50.0     # times the rounding of the stiffness: what a restrained motion must store
@@ -47,7 +49,7 @@ class Receptance:
         with np.errstate(divide="ignore"):
             return np.sort(np.sqrt(self.stiffness / self.mass)) / (2 * np.pi)
 
-    def factors(self, w: np.ndarray):
+    def factors(self, w: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
         """d and dd/dw, each (m, n) complex, at the angular frequencies w (n,)."""
         w = np.atleast_1d(np.asarray(w, dtype=float))
         if self.poles.size:
@@ -62,7 +64,8 @@ class Receptance:
         return ((rows @ self.shapes) @ (self.factors(w)[0] * (self.shapes.T @ force)[:, None])).T
 
 
-def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
+def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping_ratio: ArrayLike | None = None,
+                     describe: Callable | None = None) -> Receptance:
     """Receptance of (K, M), which restrains every motion, with a damping matrix C or with damping ratios of its modes.
 
     damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes above.
@@ -90,7 +93,7 @@ def stuck_receptance(M, C, K, damping_ratio=None, describe=None) -> Receptance:
     return _pencil(shapes, period2, modal)
 
 
-def free_receptance(M, K, damping_ratio) -> Receptance:
+def free_receptance(M: np.ndarray, K: np.ndarray, damping_ratio: ArrayLike) -> Receptance:
     """Receptance of (K, M) with damping ratios of its modes; rigid motions may be free, M must be regular."""
     stiffness, shapes = la.eigh(K, M)
     return Receptance(shapes, np.maximum(stiffness, 0.0), np.ones(len(K)), _ratios(damping_ratio, len(K)))
@@ -127,7 +130,7 @@ def _check_restrained(K, describe, when="even when every contact sticks",
         raise InputError(f"a motion is unrestrained {when}: {named or mostly(motion)}; {remedy}")
 
 
-def check_rest(K, static, describe):
+def check_rest(K: np.ndarray, static: np.ndarray | None, describe: Callable | None) -> None:
     """InputError where K leaves a motion free that no load presses on: of a model whose contacts are all open at rest.
 
     static : (r,) N or None. Where it moves what is free, contact may restrain that.
@@ -185,7 +188,7 @@ def _without_mass(shapes, period2, C):
     return shapes[:, damped], np.where(light, 0.0, period2)[damped], C[np.ix_(damped, damped)], shapes[:, ~damped]
 
 
-def assembled(model, pairs):
+def assembled(model: ReducedModel, pairs: ContactTable | None) -> np.ndarray:
     """K + B' diag(weight kt, weight kt, weight kn) B of a model whose pairs all stick; K where pairs is None."""
     if pairs is None or not len(pairs):
         return model.K
@@ -194,7 +197,7 @@ def assembled(model, pairs):
     return model.K + (B.T @ B.multiply(k[:, None])).toarray()
 
 
-def natural_frequencies(model, pairs=None) -> np.ndarray:
+def natural_frequencies(model: ReducedModel, pairs: ContactTable | None = None) -> np.ndarray:
     """(r,) Hz, undamped, lowest first, of the model whose pairs all stick, or without contact where pairs is None.
 
     Between the two lie the resonances of a friction damper: a band is chosen by them. Rigid motions of a free damper
@@ -204,7 +207,8 @@ def natural_frequencies(model, pairs=None) -> np.ndarray:
     return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
 
 
-def linear_response(model, pairs, forcing, frequencies, damping_ratio=None, outputs=None) -> np.ndarray:
+def linear_response(model: ReducedModel, pairs: ContactTable | None, forcing: ArrayLike, frequencies: ArrayLike,
+                    damping_ratio: ArrayLike | None = None, outputs: dict | None = None) -> np.ndarray:
     """(n, m) complex harmonic 1 of the outputs when every pair sticks, or without damper where pairs is None.
 
     forcing : (r,) real or complex, N, amplitude F of Re F exp(i w t); frequencies : (n,) Hz
@@ -212,10 +216,10 @@ def linear_response(model, pairs, forcing, frequencies, damping_ratio=None, outp
     outputs : {name: (r,) row}
     """
     rows = check_outputs(outputs, model.size)[1]
-    forcing = check_forcing(forcing, model.size, 1)[1]
+    force = check_forcing(forcing, model.size, 1)[1]
     K = assembled(model, pairs)
     if damping_ratio is not None:
         receptance = free_receptance(model.M, K, damping_ratio)
     else:
         receptance = stuck_receptance(model.M, model.C, K, None, lambda v: describe_motion(model, v))
-    return receptance.respond(rows, forcing, 2 * np.pi * np.asarray(frequencies, dtype=float))
+    return receptance.respond(rows, force, 2 * np.pi * np.asarray(frequencies, dtype=float))

@@ -2,7 +2,7 @@
 
     u_k + G(k w) [f_k(u) - K_c u_k] = G-response to the external force,        k = 0..H
 
-G is the receptance of the stuck system at the contacts; in brackets stands the deviation of the contact forces from the
+G is the receptance of the stuck system at the contacts; in brackets is the deviation of the contact forces from the
 stuck springs (`hbm.laws.records.ContactForces`). Newton's linear system: `hbm.balance.newton`.
 """
 

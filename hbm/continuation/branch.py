@@ -228,8 +228,8 @@ class BranchTracer:
                 tried = self._correct(metric.plane(last.x + reach * tx, last.parameter + reach * tp, tx, tp), metric)
                 if not tried.converged:
                     continue
-                gone = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
-                if 0.1 * reach < gone < 3 * reach and forward(tried, last, metric):
+                length = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
+                if 0.1 * reach < length < 3 * reach and forward(tried, last, metric):
                     return tried
         return None
 

@@ -46,7 +46,7 @@ def _turns(a, b, c, parameter):
 
 def _tip(evaluate, fold, parameter, weights, settings):
     """([points before, beyond and after the parameter], residual calls) of a fold whose three points do not reach it;
-    no points where the parabola through the highest three tells that its tip does not either."""
+    no points where by the parabola through the highest three its tip does not either."""
     calls = 0
     for _ in range(settings.max_fold_bisections):
         if not _reaches(fold, parameter, weights):
