@@ -22,6 +22,7 @@ from modal.eigen import Factor
 from modal.elasticity import Material, elastic_body
 from modal.mesh import Mesh
 from modal.solvers.inertia import modes_below
+from tests import boxes
 from tests.benchmarks.record import ccx_version, one_thread, processor, record
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
@@ -29,20 +30,13 @@ BOX = np.array([0.020, 0.045, 0.100])  # m, three different edges: no repeated m
 
 
 def block(cells) -> Mesh:
-    """Box of 8-node hexahedra with the nodes of its foot in the group 'clamp'."""
-    nx, ny, nz = cells
-    grid = np.stack(np.meshgrid(*(np.arange(n + 1) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3)
-    corner = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
-    first = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 1, 3)
-    at = first + corner
-    node = np.arange(1, len(grid) + 1)
-    return Mesh(node, grid / cells * BOX, {"hexahedron": (at[..., 0] * (ny + 1) + at[..., 1]) * (nz + 1) + at[..., 2]},
-                {"clamp": node[grid[:, 2] == 0]}, source="block")
+    """Box of 8-node hexahedra; its foot is the group z0."""
+    return boxes.block(*(np.linspace(0, edge, n + 1) for edge, n in zip(BOX, cells, strict=True)))
 
 
 def ours(mesh, modes):
     began = time.process_time()
-    body = elastic_body(mesh, STEEL, "block", clamp="clamp")
+    body = elastic_body(mesh, STEEL, "block", clamp="z0")
     assembled = time.process_time()
     factor = Factor(body.K)
     factored = time.process_time()
@@ -63,7 +57,7 @@ def calculix(mesh, modes):
             f.write("*ELEMENT, TYPE=C3D8, ELSET=ALL\n")
             f.writelines(f"{i + 1}," + ",".join(map(str, mesh.node[c])) + "\n"
                          for i, c in enumerate(mesh.cells["hexahedron"]))
-            f.write("*NSET, NSET=CLAMP\n" + "".join(f"{n},\n" for n in mesh.group("clamp")))
+            f.write("*NSET, NSET=CLAMP\n" + "".join(f"{n},\n" for n in mesh.group("z0")))
             f.write(f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{STEEL.E:g},{STEEL.nu:g}\n*DENSITY\n{STEEL.density:g}\n"
                     f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*BOUNDARY\nCLAMP,1,3\n"
                     f"*STEP\n*FREQUENCY\n{modes}\n*END STEP\n")

@@ -30,7 +30,7 @@ def run(case, Fe, H, band=BAND) -> dict:
     ms = 1e3 * (time.process_time() - began) / len(curve.frequency)
     return {"Fe": Fe, "H": H, "ms": ms, "calls": curve.residual_calls / len(curve.frequency),
             "points": len(curve.frequency), "complete": bool(curve.complete), "leaps": len(curve.restarts),
-            "peak": curve.peak(next(iter(outputs)), "harmonic"), "ended": curve.ended}
+            "peak": curve.peak(next(iter(outputs))), "ended": curve.ended}
 
 
 def damped(case):

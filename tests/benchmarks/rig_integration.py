@@ -44,7 +44,7 @@ def level_rows(case, Fe):
     problem, force, outputs = case
     name, output = next(iter(outputs.items()))
     force = Fe * force
-    peak = follow_band(problem, force, BAND, harmonics=5, outputs=outputs).peak(name, "harmonic")[0]
+    peak = follow_band(problem, force, BAND, harmonics=5, outputs=outputs).peak(name)[0]
     for H in HARMONICS:
         curve = follow_band(problem, force, BAND, harmonics=H, outputs={name: output},
                             at=peak + np.array(AROUND))

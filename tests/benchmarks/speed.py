@@ -61,7 +61,7 @@ def measured(case, label, H, level, moves=None, repeats=3):
     n, count = len(curve.frequency), moving(curve)
     if moves is not None and (count != moves).any():
         raise SystemExit(f"{label}: {count.min()} to {count.max()} pairs slip or open, not {moves}")
-    hz, top = curve.peak(next(iter(outputs)), "harmonic")
+    hz, top = curve.peak(next(iter(outputs)))
     at_top = int(count[np.abs(curve.frequency - hz).argmin()])
     row = {"case": label, "H": H, "contacts": len(problem.contacts), "dofs": len(problem.K),
            "ms": 1e3 * float(np.median(times[1:])) / n, "calls": curve.residual_calls / n, "points": n,

@@ -6,13 +6,15 @@ dimensions (a line force moves its own line infinitely far), which its ladder sh
 in z; "hard" holds them along themselves too, which thick-plate theory assumes and which has an exact solution.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.optimize import brentq
 
-from meshes.structured import HEX27
 from modal.eigen import Factor
 from modal.elasticity import Material, elastic_body
 from modal.mesh import Mesh
+from tests.boxes import block
 from tests.validation import Subject, row
 
 STEEL = Material(E=200e9, nu=0.3, density=8000.0)  # both tests
@@ -26,13 +28,8 @@ FV32_RUNGS, FV52_RUNGS = (4, 8, 16, 32), ((4, 1), (8, 1), (16, 2), (24, 2))
 
 def lattice(nx, ny, nz, place) -> Mesh:
     """27-node hexahedra on a grid of nx x ny x nz cells; place(s, t, r) -> position for coordinates in 0..1."""
-    size = np.array([2 * nx + 1, 2 * ny + 1, 2 * nz + 1])
-    grid = np.stack(np.meshgrid(*(np.arange(n) for n in size), indexing="ij"), axis=-1).reshape(-1, 3)
-    first = 2 * np.stack(np.meshgrid(np.arange(nx), np.arange(ny), np.arange(nz), indexing="ij"), -1).reshape(-1, 1, 3)
-    at = first + HEX27
-    cells = (at[..., 0] * size[1] + at[..., 1]) * size[2] + at[..., 2]
-    return Mesh(np.arange(1, len(grid) + 1), np.column_stack(place(*(grid / (size - 1)).T)),
-                {"hexahedron27": cells}, {})
+    mesh = block(*(np.linspace(0, 1, 2 * n + 1) for n in (nx, ny, nz)), order=2)
+    return replace(mesh, position=np.column_stack(place(*mesh.position.T)), groups={})
 
 
 def frequencies(mesh, held, count, shift_hz=0.0):
