@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from hbm.errors import InputError
-from tests.tipdamp.test_bad_respond import study  # noqa: F401
 from tipdamp.cli import main
 from tipdamp.store import Store, fingerprint
 
@@ -38,7 +37,7 @@ def hostile(store, outputs, checked=True):
 
 @pytest.mark.parametrize("checked", [True, False])
 @pytest.mark.parametrize("route", ["relative", "absolute", "linked folder", "own file"])
-def test_a_foreign_record_deletes_nothing(study, tmp_path, route, checked, capsys):  # noqa: F811
+def test_a_foreign_record_deletes_nothing(matrices_study, tmp_path, route, checked, capsys):
     victim = tmp_path / "victim.txt"
     store = Store(tmp_path / "results" / "study")
     store.folder.mkdir(parents=True)
@@ -50,23 +49,23 @@ def test_a_foreign_record_deletes_nothing(study, tmp_path, route, checked, capsy
     name = {"relative": "../../victim.txt", "absolute": str(victim), "linked folder": "out/victim.txt"}.get(
         route, victim.name)
     hostile(store, {name: "x" if route == "own file" else fingerprint(victim)}, checked)
-    assert main(["inspect", str(study), "--force", "--quiet"]) == 0
+    assert main(["inspect", str(matrices_study), "--force", "--quiet"]) == 0
     assert victim.read_text() == "precious"
 
 
-def test_links_out_of_the_folder_are_refused(study, tmp_path, capsys):  # noqa: F811
+def test_links_out_of_the_folder_are_refused(matrices_study, tmp_path, capsys):
     victim = tmp_path / "victim.txt"
     victim.write_text("precious")
     store = Store(tmp_path / "results" / "study")
     store.folder.mkdir(parents=True)
     store.path(f".tmp-{os.getpid()}-inspect.json").symlink_to(victim)
-    assert main(["inspect", str(study), "--quiet"]) == 0
+    assert main(["inspect", str(matrices_study), "--quiet"]) == 0
     for name in ("inspect.json", ".stages"):
         path = store.path(name)
         path.rename(tmp_path / f"moved {name}")
         path.symlink_to(tmp_path / f"moved {name}" if name == ".stages" else victim)
         capsys.readouterr()
-        assert main(["inspect", str(study), "--quiet", "--force"]) == 2
+        assert main(["inspect", str(matrices_study), "--quiet", "--force"]) == 2
         assert "leads out of it" in capsys.readouterr().err
         path.unlink()
     assert victim.read_text() == "precious"
@@ -94,9 +93,9 @@ def test_a_damaged_record_counts_as_absent(store, content, caplog):
     assert store.record("inspect") is None and caplog.text.count("is damaged") == 1
 
 
-def test_flipped_bytes_of_records(study, tmp_path, capsys):  # noqa: F811
+def test_flipped_bytes_of_records(matrices_study, tmp_path, capsys):
     """One seeded flip after the other: each is noticed and the stage runs again, or the record says the same."""
-    assert main(["inspect", str(study), "--quiet"]) == 0
+    assert main(["inspect", str(matrices_study), "--quiet"]) == 0
     store, path = Store(tmp_path / "results" / "study"), tmp_path / "results" / "study" / ".stages" / "inspect.json"
     intact, record = path.read_bytes(), store.record("inspect")
     chosen = random.Random(7)
@@ -107,7 +106,7 @@ def test_flipped_bytes_of_records(study, tmp_path, capsys):  # noqa: F811
         assert store.record("inspect") in (None, record)
     path.write_bytes(damaged)
     capsys.readouterr()
-    assert main(["inspect", str(study), "--quiet"]) == 0
+    assert main(["inspect", str(matrices_study), "--quiet"]) == 0
     assert "up to date" not in capsys.readouterr().out and store.record("inspect")["key"] == record["key"]
 
 

@@ -96,7 +96,6 @@ def test_load_cases_in_a_menu():
     assert solids[0].cmax == solids[1].cmax == pytest.approx(np.max(solids[1].intensity), rel=1e-6)
 
 
-
 def test_frames_are_right_handed():
     pairs = curved_pairs()
     places = {"blades": pairs.position + 3e-6 * pairs.normal, "damper": pairs.position}
@@ -125,7 +124,6 @@ def test_sides_are_seen_from_outside():
         for lean in (-0.7, 0.7):         # sides that lean by 35 degrees to either hand
             side = turn @ np.array([0.3 + lean, 0, 1.0 - 0.3 * lean])
             assert np.dot(look.eye, side) > 0
-
 
 
 def unpacked(text):

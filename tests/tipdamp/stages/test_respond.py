@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
+from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
 from hbm.laws import SHIPPED
 from hbm.model import ReducedModel
 from hbm.response import forced_response
 from hbm.result import ForcedResponse
-from tests.tipdamp.test_bad_respond import study, text  # noqa: F401
+from tests.tipdamp.rig_study import read, text
 from tipdamp.cli import main
+from tipdamp.stages import model_inputs as terms
 from tipdamp.stages import respond
 from tipdamp.stages.model_inputs import excitation, outputs
 from tipdamp.stages.results import RespondResult
@@ -27,9 +29,9 @@ def curve_of(path):
 
 
 @pytest.mark.parametrize("name", ["IsotropicFriction", "DryFriction1T"])
-def test_another_law_is_the_library_call(study, name):  # noqa: F811
-    text("levels = [5]", f'levels = [40]\nboth_ways = false\nlaw = "{name}"')(study)
-    given, store, found, curve = curve_of(study)
+def test_another_law_is_the_library_call(matrices_study, name):
+    text("levels = [5]", f'levels = [40]\nboth_ways = false\nlaw = "{name}"')(matrices_study)
+    given, store, found, curve = curve_of(matrices_study)
     model, table = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
     direct = forced_response(model, table.select(table.carrying), SHIPPED[name](), 40 * excitation(given, model),
                              given.respond.band, harmonics=1, damping_ratio=0.01, outputs=outputs(given, model))
@@ -38,9 +40,9 @@ def test_another_law_is_the_library_call(study, name):  # noqa: F811
     assert np.abs(direct.harmonics - curve.harmonics).max() < 1e-9 * np.abs(curve.harmonics).max()
 
 
-def test_parameters_are_checked_before_solving(study, capsys):  # noqa: F811
-    text("levels = [5]", 'levels = [5]\nlaw = { name = "CubicSpring", cubic = "much" }')(study)
-    assert main(["respond", str(study), "--quiet"]) == 2
+def test_parameters_are_checked_before_solving(matrices_study, capsys):
+    text("levels = [5]", 'levels = [5]\nlaw = { name = "CubicSpring", cubic = "much" }')(matrices_study)
+    assert main(["respond", str(matrices_study), "--quiet"]) == 2
     assert "[respond] law" in capsys.readouterr().err
 
 
@@ -58,3 +60,53 @@ def test_incomplete_curves_are_counted(tmp_path):
     assert respond.incomplete(found) == (2, 6)
     assert respond.line(store) == ("3 curves (6 with those followed back), 30 points, 2 points failed, 2 curves "
                                    "incomplete")
+
+
+def test_stuck_curve_is_the_linear_one(rig_results):
+    """At 1 N no pair slips: harmonic balance equals the linear stuck response with the same damping."""
+    response = rig_results.read_json("respond.json")
+    gentle = next(r for r in response["responses"] if r["Fe_N"] == 1)
+    assert gentle["slipping_pairs"] == [] and gentle["complete"] and gentle["failed_points"] == 0
+    assert response["stuck_difference"][gentle["file"]] < 1e-6
+
+
+def test_stuck_curve_by_a_second_route(rig_results, rig):
+    """Direct solution of the complex dynamic stiffness with hysteretic-free modal damping, at three frequencies."""
+    study = load_study(rig / "rig.toml")
+    model, table = ReducedModel.load(rig_results.path("model.npz")), ContactTable.load(rig_results.path("kept.csv"))
+    from scipy.linalg import eigh
+
+    from static_contact.detachment import stuck_rows
+    from static_contact.roll_springs import with_springs
+
+    model = with_springs(model, table, terms.declared_springs(study, table))
+    rows = stuck_rows(model, table)
+    K = model.K + rows.T @ rows
+    lam, phi = eigh(K, model.M)
+    C = model.M @ phi @ np.diag(2 * 0.022 * np.sqrt(lam)) @ phi.T @ model.M
+    force, out = terms.excitation(study, model), terms.outputs(study, model)
+    hz = np.array([2400.0, 2781.0, 3200.0])
+    direct = [np.array(list(out.values())) @ np.linalg.solve(K + 1j * w * C - w**2 * model.M, force)
+              for w in 2 * np.pi * hz]
+    ours = linear_response(model, table.select(table.carrying), force, hz, 0.022, out)
+    assert np.abs(ours - direct).max() < 1e-8 * np.abs(direct).max()
+
+
+def test_friction_damps_and_both_ways_agree(rig_results):
+    for r in rig_results.read_json("respond.json")["responses"]:
+        assert r["complete"] and r["failed_points"] == 0 and r["back"]["failed_points"] == 0
+        assert r["back"]["peak_m"] == pytest.approx(r["peak_m"], rel=1e-6)
+        curve = ForcedResponse.load(rig_results.path(r["file"]))
+        shares = curve.share_stick + curve.share_slip + curve.share_open
+        assert np.allclose(shares[curve.converged], 1.0, atol=1e-9)
+    strong = rig_results.read_json("respond.json")["responses"][-1]
+    assert strong["Fe_N"] == 20 and len(strong["slipping_pairs"]) > 0
+
+
+def test_damping_per_mode_and_one_way(variant):
+    one = read(variant("respond", ("levels = [1, 20]", "levels = [1]")), "respond.json")["responses"][0]
+    ratios = "[" + ", ".join(["0.022"] * 3 + ["0.05"] * 3) + "]"
+    folder = variant("respond", ("levels = [1, 20]", "levels = [1]\nboth_ways = false"),
+                 ("damping_ratio = 0.022", f"damping_ratio = {ratios}"))
+    two = read(folder, "respond.json")["responses"][0]
+    assert two["back"] is None and two["peak_m"] != pytest.approx(one["peak_m"], rel=1e-4)

@@ -1,5 +1,5 @@
-"""Faults of matrices and pairs that a study names ([model]): one line that names the file and the fault, through the
-command line. (Numbers of the rows: the catalogue of bad input, B.)"""
+"""Faults of given matrices and their pairs: one line that names the file and the fault."""
+
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ def body(good, name):
     return np.ix_(mine, mine)
 
 
-def test_b25_to_b27(good, tmp_path, capsys):
+def test_faulty_matrices(good, tmp_path, capsys):
     """Unsymmetric, zero row of mass, not a number."""
     for key, change, words in (("K", lambda A: A.__setitem__((0, 1), A[0, 1] + 1e-6 * A.max()), "K is not symmetric"),
                                ("M", lambda A: (A.__setitem__(5, 0.0), A.__setitem__((slice(None), 5), 0.0)),
@@ -67,7 +67,7 @@ def test_b25_to_b27(good, tmp_path, capsys):
         assert code == 2 and words in said
 
 
-def test_b28_blades_that_float(good, tmp_path, capsys):
+def test_blades_that_float(good, tmp_path, capsys):
     K = good[0]["K"].copy()
     K[body(good, "blades")] = 0.0
     code, said = answer(tmp_path, capsys, good, K=K)
@@ -75,7 +75,7 @@ def test_b28_blades_that_float(good, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("name", ["blades", "damper"])
-def test_b30_negative_stiffness(good, tmp_path, capsys, name):
+def test_negative_stiffness(good, tmp_path, capsys, name):
     K = good[0]["K"].copy()
     K[body(good, name)] *= -1
     code, said = answer(tmp_path, capsys, good, K=K)
@@ -83,7 +83,7 @@ def test_b30_negative_stiffness(good, tmp_path, capsys, name):
 
 
 @pytest.mark.parametrize("column, value", [("kn", 0.0), ("kn", np.inf), ("kt", np.inf)])
-def test_b30_springs_that_the_dynamics_cannot_use(good, tmp_path, capsys, column, value):
+def test_springs_that_the_dynamics_cannot_use(good, tmp_path, capsys, column, value):
     springs = getattr(good[1], column).copy()
     springs[3] = value
     code, said = answer(tmp_path, capsys, good, pairs=good[1].replace(**{column: springs}))
@@ -93,3 +93,12 @@ def test_b30_springs_that_the_dynamics_cannot_use(good, tmp_path, capsys, column
 def test_pickled_objects_are_not_read(good, tmp_path, capsys):
     code, said = answer(tmp_path, capsys, good, M=np.array([object()], dtype=object))
     assert code == 2 and "allow_pickle=False" in said
+
+
+@pytest.mark.parametrize("name, content", [("model.npz", b"not a zip"), ("pairs.csv", "side\n\u00e9".encode("utf-16"))])
+def test_unreadable_files_are_one_line(variant, tmp_path, capsys, name, content):
+    variant("inspect")
+    (tmp_path / name).write_bytes(content)
+    assert main(["reduce", str(tmp_path / "rig.toml"), "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert name in error and error.count("\n") == 1

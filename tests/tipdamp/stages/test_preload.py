@@ -1,4 +1,4 @@
-"""The load of the response's preload, the pull or a load case in its place; stations; cases of given matrices."""
+"""Stage preload: the load at rest, further load cases, and cases of given matrices."""
 
 import shutil
 
@@ -8,6 +8,7 @@ import pytest
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from tests.tipdamp import corner_study
+from tests.tipdamp.rig_study import own_pairs
 from tipdamp.cli import main
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
@@ -115,3 +116,14 @@ history = ["heavy"]
     assert main(["reduce", str(path), "--quiet"]) == 0
     assert main(["preload", str(path), "--quiet"]) == 2
     assert "[loads.heavy]: the model holds no load named 'heavy', and no pull is stated" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_zero_contact_pairs(copy, capsys):
+    """A table of one's own in which every pair is detached."""
+    pairs = ContactTable.load(copy / "results" / "rig" / "preload.csv")
+    pairs.replace(weight=np.zeros(len(pairs))).save(copy / "mine.csv")
+    path = own_pairs(copy)
+    assert main(["reduce", path, "--quiet"]) == 0
+    assert main(["preload", path, "--quiet"]) == 2
+    assert "no contact pairs" in capsys.readouterr().err

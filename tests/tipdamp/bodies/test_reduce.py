@@ -1,4 +1,8 @@
-"""`load_modes`: the whole body follows the pull exactly, not only its masters."""
+"""The reduced model: load modes, and the same without the Debian packages."""
+
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,6 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from hbm.contact import relative_motion
+from hbm.model import ReducedModel
 from static_contact.full.assembled import AssembledBodies
 from tests.tipdamp import corner_study
 from tipdamp.bodies.assemble import assemble_bodies
@@ -48,3 +53,21 @@ def test_loaded_nodes_against_the_full_model(tmp_path):
     assert same == full and facts["load_modes"] == {"blades": 0, "damper": 1} and facts["modes"]["damper"] == 3
     assert kept == pytest.approx(full, rel=1e-8)
     assert abs(without / full - 1) > 1e-3
+
+
+def test_the_same_model_without_dolfinx_petsc_and_gmsh(tmp_path):
+    """Cells assembled by our own code and factorised by scipy: the same reduced matrices."""
+    for name in ("with", "without"):
+        (tmp_path / name).mkdir()
+        corner_study.write(tmp_path / name, change=[("modes = 5", "modes = 0"), ("modes = 3", "modes = 0")])
+    assert main(["reduce", str(tmp_path / "with" / "corner.toml"), "--quiet"]) == 0
+    program = ("import sys\n"
+               "for name in ('dolfinx', 'petsc4py', 'slepc4py', 'gmsh', 'mpi4py'): sys.modules[name] = None\n"
+               "from tipdamp.cli import main\n"
+               "sys.exit(main(['reduce', 'corner.toml', '--quiet']))\n")
+    child = subprocess.run([sys.executable, "-c", program], cwd=tmp_path / "without", capture_output=True, text=True,
+                           env={"PYTHONPATH": str(Path(__file__).parents[3]), "PATH": "/usr/bin:/bin"})
+    assert child.returncode == 0, child.stderr
+    one, two = (ReducedModel.load(tmp_path / name / "results" / "corner" / "model.npz") for name in ("with", "without"))
+    for A, B in ((one.K, two.K), (one.M, two.M)):
+        assert np.abs(A - B).max() < 1e-9 * np.abs(A).max()

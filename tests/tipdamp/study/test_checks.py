@@ -1,0 +1,36 @@
+"""Keys that exclude or require each other."""
+
+import pytest
+
+from hbm.errors import InputError
+from tests.conftest import STUDY
+from tipdamp.study.study import load_study
+
+RADIUS = ('shape = "cylinder"', 'shape = "cylinder"\nradius = 2e-3')
+NO_LEFT, NO_RIGHT = ("kn = 3.32e6\nkt = 3.02e6\n", ""), ("kn = 1.03e6\nkt = 0.94e6\n", "")
+
+
+@pytest.mark.parametrize("changes, message", [
+    ([("kt = 3.02e6\n", "")], r"\[contact.left\] kn and kt are missing"),
+    ([("kt = 3.02e6\n", ""), ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"')],
+     r"\[contact.left\] kt is missing: kn is given; only both together replace the model"),
+    ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"')], r"\[contact.left\] radius is missing"),
+    ([NO_LEFT, RADIUS, ("mu = 0.6", 'mu = 0.6\nstiffness = "plane_depth"')], r"\[contact.left\] depth is missing"),
+    ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "plane_depth"'), (RADIUS[0], RADIUS[1] + "\ndepth = [1e-3]")],
+     r"\[contact.left\] depth = \[0.001\]: must be two numbers"),
+    ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "rough_series"'), (RADIUS[0], RADIUS[1] + "\nh_rms = 1e-6")],
+     r"\[contact.left\] gamma is missing"),
+    ([NO_LEFT, ("mu = 0.6", 'mu = 0.6\nstiffness = "halfspace"'), (RADIUS[0], RADIUS[1] + "\nh_rms = 1e-6")],
+     r"\[contact.left\] h_rms: leave it out, it belongs to \[contact\] stiffness = \"rough_series\""),
+    ([("mu = 0.6", 'mu = 0.6\nstiffness = "rough_series"\nkind = "secant"')], "has a tangent only"),
+    ([("mu = 0.6", "mu = 0.6\nscale = 0.5")], r"\[contact\] scale: leave it out, stiffness = \"given\" uses no model"),
+    ([("mu = 0.6", "mu = 0.6\nshares = \"area\"")], r"\[contact\] shares = 'area': .*equal, tributary"),
+])
+def test_stiffness_keys_that_do_not_fit(tmp_path, changes, message):
+    text = STUDY
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "s.toml").write_text(text)
+    with pytest.raises(InputError, match=message):
+        load_study(tmp_path / "s.toml")

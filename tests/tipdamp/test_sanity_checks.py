@@ -1,0 +1,66 @@
+"""Doubtful units, pieces, pulls and stiffness: warnings with the factor of 1000."""
+
+from dataclasses import replace
+
+import pytest
+
+from tests.tipdamp import corner_study
+from tests.tipdamp.bad_meshes import inspect
+
+
+@pytest.mark.parametrize("factor, unit, phrases", [
+    (1e3, "m", ("mesh is 20 m in size", "blades: its mass is 1.05e+07 kg", "first natural frequency between")),
+    (1.0, "mm", ("blades: the mesh is 2e-05 m in size", "damper: its mass is 7.85e-12 kg",
+                 "first natural frequency between")),
+])
+def test_mesh_in_another_unit(tmp_path, capsys, factor, unit, phrases):
+    """Coordinates in mm with a study in m, and the reverse: size, mass and frequency all say the factor 1000."""
+    meshes = [replace(m, position=m.position * factor) for m in (corner_study.blades(), corner_study.damper())]
+    change = [("[material]", f'[units]\nlength = "{unit}"\n[material]')]
+    if factor > 1:  # the study is in m; a tolerance that suits its mesh
+        change.append(("[contact]", "[contact]\ntolerance = 1e-3"))
+    code, _, warnings = inspect(corner_study.write(tmp_path, *meshes, change), capsys)
+    assert code == 0
+    for phrase in phrases:
+        found = [w for w in warnings if phrase in w]
+        assert found and "factor of 1000" in found[0]
+
+
+@pytest.mark.parametrize("old, new", [("density = 7850", "density = 7.85e-9"), ("E = 207e9", "E = 207e3")])
+def test_material_in_another_unit(tmp_path, capsys, old, new):
+    code, _, warnings = inspect(corner_study.write(tmp_path, change=[(old, new)]), capsys)
+    assert code == 0 and any("sqrt(E/density)" in w and "factor of 1000" in w for w in warnings)
+
+
+def test_range_of_wave_speed(tmp_path, capsys):
+    _, _, warnings = inspect(corner_study.write(tmp_path), capsys)
+    assert len(warnings) == 1 and "2 pieces" in warnings[0]  # two blades without a common foot
+    soft = [("E = 207e9", "E = 3e9\nwave_speed = [500, 7000]"), ("density = 7850", "density = 1200"),
+            ("band = [20000, 40000]", "band = [2000, 4000]")]
+    _, _, warnings = inspect(corner_study.write(tmp_path, change=soft), capsys)
+    assert len(warnings) == 1
+
+
+def test_contact_stiffer_than_two_half_spaces(tmp_path, capsys):
+    """kn in N/mm where N/m is meant, or the other way: above the smooth half-spaces of that side. Steel, the flat 10 mm
+    square of the corner: a circle of the same area, a = 5.64 mm, has 2 a E* = 1.28e9 N/m, a square 1 % more."""
+    _, _, warnings = inspect(corner_study.write(tmp_path, change=[("kn = 1e6", "kn = 1e9")]), capsys)
+    found = [w for w in warnings if "half-spaces" in w]
+    assert len(found) == 1 and found[0].startswith("[contact.one] kn = 1e+09 N/m on 9 nodes is 9e+09 N/m")
+    bound = float(found[0].split(" N/m), real")[0].rpartition("(")[2])
+    assert 1.28e9 < bound < 1.32e9
+
+
+def test_pull_direction_turned_round(tmp_path, capsys):
+    code, _, warnings = inspect(corner_study.write(tmp_path, change=[("[1, 0, 1]", "[-1, 0, -1]")]), capsys)
+    assert code == 0 and any(w.startswith("pull_direction = [-0.7071, 0.0, -0.7071]: side 'one' would have to pull the "
+                                          "damper") for w in warnings)
+
+
+def test_two_pieces(tmp_path, capsys):
+    code, _, warnings = inspect(corner_study.write(tmp_path), capsys)
+    assert code == 0 and "blades: the mesh consists of 2 pieces that share no node (of 27, 27 nodes)" in warnings[0]
+    (tmp_path / "results" / "corner" / "inspect.json").unlink()
+    path = corner_study.write(tmp_path, change=[('["clamp_one", "clamp_two"]', '"clamp_one"')])
+    code, error, _ = inspect(path, capsys)
+    assert code == 2 and "6 rigid motions are free" in error and "consists of 2 pieces that share no node" in error
