@@ -23,6 +23,7 @@ from hbm.model import ReducedModel
 from modal.body import Body, check_support
 from modal.eigen import Modes
 from modal.elasticity import Material
+from modal.load_modes import with_load_modes
 from modal.loads import nodal_load
 from modal.mesh import Mesh
 from modal.solvers.definite import check_condensed, definite_factor
@@ -30,7 +31,6 @@ from modal.stress import nodal_stress
 from modal.truncation import Truncation
 
 RIGID_STIFFNESS = 1e-9      # of the largest entry: more is an error of the reduction, a free body must float
-LOAD_ENERGY = 1e-8          # of a load's own energy: less is a shape that the modes and the other loads have
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     direct = M.IB.tocoo()
     M_Psi[direct.row, direct.col] += direct.data
     G = _left_out(factor, M.II, M_Psi, found.phi) if bound else None
-    omega, Phi = _with_load_modes(body, interior, factor, M.II, found, loads)
+    omega, Phi = with_load_modes(body, interior, factor, M.II, found, loads)
 
     model = _reduced_model(body, boundary, K.BB.toarray() + K.IB.T @ Psi,
                            M.BB.toarray() + M.IB.T @ Psi + Psi.T @ M_Psi, M_Psi.T @ Phi, omega)
@@ -195,30 +195,6 @@ def _left_out(factor, M_II, M_Psi, Phi):
     rest += M_Psi
     G = rest.T @ factor.solve(rest)
     return (G + G.T) / 2
-
-
-def _with_load_modes(body, interior, factor, M_II, found, loads):
-    """omega, Phi with the static shapes of the loads added, orthogonal to the modes and to each other in K and M.
-
-    What the modes leave of K_II^-1 f stays orthogonal to them in both; a small eigenvalue problem among the shapes
-    makes each of them a mode of its own with a (high) frequency.                  [MacNeal 1971, residual flexibility]
-    """
-    if not loads or not len(interior):
-        return found.omega, found.phi
-    f = np.column_stack([(load if isinstance(load, np.ndarray) else nodal_load(body, *load))[interior]
-                         for load in loads])
-    Z = factor.solve(f)
-    size = np.sqrt(np.einsum("ij,ij->j", Z, f))  # 0 for a load on master nodes alone
-    Z, f = Z[:, size > 0] / size[size > 0], f[:, size > 0] / size[size > 0]
-    for _ in range(2):
-        Z = Z - found.phi @ (found.phi.T @ (M_II @ Z))
-    K_ZZ, M_ZZ = Z.T @ (factor.K @ Z), Z.T @ (M_II @ Z)
-    value, U = np.linalg.eigh((K_ZZ + K_ZZ.T) / 2)
-    good = value > LOAD_ENERGY
-    U = U[:, good] / np.sqrt(value[good])
-    compliance, V = np.linalg.eigh(U.T @ (M_ZZ + M_ZZ.T) @ U / 2)
-    return (np.concatenate([found.omega, 1 / np.sqrt(compliance)]),
-            np.hstack([found.phi, Z @ (U @ V) / np.sqrt(compliance)]))
 
 
 def _label(body, boundary, M, K, modes):

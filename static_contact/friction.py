@@ -24,6 +24,7 @@ from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.free_motions import free_motions
 from static_contact.preload import check_pairs, finite_values, reference_stiffness
+from static_contact.return_mapping import CoulombSprings
 from static_contact.rigid_motions import rigid_motions
 
 
@@ -100,6 +101,7 @@ class FrictionalContact:
         self.B = relative_motion(model, pairs).toarray()
         self.k0, self.rigid = stuck_springs(model, pairs, self.B)
         self.kn, self.kt = self.k0[2::3], self.k0[::3]
+        self.law = CoulombSprings(self.kn, self.kt, pairs.mu, coupled)
         self.slack = np.divide(1.0, self.k0, out=np.zeros(len(self.k0)), where=self.rigid)
         A = model.K + self.B.T * self.k0 @ self.B
         names = free_motions(rigid_motions(model), model, self.B[self.k0 > 0]).names
@@ -167,12 +169,12 @@ class FrictionalContact:
 
     def _equilibrium(self, u0, z, w, gap, damped=0.0):
         """Newton for u - u0 + G (f - k0 u + damped k0 (u - start)) = 0, and its steps; None where it fails."""
-        start = z - self.slack * self.law(z, w, gap)[0]
+        start = z - self.slack * self.law.forces(z, w, gap)[0]
         k = (1 - damped) * self.k0
         size = np.linalg.norm(u0) + np.linalg.norm(z)
 
         def residual(z):
-            f, tangent, _ = self.law(z, w, gap)
+            f, tangent, _ = self.law.forces(z, w, gap)
             u = z - self.slack * f
             return u - u0 + self.G @ (f - k * u - damped * self.k0 * start), tangent
 
@@ -209,29 +211,8 @@ class FrictionalContact:
         dz[rows] = y
         return dz
 
-    def law(self, z: np.ndarray, w: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Forces (3P,), tangents (P, 3, 3) and slipping pairs (P,) at the motion z (3P,) from the sliders w (P, 2)."""
-        u = z.reshape(-1, 3)
-        N = np.maximum(self.kn * (u[:, 2] - gap), 0.0)
-        closed = (N > 0).astype(float)
-        limit, dlimit = self.pairs.mu * N, self.pairs.mu * self.kn * closed
-        trial = self.kt[:, None] * (u[:, :2] - w)
-        f, J = np.zeros((len(u), 3)), np.zeros((len(u), 3, 3))
-        f[:, 2], J[:, 2, 2] = N, self.kn * closed
-        norm = np.linalg.norm(trial, axis=1)[:, None] * np.ones(2) if self.coupled else np.abs(trial)
-        slips = norm > limit[:, None]
-        along = np.divide(trial, norm, out=np.zeros_like(trial), where=norm > 0)
-        f[:, :2] = np.where(slips, limit[:, None] * along, trial)
-        for d in range(2):
-            J[:, d, d] = np.where(slips[:, d], 0.0, self.kt)
-            J[:, d, 2] = np.where(slips[:, d], dlimit * along[:, d], 0.0)
-        if self.coupled:          # the direction of slip turns with the motion
-            turn = np.divide(limit * self.kt, norm[:, 0], out=np.zeros(len(u)), where=slips[:, 0])
-            J[:, :2, :2] += turn[:, None, None] * (np.eye(2) - along[:, :, None] * along[:, None, :])
-        return f.ravel(), J, slips.any(axis=1)
-
     def _state(self, z, w, gap, load, outcome):
-        f, _, slips = self.law(z, w, gap)
+        f, _, slips = self.law.forces(z, w, gap)
         u = z - self.slack * f
         q = sl.cho_solve(self.factor, load - self.B.T @ (f - self.k0 * u))
         left = np.linalg.norm(self.model.K @ q + self.B.T @ f - load)

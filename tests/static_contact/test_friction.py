@@ -103,13 +103,13 @@ def test_tangent_of_the_law_by_differences():
     random = np.random.default_rng(1)
     pairs = table(np.tile([[0, 0, 1.0]], (40, 1)))
     for coupled in (False, True):
-        problem = FrictionalContact(block((1e6,) * 3), pairs, coupled=coupled)
+        law = FrictionalContact(block((1e6,) * 3), pairs, coupled=coupled).law
         u, w = random.normal(0, 1e-4, 120), random.normal(0, 1e-4, (40, 2))
-        _, J, _ = problem.law(u, w, pairs.gap)
+        _, J, _ = law.forces(u, w, pairs.gap)
         h = 1e-10
         for k in range(3):
             step = np.tile(h * np.eye(3)[k], 40)
-            d = (problem.law(u + step, w, pairs.gap)[0] - problem.law(u - step, w, pairs.gap)[0]) / (2 * h)
+            d = (law.forces(u + step, w, pairs.gap)[0] - law.forces(u - step, w, pairs.gap)[0]) / (2 * h)
             assert d.reshape(-1, 3) == pytest.approx(J[:, :, k], abs=1e-4 * KN)
 
 
