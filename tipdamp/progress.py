@@ -46,20 +46,10 @@ class Job:
         return "  ".join(part for part in (self.title, how, self.figures, duration(self.elapsed)) if part)
 
 
-class Silence:
-    """Shows nothing."""
+class Lines:
+    """A plain line for each job now and then; nothing without a stream."""
 
-    def update(self, job: Job) -> None:
-        """Show a job that is due."""
-
-    def close(self, job: Job, line: str) -> None:
-        """Remove a job; its last line stays, '' for a job that leaves no trace."""
-
-
-class Lines(Silence):
-    """A plain line for each job now and then."""
-
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: TextIO | None) -> None:
         self.stream = stream
         self.due: dict[Job, float] = {}
 
@@ -67,19 +57,16 @@ class Lines(Silence):
         """A line, unless one was written a moment ago."""
         if job.elapsed >= self.due.get(job, 0.0):
             self.due[job] = job.elapsed + LINE_EVERY
-            self._write(f"{job.title}  {job.state}")
+            self.close(job, f"{job.title}  {job.state}")
 
-    def close(self, job: Job, line: str) -> None:
-        """The last line."""
-        if line:
-            self._write(line)
-
-    def _write(self, line):
-        self.stream.write(line + "\n")
-        self.stream.flush()
+    def close(self, _: Job, line: str) -> None:
+        """The last line of a job, '' where it leaves no trace."""
+        if line and self.stream is not None:
+            self.stream.write(line + "\n")
+            self.stream.flush()
 
 
-class Bars(Silence):
+class Bars:
     """Bars of rich, one below the other; what is written to stderr meanwhile stands above them."""
 
     def __init__(self, stream: TextIO) -> None:
@@ -116,7 +103,7 @@ class Bars(Silence):
 class Display:
     """Jobs of one command, shown together."""
 
-    def __init__(self, sink: Silence, clock: Callable[[], float]) -> None:
+    def __init__(self, sink: Lines | Bars, clock: Callable[[], float]) -> None:
         self.sink, self.clock = sink, clock
 
     @contextmanager
@@ -153,7 +140,7 @@ def display(*, quiet: bool = False, stream: TextIO | None = None,
     """
     stream = stream or sys.stderr
     if quiet:
-        return Display(Silence(), clock)
+        return Display(Lines(None), clock)
     return Display(Bars(stream) if stream.isatty() else Lines(stream), clock)
 
 

@@ -1,8 +1,8 @@
 """Tables of the page on what was read: contact pairs of each side, and bodies."""
 
 from tipdamp.report.drawing.table import Table
-from tipdamp.report.text import MM, NOTHING, distance, number
-from tipdamp.stages.results import InspectResult
+from tipdamp.report.text import MM, NOTHING, distance, listing, number
+from tipdamp.stages.results import InspectedBody, InspectResult
 
 
 def pairs_table(found: InspectResult) -> Table:
@@ -27,15 +27,18 @@ def _side(name, check):
 
 
 def bodies_table(found: InspectResult) -> Table:
-    """Nodes, cells, size, mass and rigid modes of each mesh."""
-    return Table("Bodies as read.",
-                 ("body", "file", "nodes", "cells", "size (mm)", "moving mass (kg)", "rigid modes"),
+    """What each mesh holds, or the matrices; mass and rigid modes once the body is assembled."""
+    pairs = listing(f"{n} on '{side}'" for side, n in found.pairs.items())
+    return Table("Bodies as read." + (f" Contact pairs of the whole patch: {pairs}." if pairs else ""),
+                 ("body", "file", "nodes", "cells", "free dofs", "size (mm)", "moving mass (kg)", "rigid modes"),
                  tuple(_body(name, body) for name, body in found.bodies.items()), left=(0, 1))
 
 
-def _body(name, body):
-    cells = ", ".join(f"{n} {kind}" for kind, n in body.cells.items())
+def _body(name: str, body: InspectedBody) -> tuple[str, ...]:
+    if body.nodes is None:
+        return name, "matrices", NOTHING, NOTHING, f"{body.dofs}", NOTHING, NOTHING, NOTHING
+    cells = listing(f"{n} {kind}" for kind, n in body.cells.items())
     size = " × ".join(f"{MM * (high - low):.4g}" for low, high in zip(*body.box_m, strict=True))
     mass = NOTHING if body.moving_mass_kg is None else number(body.moving_mass_kg[0])
-    rigid = NOTHING if body.rigid_modes is None else f"{body.rigid_modes}"
-    return name, f"{body.file}", f"{body.nodes}", cells, size, mass, rigid
+    dofs, rigid = (NOTHING if n is None else f"{n}" for n in (body.free_dofs, body.rigid_modes))
+    return name, f"{body.file}", f"{body.nodes}", cells, dofs, size, mass, rigid
