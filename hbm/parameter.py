@@ -4,18 +4,23 @@
     follow_parameter(problem, F, 930.0, ContactSetting("kt", contacts=(3,)), ...)    of one contact
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
+from hbm.balance.newton import Linearisation
 from hbm.balance.residual import HarmonicBalance, by_level
 from hbm.continuation.corrector import solve_fixed
+from hbm.continuation.point import Point
+from hbm.continuation.settings import Settings
 from hbm.errors import InputError, nearest
 from hbm.laws.records import Contacts
+from hbm.problem import ContactProblem
 from hbm.validation import brief
 
+Rebuild: TypeAlias = tuple[ContactProblem, dict]
 SETTINGS = ("preload", "mu", "kn", "kt")
 SMALLEST = 1e-9          # value below which nothing is evaluated
 DIFFERENCE = 1e-6        # step of the central differences, relative to the value
@@ -32,14 +37,14 @@ class Parameter:
     unit: str = ""
     scale: float = 1.0
 
-    def rebuild(self, problem, forces: dict, value: float):
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces {harmonic: (r,) N}) at a value."""
         return problem, forces
 
-    def check(self, problem):
+    def check(self, problem: ContactProblem) -> None:
         """InputError where it cannot vary in a problem at a fixed frequency."""
 
-    def evaluate(self, balance: HarmonicBalance, x, w: float, p: float) -> Any:
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
         """Linearisation at x (n,) and p, in units of the branch, of a balance that is that of the value 1."""
         raise NotImplementedError
 
@@ -64,19 +69,19 @@ class Frequency(Parameter):
     unit: str = " Hz"
     scale: float = 2 * np.pi
 
-    def check(self, problem):
+    def check(self, problem: ContactProblem) -> None:
         """It varies in a band only."""
         raise InputError("parameter 'frequency': use follow_band")
 
-    def evaluate(self, balance, x, w, p):
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
         """Linearisation at x (n,) and p rad/s."""
         return balance.evaluate(x, p)
 
-    def angular_frequency(self, w, p):
+    def angular_frequency(self, w: float, p: float) -> float:
         """p."""
         return p
 
-    def frequencies(self, hz, values):
+    def frequencies(self, hz: float, values: np.ndarray) -> np.ndarray:
         """The values."""
         return values
 
@@ -87,11 +92,11 @@ class Level(Parameter):
 
     name: str = "level"
 
-    def rebuild(self, problem, forces, value):
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
         return problem, {k: value * F for k, F in forces.items()}
 
-    def evaluate(self, balance, x, w, p):
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
         """Linearisation at x (n,) and the factor p."""
         return balance.evaluate(x, w, level=p, derivative=by_level)
 
@@ -113,7 +118,7 @@ class ContactSetting(Parameter):
         some = "" if self.contacts is None else f" of contacts {', '.join(map(str, self.contacts))}"
         object.__setattr__(self, "name", self.setting + some)
 
-    def check(self, problem):
+    def check(self, problem: ContactProblem) -> None:
         """Preloads are those of the preloaded origin, and the contacts those of the problem."""
         if self.setting == "preload" and not problem.preloaded:
             raise InputError("parameter 'preload': the unloaded origin has gaps, not preloads; "
@@ -122,11 +127,11 @@ class ContactSetting(Parameter):
         if chosen.size and (chosen.dtype.kind not in "iu" or chosen.min() < 0 or chosen.max() >= P):
             raise InputError(f"contacts = {brief(self.contacts)}: must be indices from 0 to {P - 1}")
 
-    def rebuild(self, problem, forces, value):
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
         return problem.with_contacts(self.scaled(problem, value)), forces
 
-    def evaluate(self, balance, x, w, p):
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
         """Linearisation at x (n,) and the factor p."""
         value = max(p, SMALLEST)        # a long Newton step may ask for a negative stiffness: the settings end at zero
 
@@ -135,12 +140,12 @@ class ContactSetting(Parameter):
 
         return balance.evaluate(x, w, contacts=self.scaled(balance.problem, value), derivative=derivative)
 
-    def chosen(self, problem) -> np.ndarray:
+    def chosen(self, problem: ContactProblem) -> np.ndarray:
         """(P,) bool, the contacts whose setting varies."""
         return np.isin(np.arange(len(problem.contacts)), np.arange(len(problem.contacts)) if self.contacts is None
                        else self.contacts)
 
-    def scaled(self, problem, value: float) -> Contacts:
+    def scaled(self, problem: ContactProblem, value: float) -> Contacts:
         """The settings of the contacts at a value."""
         factor = np.where(self.chosen(problem), value, 1.0)
         changed = {self.setting: factor * vars(problem.contacts)[self.setting]}
@@ -165,7 +170,7 @@ class Rebuilt(Parameter):
     """A parameter that changes the linear system: the problem is made anew at each value, the derivative by central
     differences."""
 
-    def evaluate(self, balance, x, w, p):
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
         """Linearisation at x (n,) and the value p."""
         value = max(p, SMALLEST)
         h = DIFFERENCE * value
@@ -184,10 +189,10 @@ class Damping(Rebuilt):
 
     name: str = "damping"
 
-    def rebuild(self, problem, forces, value):
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
         if problem.damping_ratio is None:
-            return replace(problem, C=value * problem.C), forces
+            return replace(problem, C=np.multiply(value, problem.C)), forces
         return replace(problem, damping_ratio=value * np.asarray(problem.damping_ratio)), forces
 
 
@@ -203,7 +208,7 @@ class ModelParameter(Rebuilt):
     name: str
     of_value: Callable
 
-    def rebuild(self, problem, forces, value):
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
         return self.of_value(problem, value), forces
 
@@ -211,7 +216,7 @@ class ModelParameter(Rebuilt):
 BY_NAME = {"level": Level(), "damping": Damping(), **{name: ContactSetting(name) for name in SETTINGS}}
 
 
-def as_parameter(parameter) -> Parameter:
+def as_parameter(parameter: Parameter | str) -> Parameter:
     """A Parameter itself, or the one of a name: level, damping, preload, mu, kn, kt; InputError for anything else."""
     if isinstance(parameter, Parameter):
         return parameter
@@ -236,7 +241,7 @@ class Equation:
         """(n,) weights of the unknowns in the arc length."""
         return self.balance.weights
 
-    def evaluate(self, x: np.ndarray, p: float):
+    def evaluate(self, x: np.ndarray, p: float) -> Linearisation:
         """Linearisation at x (n,) and p."""
         return self.parameter.evaluate(self.balance, x, 2 * np.pi * self.hz, p)
 
@@ -246,7 +251,7 @@ class Equation:
         problem, forces = self.parameter.rebuild(b.problem, b.forces, p / self.parameter.scale)
         return (b if problem is b.problem and forces is b.forces else b.rebuilt(problem, forces)), w
 
-    def solutions(self, p: float, ways, settings):
+    def solutions(self, p: float, ways: Callable, settings: Settings) -> Iterator[Point]:
         """The solutions that ways(balance, w) yields with the parameter fixed, as points of the branch."""
         balance, w = self.balance_at(p)
         for point in ways(balance, w):

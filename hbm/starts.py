@@ -1,13 +1,16 @@
 """A first solution at a frequency: from the stuck response, by the level of the force, by time integration."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from hbm import fourier
+from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.follow import follow
-from hbm.continuation.point import failed
+from hbm.continuation.point import Point, failed
+from hbm.continuation.settings import Settings
 from hbm.parameter import Equation, Frequency, Level
 from hbm.time.exact import ExactIntegrator
 from hbm.time.settings import IntegrationSettings
@@ -16,12 +19,12 @@ OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)     # from where a first point is 
 LOW_LEVEL = 1e-3         # of the force: where the level is raised from
 
 
-def first_point(balance, w: float, settings):
+def first_point(balance: HarmonicBalance, w: float, settings: Settings) -> Point:
     """A solution at the angular frequency w: from the stuck response, by raising the force, or by integration."""
     return first_of(starts(balance, w, settings, off_band=False))
 
 
-def starts(balance, w: float, settings, off_band: bool = True):
+def starts(balance: HarmonicBalance, w: float, settings: Settings, off_band: bool = True) -> Iterator[Point]:
     """Solutions at w, or failed points, each with the residual calls it took: one way to a first point after the other.
 
     off_band : whether to come from other frequencies too, where the ways at w are exhausted
@@ -38,7 +41,7 @@ def starts(balance, w: float, settings, off_band: bool = True):
         yield _from_frequency(balance, share * w, w, settings)
 
 
-def first_of(points):
+def first_of(points: Iterable[Point]) -> Point:
     """The first that converged, with the residual calls of all that were tried; else the last."""
     calls = 0
     for point in points:

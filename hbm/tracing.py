@@ -1,5 +1,7 @@
 """From an equation to its branch between two values of the parameter, and from the branch to a curve."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hbm import fourier
@@ -9,15 +11,18 @@ from hbm.continuation.branch import Branch
 from hbm.continuation.budget import Budget, BudgetExceeded
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.follow import follow
-from hbm.continuation.point import failed, size
-from hbm.parameter import Equation
+from hbm.continuation.point import Point, failed, size
+from hbm.continuation.settings import Settings
+from hbm.parameter import Equation, Parameter
+from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse, widest_gap
 from hbm.starts import first_of, starts
 
 LEFT = ("left", "closed")        # ends of branches that leave the band for good
 
 
-def trace(equation: Equation, first: float, last: float, settings, progress=None) -> Branch:
+def trace(equation: Equation, first: float, last: float, settings: Settings,
+          progress: Callable | None = None) -> Branch:
     """The branch from `first` to `last`, in units of the branch; progress(value, step, calls) or None.
 
     Of the branches from several solutions at `first`, the first one that does not leave the band for good.
@@ -84,7 +89,7 @@ class Outputs:
         self.rows, self._modal_rows = rows, rows
         self._balance: HarmonicBalance | None = None
 
-    def of_point(self, point) -> np.ndarray:
+    def of_point(self, point: Point) -> np.ndarray:
         """(m, H+1) complex, m."""
         if point.detail.balance is not self._balance:
             self._balance = point.detail.balance
@@ -100,7 +105,8 @@ class Outputs:
         return X
 
 
-def record(branch: Branch, equation: Equation, outputs, contact: bool, peak_points, seconds: float) -> ForcedResponse:
+def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray], contact: bool,
+           peak_points: np.ndarray, seconds: float) -> ForcedResponse:
     """ForcedResponse of a branch; outputs : (names, rows (m, r)); contact : whether to keep the contact forces."""
     balance, parameter, (names, rows) = equation.balance, equation.parameter, outputs
     n, P = len(branch.points), len(balance.problem.contacts)
@@ -132,7 +138,7 @@ def record(branch: Branch, equation: Equation, outputs, contact: bool, peak_poin
         samples=len(balance.grid[0]) - 1)
 
 
-def explain(branch: Branch, problem, parameter) -> str:
+def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter) -> str:
     """Why the curve ends, where points failed or the branch was left, and the motion that no force restrains."""
     scale = parameter.scale
 
@@ -163,7 +169,7 @@ def _unrestrained(last, problem):
     if q is None or value >= 1e-4 or np.abs(q[:, 0]).max() <= 0.9 * np.abs(q).max():
         return ""
     motion = q[:, 0].real
-    named = problem.describe(motion) if problem.describe else None
+    named = problem.describe(motion) if problem and problem.describe else None
     verb = "the damper rolls" if named and named.turns else "nothing restrains a mean motion"
     return (f"; {verb} ({named or mostly(motion)}): no periodic state exists there, give that motion a stiffness that "
             "restrains it")

@@ -1,7 +1,9 @@
 """Input of the forced response, checked before anything heavy starts: numbers, arrays, records."""
 
+from collections.abc import Callable
 from dataclasses import fields
 from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,21 +16,21 @@ MOST_SAMPLES = 2**16
 MAY_BE_ZERO = ("outside", "max_restarts", "max_gaps")      # of the settings
 
 
-def check_harmonics(H) -> int:
+def check_harmonics(H: Any) -> int:
     """The highest harmonic; InputError where it is no whole number, or too large."""
     if isinstance(H, bool) or not isinstance(H, int | np.integer) or not 0 <= H <= MOST_HARMONICS:
         raise InputError(f"harmonics = {H!r}: must be a whole number between 0 and {MOST_HARMONICS}")
     return int(H)
 
 
-def positive(name, value, unit="") -> float:
+def positive(name: str, value: Any, unit: str = "") -> float:
     """One finite number above zero."""
     if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) < np.inf:
         raise InputError(f"{name} = {value!r}: must be one positive number{' in' * bool(unit)}{unit}")
     return float(value)
 
 
-def interval(name, ends, unit="") -> tuple[float, float]:
+def interval(name: str, ends: Any, unit: str = "") -> tuple[float, float]:
     """Two different finite numbers above zero, (from, to)."""
     try:
         first, last = (float(end) for end in ends)
@@ -40,7 +42,7 @@ def interval(name, ends, unit="") -> tuple[float, float]:
     return first, last
 
 
-def check_samples(samples, H):
+def check_samples(samples: Any, H: int) -> int | None:
     """None stays None: the law's own number."""
     least = max(8, 4 * H)
     whole = isinstance(samples, int | np.integer) and not isinstance(samples, bool)
@@ -50,7 +52,7 @@ def check_samples(samples, H):
     return samples
 
 
-def check_values(at, name, first, last, unit="") -> np.ndarray:
+def check_values(at: Any, name: str, first: float, last: float, unit: str = "") -> np.ndarray:
     """(k,) numbers of `at`, all inside the interval `name` = (first, last)."""
     values = np.atleast_1d(numbers("at", at, "must be frequencies in Hz" if unit else "must be numbers")).ravel()
     inside = (min(first, last) <= values) & (values <= max(first, last))
@@ -59,7 +61,7 @@ def check_values(at, name, first, last, unit="") -> np.ndarray:
     return values
 
 
-def check_forcing(forcing, r, H):
+def check_forcing(forcing: Any, r: int, H: int) -> dict[int, np.ndarray]:
     """{harmonic: (r,) force} from one force, or from one for each harmonic."""
     forces = forcing if isinstance(forcing, dict) else {1: forcing}
     checked = {}
@@ -75,7 +77,7 @@ def check_forcing(forcing, r, H):
     return checked
 
 
-def check_outputs(outputs, r):
+def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
     """Names and rows (m, r) of {name: row}."""
     if not isinstance(outputs, dict):
         raise InputError(f"outputs = {brief(outputs)}: must be a dict {{name: row of length {r}}}")
@@ -91,14 +93,14 @@ def check_outputs(outputs, r):
     return list(outputs), np.array(rows)
 
 
-def check_kind(name, value, kind, made_by):
+def check_kind(name: str, value: Any, kind: type, made_by: str) -> Any:
     """InputError where an argument is not of the class that it must be."""
     if not isinstance(value, kind):
         raise InputError(f"{name} = {brief(value)}: must be a {kind.__name__}, made by {made_by}")
     return value
 
 
-def check_settings(settings: Settings | None, progress=None) -> Settings:
+def check_settings(settings: Settings | None, progress: Callable | None = None) -> Settings:
     """The numbers of the continuation, by default its own; InputError too where progress cannot be called."""
     if progress is not None and not callable(progress):
         raise InputError(f"progress = {brief(progress)}: must be a function (value, step, calls), or None")
@@ -114,12 +116,12 @@ def check_settings(settings: Settings | None, progress=None) -> Settings:
     return settings
 
 
-def brief(value) -> str:
+def brief(value: Any) -> str:
     """What came, in one short line."""
     return shown(" ".join(repr(value).split()))
 
 
-def numbers(name: str, value, allowed: str, kind: type = float) -> np.ndarray:
+def numbers(name: str, value: Any, allowed: str, kind: type = float) -> np.ndarray:
     """The value as an array of real (float) or complex numbers; InputError where it is none."""
     try:
         array = np.asarray(value.toarray() if sp.issparse(value) else value)

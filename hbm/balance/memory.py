@@ -36,7 +36,7 @@ def newton_bytes(active: int, components: int, H: int, squares: int = _SQUARES) 
     return 8.0 * (squares * (active * block) ** 2 + _BLOCKS * active * block**2)
 
 
-def check_harmonics_fit(contacts: int, components: int, H: int):
+def check_harmonics_fit(contacts: int, components: int, H: int) -> None:
     """Before anything heavy: InputError where not even one contact can be active, a warning where not a quarter of them
     can at once; how many will be is not known yet."""
     if message := _lack(1, components, H, _SQUARES, "one contact that slips or lifts needs"):
@@ -47,7 +47,7 @@ def check_harmonics_fit(contacts: int, components: int, H: int):
         warnings.warn(message, stacklevel=4)
 
 
-def check_active_fit(active: int, contacts: int, components: int, H: int):
+def check_active_fit(active: int, contacts: int, components: int, H: int) -> None:
     """InputError where so many contacts are active that there is no memory for the next matrix."""
     what = f"{active} of the {contacts} contacts, which slip or lift at once here, need"
     if message := _lack(active, components, H, _NEXT, what):

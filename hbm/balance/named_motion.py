@@ -46,7 +46,7 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     return NamedMotion(f"body '{body}' {verb} ({words})", body, bool(left < RIGID), turns)
 
 
-def mostly(motion) -> str:
+def mostly(motion: np.ndarray) -> str:
     """The name of a motion of which nothing but the numbers of its dofs is known."""
     return f"mostly dof {np.abs(motion).argmax() + 1}"
 

@@ -41,15 +41,16 @@ class Linearisation:
     parts: list = field(default_factory=list)
     border: list = field(default_factory=list)
 
-    def solve(self, row, corner, value, residual=None):
+    def solve(self, row: np.ndarray, corner: float, value: float,
+              residual: np.ndarray | None = None) -> tuple[np.ndarray, float]:
         """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], with this residual R or with another."""
         return self._bordered(self.residual if residual is None else residual, row, corner, value)[:2]
 
-    def direction(self, row, corner):
+    def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
         """tx, tp, sign: the tangent with row' tx + corner tp = 1, and the sign of the bordered determinant."""
         return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
 
-    def moved(self, dx, dp):
+    def moved(self, dx: np.ndarray, dp: float) -> "Linearisation":
         """This at x + dx, parameter + dp: outputs and forces are linearised, the matrices stay."""
         hb, b = self.balance, self.forces
         modal, g = self.modal + self.modal_rate * dp, b.g
@@ -62,7 +63,7 @@ class Linearisation:
             modal = modal - self.factors * real_times(columns.T, fourier.to_complex(dg.reshape(-1, hb.nh)))
         return replace(self, x=self.x + dx, modal=modal, forces=replace(b, g=g))
 
-    def restoring(self, away):
+    def restoring(self, away: np.ndarray) -> np.ndarray:
         """To add to the residual where x has come `away` from a point: see `HarmonicBalance.regularisation`.
 
         One Newton step with it undoes the part of the way in a mean motion that no force restrains, and to the size of
@@ -78,11 +79,11 @@ class Linearisation:
         """(r, H+1) complex q, m."""
         return self.balance.receptance.shapes @ self.modal
 
-    def outputs(self, rows) -> np.ndarray:
+    def outputs(self, rows: np.ndarray) -> np.ndarray:
         """(m, H+1) complex harmonics of the outputs, rows (m, r)."""
         return (rows @ self.balance.receptance.shapes) @ self.modal
 
-    def forget(self):
+    def forget(self) -> None:
         """Drop the matrices; they come back when they are asked for."""
         self.parts.clear()
         self.border.clear()
@@ -187,7 +188,7 @@ class Linearisation:
         f[:, :, 0] += problem.law.stuck_force(problem.contacts)
         return fourier.to_complex(f)
 
-    def smallest_motion(self):
+    def smallest_motion(self) -> tuple[float, np.ndarray | None]:
         """(singular value over the largest, q (r, H+1)) of the direction in which the Jacobian is most nearly singular.
 
         By inverse iteration on one factorisation: close where that is well below the next one, which is what is asked.
@@ -221,7 +222,7 @@ def _longest(apply, n):
     return size, v / size
 
 
-def real_times(A, B):
+def real_times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """A @ B for complex B; a real A is not turned into a complex one."""
     if np.iscomplexobj(A) or not np.iscomplexobj(B):
         return A @ B

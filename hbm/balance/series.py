@@ -19,7 +19,7 @@ class ContactReceptance:
         self.receptance, self.shapes, self.H = receptance, shapes, H
         self._kept: tuple = ()              # (reach, low modes, matrices)
 
-    def between(self, to, at, factors, w: float) -> np.ndarray:
+    def between(self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, w: float) -> np.ndarray:
         """(H+1, len(to), len(at)) complex between components; factors (m, H+1) : of the modes at the orders of w."""
         low, powers = self.terms(w)
         left, right = self.shapes[to][:, low], self.shapes[at][:, low].T
@@ -38,7 +38,7 @@ class ContactReceptance:
             G.imag += (x.imag @ flat).reshape(G.shape)
         return G
 
-    def terms(self, w: float):
+    def terms(self, w: float) -> tuple:
         """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for the others.
 
         1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of Chebyshev's U_n), and

@@ -1,12 +1,14 @@
 """One point of a branch after the other: step and order by the error of the prediction, kinks, and why it ended."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hbm.continuation.corrector import correct, solve_fixed
-from hbm.continuation.point import Metric, Point
+from hbm.continuation.point import Evaluate, Metric, OnPoint, Point
 from hbm.continuation.predictor import forward, on_branch, predict, prediction_errors, tangent
+from hbm.continuation.settings import Settings
 
 ENDS = {             # why a branch ended, and the remedy
     "end": "reached the end of the band",
@@ -60,11 +62,11 @@ class Branch:
         """The sentence that says why it ended."""
         return self.sentence(lambda parameter: f"{parameter:.6g}")
 
-    def sentence(self, named) -> str:
+    def sentence(self, named: Callable[[float], str]) -> str:
         """The same with the parameter as `named(parameter)` writes it."""
         return ENDS[self.end].format(at=named(self.at), n=self.count)
 
-    def finish(self, end: str, at: float):
+    def finish(self, end: str, at: float) -> None:
         """Note why and where it ended."""
         self.end, self.at, self.complete, self.count = end, at, end == "end", len(self.points)
 
@@ -76,7 +78,8 @@ class BranchTracer:
     begin, way, sense : of the parameter; length : its unit of arc length
     """
 
-    def __init__(self, evaluate, start, end, weights, settings, restart):
+    def __init__(self, evaluate: Evaluate, start: Point, end: float, weights: np.ndarray, settings: Settings,
+                 restart: Callable[[float], Point] | None):
         self.evaluate, self.end, self.weights, self.settings, self.restart = evaluate, end, weights, settings, restart
         self.branch = Branch([start], calls=start.iterations)
         self.begin, self.sense = start.parameter, np.sign(end - start.parameter)
@@ -86,7 +89,7 @@ class BranchTracer:
         self.stale, self.turns, self.gaps, self.attempts = 0, 0, 0, 0
         self.begin_at(start)
 
-    def begin_at(self, point):
+    def begin_at(self, point: Point) -> None:
         """Start again, from a point that does not continue the points before."""
         self.step, self.order, self.lost, self.shortened = self.settings.first_step, 1, False, False
         self.furthest, self.stale, self.turns = point, 0, 0
@@ -94,28 +97,28 @@ class BranchTracer:
         self.sign = self.sense * np.sign(sign)
         self.run = [replace(point, tangent=(self.sense * tx, self.sense * tp))]
 
-    def resume(self, found):
+    def resume(self, found: Point) -> None:
         """Go on from a solution found ahead."""
         self.branch.points.append(found)
         self.begin_at(found)
         if self.ahead(found.parameter, self.end) >= 0:
             self.branch.finish("end", self.end)
 
-    def ahead(self, parameter, of) -> float:
+    def ahead(self, parameter: float, of: float) -> float:
         """How far a parameter lies ahead of another, in the direction of the band."""
         return self.sense * (parameter - of)
 
-    def outside(self, parameter) -> float:
+    def outside(self, parameter: float) -> float:
         """How far a parameter lies out of the band where that starts; not positive inside."""
         return self.ahead(self.begin, parameter)
 
     def metric(self) -> Metric:
         """Of the arc length at the last point."""
-        size = np.linalg.norm(self.weights * self.run[-1].x)
+        size = float(np.linalg.norm(self.weights * self.run[-1].x))
         self.largest = max(self.largest, size)
         return Metric(self.weights, max(size, 1e-3 * self.largest) or 1.0, self.length)
 
-    def next_point(self):
+    def next_point(self) -> Point | None:
         """The next point of the branch; None where the step was too long."""
         last, metric = self.run[-1], self.metric()
         x, p = predict(self.run, metric, self.step, self.order)
@@ -140,7 +143,7 @@ class BranchTracer:
         along = tangent(new.detail, plane.row, plane.corner, self.sign, metric) if new.converged else None
         return replace(new, tangent=along)
 
-    def accept(self, new, on_point):
+    def accept(self, new: Point, on_point: OnPoint | None) -> None:
         """Take a point into the branch; check whether that is the end, and choose the next step."""
         if self.ahead(new.parameter, self.end) >= 0:
             return self._finish(new, on_point)
@@ -239,7 +242,7 @@ class BranchTracer:
         self.branch.calls += 1
         yield self.evaluate(last.x + 4 * (x - last.x), last.parameter + 4 * (p - last.parameter))
 
-    def solve_between(self, a, b, parameter):
+    def solve_between(self, a: Point, b: Point, parameter: float) -> Point:
         """The solution at a parameter between those of two points of the branch."""
         share = (parameter - a.parameter) / (b.parameter - a.parameter)
         new = solve_fixed(self.evaluate, a.x + share * (b.x - a.x), parameter, self.weights, self.settings)

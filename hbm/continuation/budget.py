@@ -1,5 +1,9 @@
 """The budget of residual evaluations of a branch, and the progress that is reported between its points."""
 
+from collections.abc import Callable
+
+from hbm.continuation.settings import Settings
+
 LARGE = 400              # unknowns from which on the calls of the settings hold as they are
 TICK = 20                # residual calls without a new point after which progress is reported
 
@@ -14,19 +18,19 @@ class Budget:
     Between points progress comes with the value of the last one, step 0 and the calls since.
     """
 
-    def __init__(self, settings, progress, first: float, unknowns: int):
+    def __init__(self, settings: Settings, progress: Callable | None, first: float, unknowns: int):
         # a call costs about the cube of the unknowns: small problems may make more
         self.most = settings.max_calls * max(1.0, LARGE / unknowns) ** 2
         self.settings, self.progress, self.value = settings, progress, first
         self.calls, self.points, self.since = 0, 0, 0
 
-    def point(self, value: float, step: float, calls: int):
+    def point(self, value: float, step: float, calls: int) -> None:
         """A point is taken into the branch."""
         self.points, self.value, self.since = self.points + 1, value, 0
         if self.progress:
             self.progress(value, step, calls)
 
-    def call(self):
+    def call(self) -> None:
         """The residual is evaluated once more; raises BudgetExceeded above the limit, then and from then on."""
         self.calls, self.since = self.calls + 1, self.since + 1
         if self.progress and self.since % TICK == 0:

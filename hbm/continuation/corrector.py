@@ -8,7 +8,8 @@ from hbm.continuation.point import Evaluate, Linearised, Metric, Plane, Point, s
 from hbm.continuation.settings import DEFAULT, Settings
 
 
-def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings = DEFAULT, last=None) -> Point:
+def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings = DEFAULT,
+            last: np.ndarray | None = None) -> Point:
     """Newton on a plane from the point that it passes through, for the next point after x = last (n,) of a branch.
 
     A step that by the contraction so far leads below the tolerance is the last one: it is taken without evaluating
@@ -43,7 +44,8 @@ def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings
     return Point(np.full_like(plane.x, np.nan), plane.parameter, False, iteration, first)
 
 
-def solve_fixed(evaluate: Evaluate, x, p, weights, settings: Settings = DEFAULT, max_calls: int = 300) -> Point:
+def solve_fixed(evaluate: Evaluate, x: np.ndarray, p: float, weights: np.ndarray, settings: Settings = DEFAULT,
+                max_calls: int = 300) -> Point:
     """Damped Newton from x (n,) at the fixed parameter p, for a first point or a restart, in about `max_calls`."""
     none = np.zeros(len(x))
     e = evaluate(x, p)
@@ -68,7 +70,8 @@ def solve_fixed(evaluate: Evaluate, x, p, weights, settings: Settings = DEFAULT,
     return Point(np.full_like(x, np.nan), p, False, calls)
 
 
-def between(evaluate: Evaluate, a: Point, b: Point, share: float, weights, settings: Settings = DEFAULT) -> Point:
+def between(evaluate: Evaluate, a: Point, b: Point, share: float, weights: np.ndarray,
+            settings: Settings = DEFAULT) -> Point:
     """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of it."""
     metric = Metric(weights, max(size(weights * a.x), size(weights * b.x), 1e-300),
                     max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2)

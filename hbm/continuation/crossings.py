@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from hbm.continuation.branch import Branch
 from hbm.continuation.corrector import between, solve_fixed
+from hbm.continuation.point import Evaluate, Point
+from hbm.continuation.settings import Settings
 
 
-def crossings(evaluate, points, parameter, weights, settings):
+def crossings(evaluate: Evaluate, points: list[Point], parameter: float, weights: np.ndarray,
+              settings: Settings) -> list[tuple[Point, int, int]]:
     """[(point, residual calls, index of the point behind it)] of every crossing of the parameter between two points.
 
     Newton at the fixed parameter; where it leads away from the two points, these are first brought closer together.
@@ -28,7 +32,8 @@ def crossings(evaluate, points, parameter, weights, settings):
     return sorted(found, key=lambda one: one[2])
 
 
-def insert_crossings(evaluate, branch, at, weights, settings):
+def insert_crossings(evaluate: Evaluate, branch: Branch, at: np.ndarray, weights: np.ndarray,
+                     settings: Settings) -> None:
     """Insert a solved point wherever the branch crosses one of the parameters `at`."""
     for parameter in at:
         for point, calls, place in reversed(crossings(evaluate, branch.points, parameter, weights, settings)):

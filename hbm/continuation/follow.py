@@ -4,17 +4,19 @@ One point: `corrector`; where it is expected: `predictor`; one after the other: 
 solution, or where the branch folds without progress: `restart`.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hbm.continuation.branch import Branch, BranchTracer
 from hbm.continuation.budget import BudgetExceeded
-from hbm.continuation.point import Evaluate, Point
+from hbm.continuation.point import Evaluate, OnPoint, Point
 from hbm.continuation.restart import bridge_gap, restart_ahead
 from hbm.continuation.settings import DEFAULT, Settings
 
 
-def follow(evaluate: Evaluate, start: Point, end: float, weights, settings: Settings = DEFAULT, on_point=None,
-           restart=None) -> Branch:
+def follow(evaluate: Evaluate, start: Point, end: float, weights: np.ndarray, settings: Settings = DEFAULT,
+           on_point: OnPoint | None = None, restart: Callable[[float], Point] | None = None) -> Branch:
     """Follow the branch from a converged start until the parameter passes `end`.
 
     weights (n,) : how much each unknown counts in the arc length

@@ -1,9 +1,13 @@
 """Local maxima of a quantity along a branch, each refined by points that are solved around it."""
 
+from collections.abc import Callable
+
 import numpy as np
 
+from hbm.continuation.branch import Branch
 from hbm.continuation.corrector import between
-from hbm.continuation.point import Metric
+from hbm.continuation.point import Evaluate, Metric, Point
+from hbm.continuation.settings import Settings
 
 
 class PeakRefinement:
@@ -16,11 +20,12 @@ class PeakRefinement:
     heights(point) -> (m,) : the row of a new point; column : the quantity that is to be largest
     """
 
-    def __init__(self, evaluate, branch, table, heights, weights, settings):
+    def __init__(self, evaluate: Evaluate, branch: Branch, table: list, heights: Callable[[Point], np.ndarray],
+                 weights: np.ndarray, settings: Settings):
         self.evaluate, self.branch, self.table, self.heights = evaluate, branch, table, heights
         self.weights, self.settings = weights, settings
 
-    def run(self, i: int, column: int = 0):
+    def run(self, i: int, column: int = 0) -> Point:
         """The point at the maximum of a column, from point i, which is higher than its neighbours."""
         points, errors, settings = self.branch.points, np.array([1.0, np.inf]), self.settings
         for _ in range(settings.max_peak_points):
@@ -52,7 +57,7 @@ class PeakRefinement:
         return new
 
     def _metric(self, b):
-        return Metric(self.weights, np.linalg.norm(self.weights * b.x), 0.01 * abs(b.parameter))
+        return Metric(self.weights, float(np.linalg.norm(self.weights * b.x)), 0.01 * abs(b.parameter))
 
     def _around(self, i, column):
         """Arc lengths from point i, heights of up to five points around it, and its place among them."""

@@ -24,19 +24,20 @@ class Linearised(Protocol):
         """(n,) R(x, p)."""
         ...
 
-    def solve(self, row, corner, value, residual=None) -> tuple[np.ndarray, float]:
+    def solve(self, row: np.ndarray, corner: float, value: float,
+              residual: np.ndarray | None = None) -> tuple[np.ndarray, float]:
         """dx (n,), dp of [J, R_p; row', corner] [dx; dp] = [-residual; value]; residual: None takes its own."""
         ...
 
-    def direction(self, row, corner) -> tuple[np.ndarray, float, float]:
+    def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
         """tx (n,), tp with J tx + R_p tp = 0 and row' tx + corner tp = 1, and the sign of the bordered determinant."""
         ...
 
-    def moved(self, dx, dp) -> "Linearised":
+    def moved(self, dx: np.ndarray, dp: float) -> "Linearised":
         """The same, linearised, at x + dx and p + dp."""
         ...
 
-    def restoring(self, away) -> np.ndarray:
+    def restoring(self, away: np.ndarray) -> np.ndarray:
         """(n,) to be added to the residual where x has come `away` (n,) from the last point: one Newton step then
         brings back what R does not determine, whose noise would spoil the predictor. Zeros where R determines x."""
         ...
@@ -51,7 +52,7 @@ class Point:
 
     iterations : evaluations of the residual
     detail : Linearised of the last evaluation; where the corrector failed, of the first
-    tangent : (dx, dp) along the branch, of any length
+    tangent : (dx, dp) along the branch, of any length, or None
     """
 
     x: np.ndarray
@@ -59,10 +60,13 @@ class Point:
     converged: bool
     iterations: int
     detail: Any = None
-    tangent: tuple | None = None
+    tangent: Any = None
 
 
-def size(v) -> float:
+OnPoint: TypeAlias = Callable[[Point, float], None]          # called with a point and the step to it
+
+
+def size(v: np.ndarray) -> float:
     """Euclidean norm of v (n,)."""
     return float(np.linalg.norm(v))
 
@@ -92,15 +96,15 @@ class Metric:
     size: float
     length: float
 
-    def norm(self, dx, dp) -> float:
+    def norm(self, dx: np.ndarray, dp: float) -> float:
         """Length of a step."""
         return float(np.hypot(size(self.weights * dx) / self.size, dp / self.length))
 
-    def border(self, dx, dp):
+    def border(self, dx: np.ndarray, dp: float) -> tuple[np.ndarray, float]:
         """Row and corner of the unit plane normal to (dx, dp)."""
         unit = 1 / self.norm(dx, dp)
         return self.weights**2 * dx * (unit / self.size**2), dp * unit / self.length**2
 
-    def plane(self, x, p, dx, dp) -> Plane:
+    def plane(self, x: np.ndarray, p: float, dx: np.ndarray, dp: float) -> Plane:
         """The plane through (x, p) normal to (dx, dp)."""
         return Plane(x, p, *self.border(dx, dp))

@@ -2,15 +2,17 @@
 
 import numpy as np
 
+from hbm.continuation.point import Linearised, Metric, Point
 
-def predict(run, metric, step, order):
+
+def predict(run: list[Point], metric: Metric, step: float, order: int) -> tuple[np.ndarray, float]:
     """x (n,) and parameter at an arc length `step` beyond the last of the points, which know their tangents."""
     used = run[-(order // 2 + 1):]
     weights = _weights(_places(used, metric), step, order)[-1]
     return _sum(weights, *_table(used, metric))
 
 
-def prediction_errors(points, new, metric):
+def prediction_errors(points: list[Point], new: Point, metric: Metric) -> np.ndarray:
     """How far from `new` the polynomials of order 1, 2, ... through the last of the points would have led."""
     places = _places([*points, new], metric)
     X, P = _table(points, metric)
@@ -70,21 +72,21 @@ def _weights(places, at, highest):
     return np.array(weights[1:])
 
 
-def tangent(e, row, corner, sign, metric):
+def tangent(e: Linearised, row: np.ndarray, corner: float, sign: float, metric: Metric) -> tuple[np.ndarray, float]:
     """Unit tangent (dx, dp) of the linearisation e, forward along the branch."""
     tx, tp, s = e.direction(row, corner)
     unit = np.sign(s) * sign / metric.norm(tx, tp)
     return unit * tx, unit * tp
 
 
-def on_branch(new, last, x, p, metric, step) -> bool:
+def on_branch(new: Point, last: Point, x: np.ndarray, p: float, metric: Metric, step: float) -> bool:
     """Whether a converged point belongs to the branch: near its prediction, within two steps, and ahead."""
     length = metric.norm(new.x - last.x, new.parameter - last.parameter)
     corrected = metric.norm(new.x - x, new.parameter - p)
     return length <= 2 * step and corrected <= 0.5 * step and forward(new, last, metric)
 
 
-def forward(new, last, metric) -> bool:
+def forward(new: Point, last: Point, metric: Metric) -> bool:
     """Whether the step from the last point to the new one runs forward along the branch."""
     row, corner = metric.border(new.x - last.x, new.parameter - last.parameter)
     return row @ new.tangent[0] + corner * new.tangent[1] > 0

@@ -1,16 +1,18 @@
 """Across places where a branch has no further point, or folds again and again without progress: solutions ahead."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
+from hbm.continuation.branch import BranchTracer
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.point import failed
 
 AHEAD = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)   # places tried ahead of a lost branch, in unit steps of the parameter
 
 
-def bridge_gap(tracer):
+def bridge_gap(tracer: BranchTracer) -> None:
     """Past a place where the corrector fails: the same branch close by, else a gap with failed points in it."""
     last, metric = tracer.run[-1], tracer.metric()
     found, tried = _solution_ahead(tracer, last.parameter, (last.x, np.zeros_like(last.x)))
@@ -26,7 +28,7 @@ def bridge_gap(tracer):
         tracer.resume(found)
 
 
-def restart_ahead(tracer, follow):
+def restart_ahead(tracer: BranchTracer, follow: Callable) -> None:
     """Leave a branch without progress: in steps of the parameter, else for a solution further ahead.
 
     Each further restart goes twice as far. Where nothing is found ahead the branch is followed on.
