@@ -85,7 +85,7 @@ class BranchTracer:
         self.begin, self.sense = start.parameter, np.sign(end - start.parameter)
         self.way = abs(end - start.parameter)
         self.length = settings.parameter_share * self.way
-        self.largest = np.linalg.norm(weights * start.x)
+        self.largest = float(np.linalg.norm(weights * start.x))
         self.stale, self.turns, self.gaps, self.attempts = 0, 0, 0, 0
         self.begin_at(start)
 
