@@ -29,7 +29,7 @@ def run(case, Fe, H, band=BAND) -> dict:
     curve = follow_band(problem, Fe * force, band, harmonics=H, outputs=outputs)
     ms = 1e3 * (time.process_time() - began) / len(curve.frequency)
     return {"Fe": Fe, "H": H, "ms": ms, "calls": curve.residual_calls / len(curve.frequency),
-            "points": len(curve.frequency), "complete": bool(curve.complete), "leaps": len(curve.restarts),
+            "points": len(curve.frequency), "complete": bool(curve.complete), "restarts": len(curve.restarts),
             "peak": curve.peak(next(iter(outputs))), "ended": curve.ended}
 
 

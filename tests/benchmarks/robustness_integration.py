@@ -26,9 +26,9 @@ from tests.hbm.oscillator import FORCE, Y2, oscillator
 SHARE, SETTLED, AGREES = 0.05, 2.5e-3, 5e-3
 HARMONICS = (*range(1, 10), 12, 16, 24, 32)
 FAILURES = 3             # so many numbers of harmonics without a solution, above that of the curve, are enough
-MOST_PERIODS, MORE_TRIES, SAME = 200, 3, 1e-3
+MAX_PERIODS, MORE_TRIES, SAME = 200, 3, 1e-3
 STATES = {"stable": "periodic, stable", "unstable": "periodic, unstable: found by Newton on the period map",
-          "left": "left for another orbit", "not periodic": f"not periodic within {MOST_PERIODS} periods",
+          "left": "left for another orbit", "not periodic": f"not periodic within {MAX_PERIODS} periods",
           "unsettled": f"doubling changes y2 by more than 0.25 %, up to H = {HARMONICS[-1]} or as far as there are "
                        "solutions",
           "no solution": "no H has a solution, and one at the doubled H, that belong to the point"}
@@ -77,7 +77,7 @@ def check(hz, problem, force, X) -> dict:
     """One point: its H, the state of the integration, the difference, and the H at which a miss is none."""
     row, tried = {"hz": round(hz, 6), "state": None, "H_again": None}, []
     for n, (balance, point) in enumerate(settled(problem, force, 2 * np.pi * hz, X, tried)):
-        c = compare_point(balance, point, [Y2["y2"]], IntegrationSettings(tolerance=1e-5, max_periods=MOST_PERIODS))
+        c = compare_point(balance, point, [Y2["y2"]], IntegrationSettings(tolerance=1e-5, max_periods=MAX_PERIODS))
         if n == 0:
             row |= {"H": balance.H, "state": state(c), "difference": float(c.difference)}
         elif c.agrees and c.difference <= AGREES:

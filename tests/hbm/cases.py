@@ -30,7 +30,7 @@ def jenkins(p):
     return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, Jenkins1D(), pairs), np.array([p["F"]])
 
 
-MOST_HARMONICS = 199     # of B1: 200 are allowed
+MAX_HARMONICS = 199     # of B1: 200 are allowed
 
 
 def den_hartog(known, H):

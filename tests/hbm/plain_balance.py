@@ -1,4 +1,4 @@
-"""Harmonic balance of the D cases as plainly as it can be: sampled, dense, no instant located, nothing of `hbm`.
+"""Harmonic balance of the D cases as plainly as it can be: sampled, dense, no event detected, nothing of `hbm`.
 
 For finding out who is right where the references and `hbm` disagree: refine the samples and look where it goes.
 """

@@ -167,7 +167,7 @@ REFUSED = {
     "no aim": (lambda: {"settings": settings(aim=0)}, r"settings: aim = 0: must be a number, above 0"),
     "order 0": (lambda: {"settings": settings(highest_order=0)}, r"settings: highest_order = 0: .*whole number, 1 or"),
     "order 2.5": (lambda: {"settings": settings(highest_order=2.5)}, r"settings: highest_order = 2\.5: .*whole number"),
-    "leaps negative": (lambda: {"settings": settings(max_restarts=-1)}, r"settings: max_restarts = -1: .*0 or more"),
+    "restarts negative": (lambda: {"settings": settings(max_restarts=-1)}, r"settings: max_restarts = -1: .*0 or more"),
     "settings a number": ({"settings": 0}, r"settings = 0: must be a Settings"),
     "progress a number": ({"progress": 3}, r"progress = 3: must be a function \(value, step, calls\)"),
     "progress zero": ({"progress": 0}, r"progress = 0: must be a function"),

@@ -67,7 +67,7 @@ def test_output_of_rounding_has_no_peaks():
 
 
 def test_solutions_between_the_points_are_solved():
-    """Not interpolated: at any frequency each passage is what `at` gives, and the equations hold."""
+    """Not interpolated: at any frequency each crossing is what `at` gives, and the equations hold."""
     problem, force = unilateral(C1["parameters"])
     band, hz = np.array([0.8, 1.5]) / (2 * np.pi), 1.15 / (2 * np.pi)
     curve = follow_band(problem, force, band, harmonics=1, outputs={"x": [1.0]})

@@ -1,4 +1,4 @@
-"""The memory that is foretold, against what the reductions of tests/benchmarks/growth.py took."""
+"""Predicted memory against what the reductions of tests/benchmarks/growth.py took."""
 
 import tracemalloc
 
@@ -33,5 +33,5 @@ def test_forecast_of_many_masters():
         return peak
 
     needed = height(250) - height(62)
-    foretold = predicted_bytes(len(mesh.node), 250) - predicted_bytes(len(mesh.node), 62)
-    assert 1 < foretold / needed < 1.5, (foretold, needed)
+    predicted = predicted_bytes(len(mesh.node), 250) - predicted_bytes(len(mesh.node), 62)
+    assert 1 < predicted / needed < 1.5, (predicted, needed)

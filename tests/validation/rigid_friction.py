@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from tests.hbm.cases import MOST_HARMONICS, den_hartog, load
+from tests.hbm.cases import MAX_HARMONICS, den_hartog, load
 from tests.validation import Subject, row
 
 
 def rows():
     for known in load("B1")["results"]:
         name = f"Om = {known['Omega']:g}"
-        for H in (20, MOST_HARMONICS):
+        for H in (20, MAX_HARMONICS):
             found, exponents = den_hartog(known, H)
             for kt, largest, expected in found:
                 yield row(f"{name}, kt/k = {kt:g}", largest, expected, f"exact orbit, H = {H}")

@@ -111,7 +111,7 @@ def test_stuck_contacts_left_out_of_newton(law, monkeypatch):
 
 @pytest.mark.parametrize("law, passes", [(DryFriction2T(), 1), (IsotropicFriction(), 3)])
 def test_preload_derivative_needs_no_second_pass(law, passes, monkeypatch):
-    """Located transitions give it with the forces; sampled laws are asked twice more. Against fourth-order differences,
+    """Event-driven laws give it with the forces; sampled laws are asked twice more. Against fourth-order differences,
     away from a factor of 1."""
     model, pairs, tip = small_rig(stations=2)
     pairs = pairs.replace(preload=pairs.preload * np.r_[-0.2, np.ones(len(pairs) - 1)])         # one is open at rest
