@@ -14,8 +14,8 @@ import time
 
 from tests.benchmarks.record import ROOT
 
-RUNS = ("speed", "rig", "robustness", "rig_integration", "robustness_integration", "calculix", "calculix_modes",
-        "cost_floor", "growth", "demo")
+RUNS = ("speed", "rig", "robustness", "robustness_integration", "calculix", "calculix_modes", "cost_floor",
+        "growth", "demo")
 
 
 def main():

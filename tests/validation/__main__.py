@@ -1,8 +1,8 @@
-"""The validation pages of a release: a page a subject, and worst.md with the worst row against each kind of reference.
+"""The validation pages of a release: a page a subject; worst.md: the worst row against each kind of reference.
 
     OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [SUBJECT ...]
 
-worst.md goes into docs/validation.md as its chapter on accuracy. All subjects: about ten minutes.
+worst.md goes into docs/validation.md as its chapter on accuracy. All subjects: about a quarter of an hour.
 """
 
 import argparse
@@ -15,8 +15,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 SUBJECTS = ("jenkins_closed_form", "rigid_friction", "lift_off", "coupled_friction", "friction_in_the_plane",
-            "planar_oscillator", "frictional_beam", "time_integration", "craig_bampton", "nafems", "rotating_beam",
-            "supported_beams", "random_beams", "stuck_modes", "contact_stiffness", "hertz")
+            "planar_oscillator", "frictional_beam", "time_integration", "rig_time_integration", "craig_bampton",
+            "nafems", "rotating_beam", "supported_beams", "random_beams", "stuck_modes", "contact_stiffness", "hertz")
 
 
 def made() -> str:

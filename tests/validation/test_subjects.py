@@ -4,9 +4,10 @@ import importlib
 
 import pytest
 
+from tests.validation import Subject, rig_time_integration, row
 from tests.validation.__main__ import SUBJECTS, main
 
-LONG = {"nafems", "hertz", "random_beams"}      # their first rows are tests of their own
+LONG = {"nafems", "hertz", "random_beams", "rig_time_integration"}      # part of their rows in tests of their own
 WITHOUT_LIMITS = {"rigid_friction"}
 DOLFINX = {"rotating_beam"}
 
@@ -19,6 +20,13 @@ def test_rows_within_limits(name):
     importlib.import_module(f"tests.validation.{name}").SUBJECT.check()
 
 
+@pytest.mark.slow
+def test_rig_at_its_peaks():
+    found = {row.against: row.error for row in rig_time_integration.rows((12, 20), (5, 9), (0.0,))}
+    limits = {kind: limit for kind, limit in rig_time_integration.SUBJECT.limits.items() if "peak" in kind}
+    assert found.keys() == limits.keys() and all(found[kind] <= limit for kind, limit in limits.items()), found
+
+
 def test_pages_of_two_subjects(tmp_path):
     main(["--out", str(tmp_path), "supported_beams", "craig_bampton"])
     assert {path.name for path in tmp_path.iterdir()} == {"worst.md", "supported_beams.md", "craig_bampton.md"}
@@ -27,7 +35,6 @@ def test_pages_of_two_subjects(tmp_path):
 
 
 def test_row_beyond_its_limit():
-    from tests.validation import Subject, row
     with pytest.raises(AssertionError, match="two"):
         Subject("", "", lambda: [row("one", 1.0, 1.0, "table"), row("two", 1.1, 1.0, "table")], {"table": 1e-6}).check()
     with pytest.raises(AssertionError, match="closed"):
