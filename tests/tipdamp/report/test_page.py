@@ -21,7 +21,6 @@ from tests.tipdamp.report.files import (
     results_of,
     table,
     write,
-    written,
 )
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import figure, matplotlib, plotly
@@ -30,17 +29,6 @@ from tipdamp.report.figures import free_response, kept_preload, response_levels
 from tipdamp.report.summary import summarise
 
 ROOT = Path(__file__).parents[3]
-
-
-@pytest.fixture(scope="module")
-def plain_report(tmp_path_factory):
-    return written(tmp_path_factory.mktemp("plain"))
-
-
-@pytest.fixture(scope="module")
-def hostile_report(tmp_path_factory):
-    """Failed points, and a title and names of sides and patches that mean harm, together."""
-    return written(tmp_path_factory.mktemp("hostile"), title=HOSTILE, failed=(19, 20), names=HOSTILE_NAMES)
 
 
 class Reader(HTMLParser):
@@ -181,8 +169,6 @@ def test_table_and_map_of_further_load_cases(tmp_path):
     assert sum(len(m.x) for m in marks) == len(light) and {float(y) for m in marks for y in m.y} == {2.0, -0.5}
     assert all(m.filled == (m.y > 0).all() for m in marks)
     assert pictures["preload_on_damper"].cases == ["the pull", "light"]
-    write(study, store)
-    assert store.path("figures/preload_light.png").is_file()
 
 
 def test_a_curve_that_never_began(tmp_path):

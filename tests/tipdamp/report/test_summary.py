@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.tipdamp.report.files import artefacts, damage, results_of, written
+from tests.tipdamp.report.files import artefacts, damage, results_of
 from tipdamp.report.summary import summarise
 
 # at least these, and so deep                                               [what a run promises to leave]
@@ -14,11 +14,6 @@ PROMISED = {"free_hz": {"out_of_phase", "in_phase"}, "stuck_hz": {"full_area", "
 SIDE_FIGURES = {"sum_N", "min_N", "max_N", "detached", "equilibrium_N", "balance_error"}
 RESPONSE_FIGURES = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "points", "failed_points", "slipping_pairs",
                     "seconds", "back"}
-
-
-@pytest.fixture(scope="module")
-def plain_report(tmp_path_factory):
-    return written(tmp_path_factory.mktemp("plain"))
 
 
 def test_summary_holds_what_is_promised(plain_report):
