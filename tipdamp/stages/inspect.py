@@ -126,5 +126,5 @@ def warnings(study: Study, store: Store) -> list[str]:
     return [*found.warnings, *expectations(study, found)]
 
 
-STAGE = Stage(inspect, line, warnings, outputs=("inspect.json",), reads=("title", "loads", "contact.mu", *BODY_READS),
-              reads_files=True)
+STAGE = Stage(inspect, line, warnings=warnings, outputs=("inspect.json",), reads_files=True,
+              reads=("title", "loads", "contact.mu", *BODY_READS))

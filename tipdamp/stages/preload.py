@@ -129,14 +129,14 @@ def line(store: Store) -> str:
                      for side, s in PreloadResult.load(store).sides.items())
 
 
-def warnings(_: Study, store: Store) -> list[str]:
+def warnings(_: Study, store: Store) -> tuple[str, ...]:
     """Of constraint reactions."""
-    return list(PreloadResult.load(store).warnings)
+    return PreloadResult.load(store).warnings
 
 
 def _for_stress(study):
     return BODY_READS if study.preload.stress else ()
 
 
-STAGE = Stage(preload, line, warnings, outputs=("preload.csv", "preload.json"), needs=("reduce",),
+STAGE = Stage(preload, line, warnings=warnings, outputs=("preload.csv", "preload.json"), needs=("reduce",),
               reads=("driver", "contact", "sides", "preload", "loads", "model.matrices"), reads_more=_for_stress)

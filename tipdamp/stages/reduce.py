@@ -78,9 +78,9 @@ def line(store: Store) -> str:
             f"{sum(found.reduction.modes.values())} modes; free: " + (modes or f"{found.free_modes_hz[0]:.1f} Hz"))
 
 
-def warnings(_: Study, store: Store) -> list[str]:
+def warnings(_: Study, store: Store) -> tuple[str, ...]:
     """Of the free modes."""
-    return list(ReduceResult.load(store).warnings)
+    return ReduceResult.load(store).warnings
 
 
 def _for_error(study):
@@ -88,5 +88,5 @@ def _for_error(study):
     return ("driver", "sides", "contact") if wants_error(study) else ()
 
 
-STAGE = Stage(reduce, line, warnings, outputs=("model.npz", "pairs.csv", "reduce.json"),
+STAGE = Stage(reduce, line, warnings=warnings, outputs=("model.npz", "pairs.csv", "reduce.json"),
               reads=("free", "loads", *BODY_READS), reads_more=_for_error, reads_files=True)

@@ -2,13 +2,12 @@
 
 from tipdamp.progress import Tick
 from tipdamp.report.write import write_report
-from tipdamp.stages import inspect, preload, reduce, respond, tune
-from tipdamp.stages.stage import Stage
+from tipdamp.stages import STAGES
+from tipdamp.stages.stage import Stage, load_stage
 from tipdamp.store import Store
 from tipdamp.study.view import PARTS, Study
 
-BEFORE = {"inspect": inspect.STAGE, "reduce": reduce.STAGE, "preload": preload.STAGE, "tune": tune.STAGE,
-          "respond": respond.STAGE}
+BEFORE = {name: load_stage(name) for name in STAGES if name != "report"}
 
 
 def report(study: Study, store: Store, tick: Tick) -> list[str]:
@@ -18,7 +17,7 @@ def report(study: Study, store: Store, tick: Tick) -> list[str]:
 
 def said(study: Study, store: Store) -> dict[str, list[str]]:
     """{stage: its warnings} of the stages that the study asks for and that have run."""
-    return {name: stage.warnings(study, store) for name, stage in BEFORE.items()
+    return {name: list(stage.warnings(study, store)) for name, stage in BEFORE.items()
             if all(section in study for section in stage.requires) and store.path(f"{name}.json").is_file()}
 
 
@@ -27,9 +26,4 @@ def line(store: Store) -> str:
     return str(store.path("report.html"))
 
 
-def warnings(_: Study, __: Store) -> list[str]:
-    """None: those of the report stand on its page."""
-    return []
-
-
-STAGE = Stage(report, line, warnings, outputs=("report.html", "summary.json"), reads=PARTS, needs=tuple(BEFORE))
+STAGE = Stage(report, line, outputs=("report.html", "summary.json"), reads=PARTS, needs=tuple(BEFORE))

@@ -148,10 +148,5 @@ def line(store: Store) -> str:
             "incomplete")
 
 
-def warnings(_: Study, store: Store) -> list[str]:
-    """None of its own: the report judges the curves."""
-    return list(RespondResult.load(store).warnings)
-
-
-STAGE = Stage(respond, line, warnings, outputs=("respond.json", "stuck.npz"), needs=("reduce", "tune"),
+STAGE = Stage(respond, line, outputs=("respond.json", "stuck.npz"), needs=("reduce", "tune"),
               requires=("tune", "respond"), reads=("respond", "sides", "preload.friction"))

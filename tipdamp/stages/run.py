@@ -4,7 +4,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 
 import hbm
@@ -14,11 +13,11 @@ import tipdamp
 from hbm.errors import InputError
 from tipdamp import stages
 from tipdamp.progress import progress
-from tipdamp.stages.stage import Stage
+from tipdamp.stages.stage import Stage, load_stage
 from tipdamp.store import Store, fingerprint
 from tipdamp.study.view import Study, View
 
-STAGES: dict[str, Stage] = {name: import_module(f"tipdamp.stages.{name}").STAGE for name in stages.STAGES}
+STAGES: dict[str, Stage] = {name: load_stage(name) for name in stages.STAGES}
 
 
 def run_stage(name: str, study: Study, store: Store, *, force: bool = False, quiet: bool = False) -> str:

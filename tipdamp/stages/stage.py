@@ -1,14 +1,15 @@
 """What a stage declares."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 
 from tipdamp.progress import Tick
 from tipdamp.store import Store
 from tipdamp.study.view import Study
 
 
-def _nothing(_: Study) -> tuple[str, ...]:
+def _nothing(*_: object) -> tuple[str, ...]:
     return ()
 
 
@@ -26,10 +27,15 @@ class Stage:
 
     work: Callable[[Study, Store, Tick], list[str]]
     line: Callable[[Store], str]
-    warnings: Callable[[Study, Store], list[str]]
     outputs: tuple[str, ...]
     reads: tuple[str, ...]
+    warnings: Callable[[Study, Store], Sequence[str]] = _nothing
     reads_more: Callable[[Study], tuple[str, ...]] = _nothing
     reads_files: bool = False
     needs: tuple[str, ...] = ()
     requires: tuple[str, ...] = ()
+
+
+def load_stage(name: str) -> Stage:
+    """The stage in the file of its name."""
+    return import_module(f"tipdamp.stages.{name}").STAGE

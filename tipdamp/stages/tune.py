@@ -214,6 +214,6 @@ def warnings(study: Study, store: Store) -> list[str]:
     return [*found.warnings, *tracking_warnings(study, found)]
 
 
-STAGE = Stage(tune, line, warnings, outputs=("kept.csv", "tune.json"), needs=("reduce", "preload"),
+STAGE = Stage(tune, line, warnings=warnings, outputs=("kept.csv", "tune.json"), needs=("reduce", "preload"),
               requires=("tune", "respond"), reads_files=True,
               reads=("tune", "sides", "driver", "preload", "loads", "contact.normal", *BODY_READS))
