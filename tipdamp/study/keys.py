@@ -10,8 +10,8 @@ def reference() -> str:
     """Markdown, one table per section."""
     lines = ["# Study files", "",
              "Made by `tipdamp keys` from the sections that the program reads study files with. `tipdamp keys "
-             "--json-schema` writes the same as a JSON schema, with which an editor completes and checks a study while it "
-             "is typed.", "",
+             "--json-schema` writes the same as a JSON schema, with which an editor completes and checks a study while "
+             "it is typed.", "",
              "A study is one TOML file. Every key that is not in these tables is refused. Units are stated once, in "
              "`[units]`; all lengths, forces, stresses and densities of the file, mesh coordinates included, are in "
              "them. Frequencies are in Hz.", "", "## [units]", "", "| key | choices (first: default) |", "|---|---|",
