@@ -11,17 +11,7 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from tests.tipdamp.report.files import (
-    FULL,
-    HOSTILE,
-    HOSTILE_NAMES,
-    artefacts,
-    curve,
-    damage,
-    results_of,
-    table,
-    write,
-)
+from tests.tipdamp.report.files import FULL, HOSTILE, HOSTILE_NAMES, artefacts, curve, damage, results_of, table, write
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import figure, matplotlib, plotly
 from tipdamp.report.drawing.table import Table

@@ -8,14 +8,7 @@ from scipy.spatial import cKDTree
 
 from hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Item, Points, Scene, Segments
-from tipdamp.report.figures.surroundings import (
-    NO_SURFACE,
-    box_of,
-    node_numbers,
-    pair_name,
-    surroundings,
-    view_of,
-)
+from tipdamp.report.figures.surroundings import NO_SURFACE, box_of, node_numbers, pair_name, surroundings, view_of
 from tipdamp.report.results import Results
 from tipdamp.report.text import MM, distance, listing
 from tipdamp.surface import Surface

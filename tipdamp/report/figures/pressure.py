@@ -9,14 +9,7 @@ from numpy.typing import ArrayLike
 from hbm.contact import ContactTable
 from tipdamp.pressure import Patch, patches
 from tipdamp.report.drawing.scene import Item, Points, Scale, Scene, Segments, Solid
-from tipdamp.report.figures.surroundings import (
-    NO_SURFACE,
-    box_of,
-    node_numbers,
-    pair_name,
-    surroundings,
-    view_of,
-)
+from tipdamp.report.figures.surroundings import NO_SURFACE, box_of, node_numbers, pair_name, surroundings, view_of
 from tipdamp.report.results import Results
 from tipdamp.report.text import MM, listing, number
 from tipdamp.surface import Surface
