@@ -1,6 +1,6 @@
 """Input of the forced response, checked before anything heavy starts: numbers, arrays, records."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import fields
 from numbers import Integral, Real
 from typing import Any
@@ -106,14 +106,20 @@ def check_settings(settings: Settings | None, progress: Callable | None = None) 
         raise InputError(f"progress = {brief(progress)}: must be a function (value, step, calls), or None")
     settings = DEFAULT if settings is None else settings
     check_kind("settings", settings, Settings, "replace(hbm.continuation.settings.DEFAULT, max_calls=500)")
-    for one in fields(Settings):
+    check_numbers(settings, MAY_BE_ZERO)
+    return settings
+
+
+def check_numbers(settings: Any, may_be_zero: Iterable[str] = (), may_be_infinite: Iterable[str] = ()) -> None:
+    """InputError where a number of a record of settings is not above zero, or not whole where its default is."""
+    for one in (field for field in fields(settings) if isinstance(field.default, Real)):
         value, whole = vars(settings)[one.name], isinstance(one.default, int)
-        least = 0 if one.name in MAY_BE_ZERO else 1 if whole else np.finfo(float).tiny
+        least = 0 if one.name in may_be_zero else 1 if whole else np.finfo(float).tiny
+        below = np.nextafter(np.inf, 0) if one.name not in may_be_infinite else np.inf
         if isinstance(value, bool) or not isinstance(value, Integral if whole else Real) \
-                or not least <= float(value) < np.inf:
+                or not least <= float(value) <= below:
             raise InputError(f"settings: {one.name} = {brief(value)}: must be a {'whole ' if whole else ''}number, "
                              + (f"{least} or more" if whole or not least else "above 0"))
-    return settings
 
 
 def brief(value: Any) -> str:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm.balance.receptance import Receptance
-from hbm.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -56,8 +55,6 @@ def split(receptance: Receptance, B, stiffness, limit: float, foreign_share: flo
     foreign_share : of the contact stiffness, that other springs must add. A light body that hangs on contact springs
     alone would have no stiffness once they open: its modes keep their mass.
     """
-    if not limit > 0:
-        raise InputError(f"massless_above = {limit:g} rad/s: must be positive")
     fastest = np.abs(poles(receptance).s).max(initial=0.0)
     while limit < fastest:
         found = poles(receptance, limit)

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 
+from hbm.validation import check_numbers
+
 
 @dataclass(frozen=True)
 class IntegrationSettings:
-    """Numbers of time integration, shooting and comparison. Change some with `replace` or by name.
+    """Numbers of time integration, shooting and comparison; `IntegrationSettings(samples=256)` changes one.
 
     Event-driven integrator
     tolerance : error of the contact force within a step, relative to the largest; 1e-7 holds the harmonics to 1e-8.
@@ -41,6 +43,7 @@ class IntegrationSettings:
     small : relative difference above which more harmonics are advised
     same : relative distance of two solutions of the balance that count as one
     unsolved : relative difference of another orbit where the balance has no solution to tell them by
+    Raises InputError where a number is not positive (tolerance, foreign_share, max_columns and patience may be zero).
     """
 
     tolerance: float = 1e-7
@@ -71,3 +74,6 @@ class IntegrationSettings:
     small: float = 1e-3
     same: float = 1e-6
     unsolved: float = 3e-2
+
+    def __post_init__(self) -> None:
+        check_numbers(self, ("tolerance", "foreign_share", "max_columns", "patience"), ("massless_above",))

@@ -212,8 +212,14 @@ def test_modes_that_only_contacts_hold_keep_their_mass():
     q, point, balance = solve(oscillator(kn=1e8, kt=1e8), FORCE, 2 * np.pi * 60, 1, start="zero_force")
     integrator = ExactIntegrator(balance, point.parameter, IntegrationSettings(massless_above=20))
     assert np.abs(integrator.stuck.system.s).max() > 20 * point.parameter
-    with pytest.raises(InputError, match="massless_above = -1"):
-        ExactIntegrator(balance, point.parameter, IntegrationSettings(massless_above=-1 / point.parameter))
+
+
+@pytest.mark.parametrize("name,value,allowed", [
+    ("massless_above", -1, "number, above 0"), ("samples", 10.5, "whole number, 1 or more"),
+    ("tolerance", np.inf, "number, 0 or more"), ("max_columns", True, "whole number, 0 or more")])
+def test_settings_are_numbers(name, value, allowed):
+    with pytest.raises(InputError, match=f"settings: {name} = {value}: must be a {allowed}"):
+        IntegrationSettings(**{name: value})
 
 
 def test_compilation_of_the_integration_is_announced(monkeypatch):
