@@ -15,7 +15,7 @@ import time
 from tests.benchmarks.record import ROOT
 
 RUNS = ("speed", "rig", "robustness", "robustness_integration", "calculix", "calculix_modes", "cost_floor",
-        "growth", "demo")
+        "growth")
 
 
 def main():

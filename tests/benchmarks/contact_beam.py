@@ -13,6 +13,7 @@ import scipy.linalg as sl
 
 from hbm.laws import Contacts, DryFriction2T, Jenkins1D
 from hbm.problem import ContactProblem
+from tests import beam_elements
 from tests.hbm.cases import REFERENCE
 
 E, RHO, LENGTH, FIRST, PUSHED = 2.1e11, 7850.0, 0.10, 0.03, 0.05
@@ -45,15 +46,7 @@ def mesh(n):
 
 def bending(x, EI):
     """(K, M) of the clamped beam, dofs (w, slope) of every node but the first."""
-    K, M = np.zeros((2, 2 * len(x), 2 * len(x)))
-    for e, h in enumerate(np.diff(x)):
-        at = slice(2 * e, 2 * e + 4)
-        K[at, at] += EI / h**3 * np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-                                           [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]])
-        M[at, at] += RHO * AREA * h / 420 * np.array(
-            [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2], [54, 13 * h, 156, -22 * h],
-             [-13 * h, -3 * h**2, -22 * h, 4 * h**2]])
-    return K[2:, 2:], M[2:, 2:]
+    return tuple(A[2:, 2:] for A in beam_elements.bending(x, EI, RHO * AREA))
 
 
 def rod(x):

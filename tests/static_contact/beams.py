@@ -8,6 +8,7 @@ import numpy as np
 
 from hbm.model import ReducedModel
 from static_contact.preload import preload
+from tests.beam_elements import bending
 from tests.contact_tables import contact_table
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
@@ -16,11 +17,7 @@ REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
 def beam(x, EI):
     """Free-free beam as a model of its deflections only: Hermite elements, rotations condensed exactly."""
     n = len(x)
-    K = np.zeros((2 * n, 2 * n))
-    for i, h in enumerate(np.diff(x)):
-        k = EI / h**3 * np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h],
-                                  [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]])
-        K[2 * i:2 * i + 4, 2 * i:2 * i + 4] += k
+    K, _ = bending(x, EI)
     w, r = np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2)
     S = K[np.ix_(w, w)] - K[np.ix_(w, r)] @ np.linalg.solve(K[np.ix_(r, r)], K[np.ix_(r, w)])
     position = np.column_stack([x, np.zeros(n), np.zeros(n)])
