@@ -11,8 +11,6 @@ from hbm.result import KINDS, ForcedResponse, amplitude, local_maxima
 from hbm.solutions import restored
 from hbm.tracing import Outputs
 
-NOISE = 1e-9             # of the motion of the whole model: an output below that is rounding
-
 
 def refine_largest(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> np.ndarray:
     """Insert solved points at the largest local maximum of half peak to peak of every output, and say which they are.
@@ -74,11 +72,11 @@ def _refinement(equation, branch, table, quantity, settings):
 def _noise(branch, rows):
     """(m,) amplitudes of the outputs, rows (m, r), that are rounding beside the motion of the whole model."""
     point = max((p for p in branch.points if p.converged), key=lambda p: np.linalg.norm(p.detail.modal[:, 1:]))
-    return NOISE * np.linalg.norm(rows, axis=1) * np.linalg.norm(point.detail.displacement()[:, 1:])
+    return DEFAULT.peak_noise * np.linalg.norm(rows, axis=1) * np.linalg.norm(point.detail.displacement()[:, 1:])
 
 
 def _noise_of(curve, equation, points, rows):
     """The same for a curve: at the point whose contacts move most."""
     i = int(np.nanargmax(np.linalg.norm(curve.unknowns, axis=1)))
     detail = equation.evaluate(points[i].x, points[i].parameter)
-    return NOISE * np.linalg.norm(rows, axis=1)[0] * np.linalg.norm(detail.displacement()[:, 1:])
+    return DEFAULT.peak_noise * np.linalg.norm(rows, axis=1)[0] * np.linalg.norm(detail.displacement()[:, 1:])

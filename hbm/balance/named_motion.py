@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-RIGID = 0.05     # share of a motion that is left beside the rigid one of its body
+from hbm.balance.settings import DEFAULT
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     vector = vector / (np.linalg.norm(vector) * np.sign(vector[np.abs(vector).argmax()]) or 1.0)
     verb = "rotates about" if turns else "slides along"
     words = ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in vector)
-    return NamedMotion(f"body '{body}' {verb} ({words})", body, bool(left < RIGID), turns)
+    return NamedMotion(f"body '{body}' {verb} ({words})", body, bool(left < DEFAULT.rigid), turns)
 
 
 def mostly(motion: np.ndarray) -> str:

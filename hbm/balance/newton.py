@@ -13,10 +13,10 @@ from scipy.linalg.lapack import dgetrs as getrs
 
 from hbm import fourier
 from hbm.balance.memory import check_active_fit
+from hbm.balance.settings import DEFAULT
 from hbm.laws.records import ContactForces
 
 EPS = np.finfo(float).eps
-ITERATIONS = 100         # at most, of the power iteration
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ class Linearisation:
 def _longest(apply, n):
     """(factor, unit vector) of the direction that a symmetric positive matrix lengthens most, by power iteration."""
     v, size = np.random.default_rng(0).normal(size=n), 0.0
-    for _ in range(ITERATIONS):
+    for _ in range(DEFAULT.power_iterations):
         v = v / np.linalg.norm(v)
         v = apply(v)
         before, size = size, np.linalg.norm(v)

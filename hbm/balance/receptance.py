@@ -16,14 +16,11 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike
 
 from hbm.balance.named_motion import describe_motion, mostly
+from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import BUCKLED, ReducedModel
 from hbm.validation import brief, check_forcing, check_outputs
-
-NOISE = 50.0     # times the rounding of the stiffness: what a restrained motion must store
-LOOSE = 1e-13    # share of the stiffness, for each dof, that a rigid motion must store: reduction rounds too
-STATIC = 1e18    # pole of a motion without mass and damping, in units of the slowest frequency: it follows statically
 
 
 @dataclass(frozen=True)
@@ -118,8 +115,8 @@ def _check_restrained(K, describe, when="even when every contact sticks",
     scaled = scale[:, None] * K * scale
     values, vectors = la.eigh(scaled, subset_by_index=[0, 0])
     softest = np.abs(vectors[:, 0])
-    noise = NOISE * np.finfo(float).eps * (softest @ np.abs(scaled) @ softest)
-    if values[0] >= max(noise, LOOSE * K.shape[0]):
+    noise = DEFAULT.noise * np.finfo(float).eps * (softest @ np.abs(scaled) @ softest)
+    if values[0] >= max(noise, DEFAULT.loose * K.shape[0]):
         return
     motion = scale * vectors[:, 0]
     named = describe(motion) if describe else None
@@ -137,7 +134,7 @@ def check_rest(K: np.ndarray, static: np.ndarray | None, describe: Callable | No
     """
     if static is not None and static.any():
         scale = _units(K)
-        vectors = la.eigh(scale[:, None] * K * scale, subset_by_value=(-np.inf, LOOSE * len(K)))[1]
+        vectors = la.eigh(scale[:, None] * K * scale, subset_by_value=(-np.inf, DEFAULT.loose * len(K)))[1]
         if np.linalg.norm(vectors.T @ (scale * static)) > 1e-9 * np.linalg.norm(scale * static):
             return
     _check_restrained(K, describe, "at rest, where every contact is open", "close contacts by a preload or by a static "
@@ -170,7 +167,7 @@ def _pencil(shapes, period2, C):
     if not error < 1e-8:
         raise InputError(f"the damping matrix has no full set of modes (defect {error:.1e}): "
                          "change it a little, or give damping_ratio instead")
-    static = np.full(still.shape[1], -STATIC / np.sqrt(period2.max()))
+    static = np.full(still.shape[1], -DEFAULT.static_pole / np.sqrt(period2.max()))
     return Receptance(np.hstack([shapes @ Z, still * np.sqrt(np.abs(static))]), poles=np.r_[poles, static])
 
 

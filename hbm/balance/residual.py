@@ -16,12 +16,10 @@ from hbm.balance import aft
 from hbm.balance.memory import check_harmonics_fit
 from hbm.balance.newton import Linearisation, real_times
 from hbm.balance.series import ContactReceptance
+from hbm.balance.settings import DEFAULT
 from hbm.laws.records import ContactForces, Contacts
 from hbm.problem import ContactProblem
 from hbm.validation import check_samples
-
-REGULARISATION = 1e-10   # share of the stuck stiffness that Newton's matrix adds to the mean position where active
-ORDER_ZERO_WEIGHT = 0.01     # the mean position is nearly indeterminate in slip: it counts little in the arc length
 
 
 class Terms(NamedTuple):
@@ -78,7 +76,7 @@ class HarmonicBalance:
         self.force = np.zeros((modes.shape[1], H + 1), dtype=complex)
         for k, F in forces.items():
             self.force[:, k] = modes.T @ F
-        self.weights = np.tile(np.r_[ORDER_ZERO_WEIGHT, np.ones(self.nh - 1)], self.n_components)
+        self.weights = np.tile(np.r_[DEFAULT.order_zero_weight, np.ones(self.nh - 1)], self.n_components)
         self.on_call: Callable[[], None] | None = None              # called at each evaluation
 
     def rebuilt(self, problem: ContactProblem, forces: dict) -> "HarmonicBalance":
@@ -155,4 +153,5 @@ class HarmonicBalance:
 
     def regularisation(self, forces: ContactForces) -> np.ndarray:
         """(P nd,) N/m that Newton's matrix adds to the mean positions: a small share of the active stuck springs."""
-        return REGULARISATION * (self.problem.law.stuck_stiffness(self.problem.contacts) * forces.active).ravel()
+        stiffness = self.problem.law.stuck_stiffness(self.problem.contacts)
+        return DEFAULT.regularisation * (stiffness * forces.active).ravel()

@@ -3,10 +3,7 @@
 import numpy as np
 
 from hbm.balance.receptance import Receptance
-
-REACH = 4.0      # modes above this many times the highest harmonic enter by the series ...
-TERMS = 18       # ... with so many terms: 4^-18 is below 1e-10
-FEW = 60         # modes up to which a series does not pay
+from hbm.balance.settings import DEFAULT
 
 
 class ContactReceptance:
@@ -45,22 +42,23 @@ class ContactReceptance:
         1/(i k w - s) = -sum (i k w)^n / s^(n + 1) for poles, which come in conjugate pairs.
         """
         r = self.receptance
-        if r.shapes.shape[1] < FEW:
+        if r.shapes.shape[1] < DEFAULT.few_modes:
             return slice(None), None
         top = w * max(self.H, 1)
         if not self._kept or not 0.5 * self._kept[0] <= top <= self._kept[0]:
             reach = 1.1 * top
+            above = reach * DEFAULT.series_reach
             if r.poles.size:
-                self._kept = reach, *self._of_poles(np.abs(r.poles) > reach * REACH)
+                self._kept = reach, *self._of_poles(np.abs(r.poles) > above)
             else:
-                self._kept = reach, *self._of_modes((np.sqrt(r.mass) * reach * REACH < 1) & (r.ratio < 0.3))
+                self._kept = reach, *self._of_modes((np.sqrt(r.mass) * above < 1) & (r.ratio < 0.3))
         return self._kept[1:]
 
     def _of_modes(self, high):
         P, zeta, s = self.shapes[:, high], self.receptance.ratio[high], np.sqrt(self.receptance.mass[high])
-        powers = np.empty((TERMS, len(P), len(P)))
+        powers = np.empty((DEFAULT.series_terms, len(P), len(P)))
         before, now = np.zeros_like(zeta), np.ones_like(zeta)
-        for n in range(TERMS):
+        for n in range(DEFAULT.series_terms):
             powers[n] = (P * (now * s**n)) @ P.T
             before, now = now, -2 * zeta * now - before
         return np.flatnonzero(~high), powers
@@ -68,7 +66,7 @@ class ContactReceptance:
     def _of_poles(self, high):
         fast, P = 1 / self.receptance.poles[high], self.shapes[:, high]
         powers, weight = [], -fast
-        for _ in range(TERMS):
+        for _ in range(DEFAULT.series_terms):
             powers.append(((P * weight) @ P.T).real)
             weight = weight * fast
         return np.flatnonzero(~high), np.array(powers)

@@ -4,9 +4,6 @@ from collections.abc import Callable
 
 from hbm.continuation.settings import Settings
 
-LARGE = 400              # unknowns from which on the calls of the settings hold as they are
-TICK = 20                # residual calls without a new point after which progress is reported
-
 
 class BudgetExceeded(Exception):
     """A branch has cost more residual calls than its settings allow."""
@@ -20,7 +17,7 @@ class Budget:
 
     def __init__(self, settings: Settings, progress: Callable | None, first: float, unknowns: int):
         # a call costs about the cube of the unknowns: small problems may make more
-        self.most = settings.max_calls * max(1.0, LARGE / unknowns) ** 2
+        self.most = settings.max_calls * max(1.0, settings.large / unknowns) ** 2
         self.settings, self.progress, self.value = settings, progress, first
         self.calls, self.points, self.since = 0, 0, 0
 
@@ -33,7 +30,7 @@ class Budget:
     def call(self) -> None:
         """The residual is evaluated once more; raises BudgetExceeded above the limit, then and from then on."""
         self.calls, self.since = self.calls + 1, self.since + 1
-        if self.progress and self.since % TICK == 0:
+        if self.progress and self.since % self.settings.progress_interval == 0:
             self.progress(self.value, 0.0, self.since)
         if self.calls > self.most + self.settings.calls_per_point * self.points:
             raise BudgetExceeded

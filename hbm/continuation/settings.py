@@ -23,6 +23,8 @@ class Settings:
     max_calls: int = 2000         # of the residual from 400 unknowns on, (400/n)^2 times as many below; and for each
                                   # point as many more as the next line says
     calls_per_point: int = 12
+    large: int = 400              # unknowns from which on the calls hold as they are
+    progress_interval: int = 20   # residual calls without a new point after which progress is reported
     max_gaps: int = 3             # places without a solution before the branch counts as lost
     max_restarts: int = 12
     runaway: float = 1e8          # unknowns this many times those of the start: no bounded solution exists further on
@@ -41,6 +43,7 @@ class Settings:
     max_fold_bisections: int = 8  # of the points around the tip of a fold
     max_peak_points: int = 12     # solved around one local maximum
     peak_tolerance: float = 1e-10    # of the amplitude: by how much a point may still lie below the maximum
+    peak_noise: float = 1e-9      # of the motion of the whole model: an output below it is rounding
     peak_trust: float = 1e-8      # error of a predicted maximum below which the next prediction is believed
 
 

@@ -9,6 +9,7 @@ from hbm import fourier
 from hbm.balance import aft, residual
 from hbm.balance.receptance import stuck_receptance
 from hbm.balance.residual import HarmonicBalance
+from hbm.balance.settings import BalanceSettings
 from hbm.continuation.corrector import solve_fixed
 from hbm.laws import DryFriction2T, IsotropicFriction, MixedLaw, UnilateralSpring
 from hbm.parameter import ContactSetting, Frequency, Level
@@ -95,7 +96,7 @@ def test_stuck_contacts_left_out_of_newton(law, monkeypatch):
                 if everywhere:
                     iterate_on_all(changed)
                 with changed.context() as exact:
-                    exact.setattr(residual, "REGULARISATION", 0.0)     # in the matrix, not in the equations
+                    exact.setattr(residual, "DEFAULT", BalanceSettings(regularisation=0.0))    # of the matrix alone
                     e = balance.evaluate(guess, w)
                     step = *e.solve(row, corner, 0.3), e.direction(row, corner)[2]
                 point = solve_fixed(balance.evaluate, guess, w, balance.weights)

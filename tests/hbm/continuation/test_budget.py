@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from hbm.continuation.budget import TICK, Budget, BudgetExceeded
+from hbm.continuation.budget import Budget, BudgetExceeded
 from hbm.continuation.settings import DEFAULT
+
+TICK = DEFAULT.progress_interval
 
 
 def test_progress_between_points_and_the_limit():

@@ -1,0 +1,23 @@
+"""Tolerances of the harmonic balance and its linear side, each with its reason."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class BalanceSettings:
+    """Numbers that the answer does not depend on, but for the inputs that they refuse."""
+
+    regularisation: float = 1e-10    # share of the stuck stiffness that Newton's matrix adds to active mean positions
+    order_zero_weight: float = 0.01  # in the arc length: the mean position is nearly indeterminate in slip
+    series_reach: float = 4.0        # modes above this many times the highest harmonic enter by a power series ...
+    series_terms: int = 18           # ... with so many terms: 4^-18 is below 1e-10
+    few_modes: int = 60              # up to which a series does not pay
+    power_iterations: int = 100      # at most, for the softest motion of the Jacobian
+    noise: float = 50.0              # times the rounding of the stiffness: what a restrained motion must store
+    loose: float = 1e-13             # share of the stiffness, for each dof, that a rigid motion must store: reduction
+                                     # rounds too
+    static_pole: float = 1e18        # of a motion without mass and damping, in units of the slowest frequency
+    rigid: float = 0.05              # share of a motion that is left beside the rigid one of its body
+
+
+DEFAULT = BalanceSettings()
