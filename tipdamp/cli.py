@@ -140,7 +140,7 @@ def _run(arguments, name, study, store):
 
     how = run.run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet)
     record = store.record(name)
-    when = "up to date" if how == "skipped" or record is None else f"{record['seconds']:.1f} s"
+    when = "up to date" if how == "skipped" or record is None else f"{record.seconds:.1f} s"
     print(f"{name:8s} {when:>10s}  {run.STAGES[name].line(store)}", flush=True)
     for warning in run.STAGES[name].warnings(study, store):
         print(f"warning: {shown(warning, 400)}", flush=True)

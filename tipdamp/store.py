@@ -10,11 +10,24 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hbm.errors import InputError, shown
+
+
+class Finished(NamedTuple):
+    """Record of a finished stage: key of what it was made from, outputs {file: fingerprint}, seconds."""
+
+    key: str
+    outputs: dict[str, str]
+    seconds: float
+
+    @property
+    def check(self) -> str:
+        """Fingerprint of the record, by which damage to it is noticed."""
+        return fingerprint(self.key, self.outputs, float(self.seconds))
 
 
 @dataclass(frozen=True)
@@ -83,8 +96,8 @@ class Store:
         except (ValueError, RecursionError) as error:
             raise InputError(f"{self.path(name)} is damaged: {error}; write it anew with --force") from None
 
-    def record(self, stage: str) -> dict | None:
-        """What the stage left when it last finished: {key, outputs, seconds}.
+    def record(self, stage: str) -> Finished | None:
+        """What the stage left when it last finished.
 
         None when it has not, or when the record is damaged or names files outside the folder; the user is told.
         """
@@ -92,26 +105,31 @@ class Store:
         if not path.is_file():
             return None
         try:
-            record = json.loads(path.read_bytes())
-            if record["check"] != _check(record) or not isinstance(record["outputs"], dict):
+            content = json.loads(path.read_bytes())
+            check, record = content.pop("check"), Finished(**content)
+            if check != record.check or not isinstance(record.outputs, dict):
                 raise InputError("its contents do not belong together")
-            for name in record["outputs"]:
+            for name in record.outputs:
                 self.path(name).is_file()
             return record
-        except (ValueError, TypeError, LookupError, RuntimeError, OSError) as error:
+        except (ValueError, TypeError, AttributeError, LookupError, RuntimeError, OSError) as error:
             _tell_damaged(path, shown(error, 100))
             return None
+
+    def outputs(self, stage: str) -> dict[str, str]:
+        """{file: fingerprint} that the stage left; {} when it has not finished."""
+        record = self.record(stage)
+        return record.outputs if record else {}
 
     def is_current(self, stage: str, key: str) -> bool:
         """Finished with this key, and its files are still there."""
         record = self.record(stage)
-        return (record is not None and record["key"] == key
-                and all(self.path(o).is_file() for o in record["outputs"]))
+        return record is not None and record.key == key and all(self.path(o).is_file() for o in record.outputs)
 
     def edited(self, stage: str) -> list[str]:
         """Files of a stage that somebody has changed since it wrote them."""
-        outputs = (self.record(stage) or {"outputs": {}})["outputs"]
-        return [o for o, mark in outputs.items() if self.path(o).is_file() and fingerprint(self.path(o)) != mark]
+        return [o for o, mark in self.outputs(stage).items() if self.path(o).is_file()
+                and fingerprint(self.path(o)) != mark]
 
     @contextmanager
     def running(self, stage: str) -> Iterator[dict]:
@@ -120,7 +138,7 @@ class Store:
         Yields the outputs that it had. When it fails before any of them was touched, the record comes back.
         """
         record, aside = self.path(f".stages/{stage}.json"), self.path(f".stages/{stage}.running")
-        outputs = (self.record(stage) or {"outputs": {}})["outputs"]
+        outputs = self.outputs(stage)
         if record.is_file():
             os.replace(record, aside)
         try:
@@ -141,13 +159,8 @@ class Store:
             if stale not in outputs and self.path(stale).is_file() and fingerprint(self.path(stale)) == mark:
                 self.path(stale).unlink()
         marks = {o: fingerprint(self.path(o)) for o in outputs}
-        record = {"key": key, "outputs": marks, "seconds": round(seconds, 3)}
-        self.write_json(f".stages/{stage}.json", {**record, "check": _check(record)})
-
-
-def _check(record: dict) -> str:
-    """Fingerprint of a record of a stage, by which damage to it is noticed."""
-    return fingerprint(record["key"], record["outputs"], float(record["seconds"]))
+        record = Finished(key, marks, round(seconds, 3))
+        self.write_json(f".stages/{stage}.json", {**record._asdict(), "check": record.check})
 
 
 @cache

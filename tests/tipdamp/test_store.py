@@ -107,7 +107,7 @@ def test_flipped_bytes_of_records(matrices_study, tmp_path, capsys):
     path.write_bytes(damaged)
     capsys.readouterr()
     assert main(["inspect", str(matrices_study), "--quiet"]) == 0
-    assert "up to date" not in capsys.readouterr().out and store.record("inspect")["key"] == record["key"]
+    assert "up to date" not in capsys.readouterr().out and store.record("inspect").key == record.key
 
 
 @pytest.mark.parametrize("planted", ["open to all", "a link", "none", "unusable home"])

@@ -144,7 +144,7 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
         cases=tuple(sorted(cases, key=lambda c: (c.H, c.Fe))),
         stuck=_stuck(study, store) if respond else None,
         said=said,
-        seconds={stage: record["seconds"] for stage, record in records.items() if record},
+        seconds={stage: record.seconds for stage, record in records.items() if record},
         model=ReducedModel.load(model) if model.is_file() else None,
         surfaces=surface.load(skins) if skins.is_file() else {},
         shapes=tuple(Shapes.load(store.path(name)) for result, name in ((tune, "stuck_modes.npz"),

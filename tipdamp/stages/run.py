@@ -50,7 +50,7 @@ def stage_key(name: str, study: Study, store: Store) -> str:
     outputs of the stages that it needs."""
     stage = STAGES[name]
     files = [f for f in study.input_files() if stage.reads_files and f.is_file()]
-    before = {need: (store.record(need) or {}).get("outputs") for need in stage.needs if applies(need, study)}
+    before = {need: store.outputs(need) for need in stage.needs if applies(need, study)}
     return fingerprint(name, program_mark(name in ("inspect", "report")), _view(name, study).values(), *files, before)
 
 
