@@ -42,7 +42,7 @@ def _nothing(_: Results) -> Iterator[str]:
 def _not_read(results):
     for name, body in results.inspect.bodies.items():
         if body.not_read:
-            yield f"Parts of the mesh of the {name} were not read: {', '.join(body.not_read)}."
+            yield f"Not taken over from the mesh of the {name}: {', '.join(body.not_read)}."
 
 
 def _free(results):

@@ -37,7 +37,7 @@ def open_pair(files):
 
 
 @pytest.mark.parametrize("change, words", [
-    (damage("inspect", "bodies", "damper", "not_read", value=["tetra"]), "were not read: tetra"),
+    (damage("inspect", "bodies", "damper", "not_read", value=["tetra"]), "from the mesh of the damper: tetra"),
     (damage("reduce", "free_hz", "out_of_phase", value=1640.0), "+3.1 % from the reference 1590 Hz"),
     (damage("preload", "residual", value=1e-3), "residual of 1.0e-03"),
     (damage("preload", "sides", "left", "sum_N", value=70.01), "side 'left' is 70.01 N, not the 70.00 N"),
