@@ -220,7 +220,7 @@ def as_parameter(parameter: Parameter | str) -> Parameter:
     """A Parameter itself, or the one of a name: level, damping, preload, mu, kn, kt; InputError for anything else."""
     if isinstance(parameter, Parameter):
         return parameter
-    if parameter not in BY_NAME:
+    if not isinstance(parameter, str) or parameter not in BY_NAME:
         raise InputError(f"parameter = '{parameter}': is unknown; {nearest(str(parameter), BY_NAME)}")
     return BY_NAME[parameter]
 

@@ -151,7 +151,7 @@ class ForcedResponse:
         n, P, kept = len(self.frequency), len(self.carrying), int(self.carrying.sum())
         nd = self.unknowns.shape[1] // max(kept * fourier.n_real(self.H), 1)
         motion = np.zeros((n, P, nd, self.H + 1), dtype=complex)
-        motion[:, self.carrying] = fourier.to_complex(self.unknowns.reshape(n, kept, nd, -1))
+        motion[:, self.carrying] = fourier.to_complex(self.unknowns.reshape(n, kept, nd, fourier.n_real(self.H)))
         return motion
 
     @property

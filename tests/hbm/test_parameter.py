@@ -154,7 +154,9 @@ def test_a_parameter_that_does_not_fit(parameter, message):
 
 
 @pytest.mark.parametrize("changes,message", [
-    (dict(parameter="levels"), "parameter = 'levels': .*level"), (dict(between=(1.0, 1.0)), "between = .*different"),
+    (dict(parameter="levels"), "parameter = 'levels': .*level"),
+    (dict(parameter=["mu"]), r"parameter = '\['mu'\]'.*valid: level"),
+    (dict(between=(1.0, 1.0)), "between = .*different"),
     (dict(between=(0.0, 1.0)), "between = .*positive"), (dict(between=3), "between = 3"),
     (dict(hz=-1.0), "hz = -1"), (dict(hz=(1, 2)), r"hz = \(1, 2\)"),
     (dict(at=[7.0]), r"at = 7: lies outside between = \(0.5, 2\)")])

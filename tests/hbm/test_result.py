@@ -52,6 +52,15 @@ def test_differences_are_told(curve):
         and curve != "curve"
 
 
+def test_curve_without_unknowns(curve):
+    """A measured curve has amplitudes and peaks, but nothing can be solved on it."""
+    fields = ("unknowns", "carrying", "forces", "contact_force")
+    measured = replace(curve, **{name: getattr(curve, name)[:0] for name in fields})
+    assert measured.contact_motion.size == 0 and measured.peak("x")[1] > 0
+    with pytest.raises(InputError, match="holds no unknowns: it was measured"):
+        solutions_at(measured, PROBLEM, 0.15)
+
+
 def test_one_solution_in_one_call(curve):
     """At one frequency, from the stuck response and from a given start; what does not fit is refused."""
     hz = curve.frequency[curve.dissipated[:, 0].argmax()]
