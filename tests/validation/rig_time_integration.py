@@ -13,7 +13,7 @@ BAND = (2300, 3300)
 AROUND = (0.0, -50.0, -35.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 35.0, 50.0)      # Hz from the peak at H = 5
 
 
-def rows(levels=(12, 20, 40), harmonics=(5, 9, 1), around=AROUND):
+def rows(levels=(12, 20), harmonics=(5, 9), around=AROUND):
     problem, force, outputs = rig()
     name = next(iter(outputs))
     outputs = {name: outputs[name]}
