@@ -7,17 +7,27 @@ velocity to the force obeys L psi' = -kt |du| sin psi with L = mu N, so that
     tan(psi1/2) = tan(psi0/2) exp(-kt |du| / L_m),      L_m the logarithmic mean of L,
 
 and slip goes on to the end of the sample. Hence second order in the samples [radial return is first order].
-`isotropic.plain_slide` is the same path once more, as it is written on paper; the kernels are tested against it.
+`law.slide` is the formula, as it is written on paper; the kernels are held to it.
 Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
 """
+
+from collections import namedtuple
 
 import numpy as np
 from numba import njit
 
-STICK, SLIP, OPEN = 0, 1, 2
-MOST_PERIODS = 60
+from hbm.laws.records import ContactState
+
+STICK, SLIP, OPEN = int(ContactState.STICK), int(ContactState.FORWARD), int(ContactState.OPEN)
+MAX_PERIODS = 60
 REPEATS = 1e-13          # of the largest motion: the slider has come back to where it was
 REGULAR = 1e-7           # of det(I - A): below, what a period does to the slider is not inverted
+
+Steps = namedtuple("Steps", "M C0 C1 w state A")
+Steps.__doc__ = """Samples of a cycle: dw = M dw(before) + C0 du(before) + C1 du at each, slider w (n, 2), its state (n,).
+
+A (2, 2) is dw(end)/dw(begin) of the period.
+"""
 
 
 @njit(cache=True)
@@ -46,44 +56,55 @@ def leaves_rest(T1, T2, d1, d2, L0, L1):
 
 
 @njit(cache=True)
+def scale_to_limit(T1, T2, L1, J):
+    """Force at the end of a path of no length under another limit, and its derivatives."""
+    e = np.sqrt(T1 * T1 + T2 * T2)
+    n1, n2 = T1 / e, T2 / e
+    J[0, 0], J[0, 1], J[1, 0], J[1, 1] = L1 / e * n2 * n2, -L1 / e * n1 * n2, -L1 / e * n1 * n2, L1 / e * n1 * n1
+    J[:, 2:4] = J[:, :2]
+    J[0, 5], J[1, 5] = n1, n2
+    return L1 * n1, L1 * n2
+
+
+@njit(cache=True)
+def along_motion(d1, d2, L1, sign, J):
+    """Force along the motion d, or straight against it, and its derivatives."""
+    size = np.sqrt(d1 * d1 + d2 * d2)
+    m1, m2 = d1 / size, d2 / size
+    for k in range(2, 6):
+        dd1, dd2, dL1 = 1.0 * (k == 2), 1.0 * (k == 3), 1.0 * (k == 5)
+        along = m1 * dd1 + m2 * dd2
+        dm1, dm2 = (dd1 - m1 * along) / size, (dd2 - m2 * along) / size
+        J[0, k], J[1, k] = dL1 * sign * m1 + sign * L1 * dm1, dL1 * sign * m2 + sign * L1 * dm2
+    return L1 * sign * m1, L1 * sign * m2
+
+
+@njit(cache=True)
 def slide(T1, T2, d1, d2, L0, L1, J):
     """Force at the end of a path d that slips, and its derivatives J (2, 6) by T1, T2, d1, d2, L0, L1."""
     size = np.sqrt(d1 * d1 + d2 * d2)
     J[:] = 0.0
     if size == 0:                                # only the limit moved
-        e = np.sqrt(T1 * T1 + T2 * T2)
-        n1, n2 = T1 / e, T2 / e
-        J[0, 0], J[0, 1], J[1, 0], J[1, 1] = L1 / e * n2 * n2, -L1 / e * n1 * n2, -L1 / e * n1 * n2, L1 / e * n1 * n1
-        J[:, 2:4] = J[:, :2]
-        J[0, 5], J[1, 5] = n1, n2
-        return L1 * n1, L1 * n2
+        return scale_to_limit(T1, T2, L1, J)
     s, slope = leaves_rest(T1, T2, d1, d2, L0, L1)
     m1, m2, L = d1 / size, d2 / size, L0 + s * (L1 - L0)
-    sign = 1.0
-    x = decay = below = 0.0
-    straight = L <= 0 or L1 <= 0
-    if not straight:
-        mean, by_L, by_L1 = log_mean(L, L1)
-        n1, n2 = (T1 + s * d1) / L, (T2 + s * d2) / L
-        z = (1 - s) * size
-        decay = np.exp(-z / mean)
-        x = n1 * m1 + n2 * m2
-        below = 1 + x + decay * decay * (1 - x)
-        straight = below <= 0
-        sign = -1.0 if straight else 1.0
-    if straight:
-        r1, r2 = sign * m1, sign * m2
-    else:
-        a = 1 + x - decay * decay * (1 - x) - 2 * decay * x
-        r1, r2 = (2 * decay * n1 + a * m1) / below, (2 * decay * n2 + a * m2) / below
+    if L <= 0 or L1 <= 0:
+        return along_motion(d1, d2, L1, 1.0, J)
+    mean, by_L, by_L1 = log_mean(L, L1)
+    n1, n2 = (T1 + s * d1) / L, (T2 + s * d2) / L
+    z = (1 - s) * size
+    decay = np.exp(-z / mean)
+    x = n1 * m1 + n2 * m2
+    below = 1 + x + decay * decay * (1 - x)
+    if below <= 0:
+        return along_motion(d1, d2, L1, -1.0, J)
+    a = 1 + x - decay * decay * (1 - x) - 2 * decay * x
+    r1, r2 = (2 * decay * n1 + a * m1) / below, (2 * decay * n2 + a * m2) / below
     for k in range(6):
         dT1, dT2, dd1, dd2 = 1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2), 1.0 * (k == 3)
         dL0, dL1 = 1.0 * (k == 4), 1.0 * (k == 5)
         along = m1 * dd1 + m2 * dd2
         dm1, dm2 = (dd1 - m1 * along) / size, (dd2 - m2 * along) / size
-        if straight:
-            J[0, k], J[1, k] = dL1 * r1 + sign * L1 * dm1, dL1 * r2 + sign * L1 * dm2
-            continue
         ds = 0.0
         if slope > 0:
             change = n1 * (dT1 + s * dd1) + n2 * (dT2 + s * dd2) - (1 - s) * dL0 - s * dL1
@@ -100,8 +121,12 @@ def slide(T1, T2, d1, d2, L0, L1, J):
 
 
 @njit(cache=True)
-def step(u0, u1, w1, w2, kt, kn, mu, preload, J, M, C0, C1):
-    """Slider after the motion has gone from u0 to u1, and the state; its derivative is M dw + C0 du0 + C1 du1."""
+def step(u0, u1, w, contact, by, J):
+    """Slider after the motion has gone from u0 to u1, and the state.
+
+    contact : kt, kn, mu, preload; by : M, C0, C1, filled with its derivative M dw + C0 du0 + C1 du1; J : work space
+    """
+    (kt, kn, mu, preload), (M, C0, C1), (w1, w2) = contact, by, w
     M[:], C0[:], C1[:] = 0.0, 0.0, 0.0
     N0, N1 = preload + kn * u0[2], preload + kn * u1[2]
     if N1 <= 0:
@@ -143,8 +168,9 @@ def step(u0, u1, w1, w2, kt, kn, mu, preload, J, M, C0, C1):
 
 
 @njit(cache=True)
-def begin(u0, w1, w2, kt, kn, mu, preload, C):
+def begin(u0, w, contact, C):
     """Slider at t = 0, pulled along where the limit does not hold it; C (2, 3): derivative by u0 of the pulled one."""
+    (kt, kn, mu, preload), (w1, w2) = contact, w
     C[:] = 0.0
     N = preload + kn * u0[2]
     r1, r2 = u0[0] - w1, u0[1] - w2
@@ -159,15 +185,16 @@ def begin(u0, w1, w2, kt, kn, mu, preload, C):
 
 
 @njit(cache=True)
-def one_period(u, w1, w2, kt, kn, mu, preload, J, M, C0, C1, w, state, A):
-    """March from sample 0 round to sample 0: w (n, 2), state (n,), M, C0, C1 of each sample, A = dw(end)/dw(begin)."""
-    n = len(u)
+def one_period(u, w, contact, steps, J):
+    """Slider after a period from sample 0 round to sample 0; the steps are filled."""
+    n, A, M = len(u), steps.A, steps.M
     A[0, 0], A[0, 1], A[1, 0], A[1, 1] = 1.0, 0.0, 0.0, 1.0
+    w1, w2 = w
     for k in range(1, n + 1):
         i = k % n
-        w1, w2, state[i] = step(u[k - 1], u[i], w1, w2, kt, kn, mu, preload, J, M[i], C0[i], C1[i])
-        w[i, 0], w[i, 1] = w1, w2
-        if state[i] != STICK or M[i, 0, 0] != 1.0:
+        w1, w2, steps.state[i] = step(u[k - 1], u[i], (w1, w2), contact, (M[i], steps.C0[i], steps.C1[i]), J)
+        steps.w[i, 0], steps.w[i, 1] = w1, w2
+        if steps.state[i] != STICK or M[i, 0, 0] != 1.0:
             for j in range(2):
                 top, low = A[0, j], A[1, j]
                 A[0, j], A[1, j] = M[i, 0, 0] * top + M[i, 0, 1] * low, M[i, 1, 0] * top + M[i, 1, 1] * low
@@ -175,9 +202,10 @@ def one_period(u, w1, w2, kt, kn, mu, preload, J, M, C0, C1, w, state, A):
 
 
 @njit(cache=True)
-def carry(dw, E, M, C0, C1):
+def chain(dw, E, steps):
     """Derivatives dw (n, 2, 2 + 3 nh) along the period from those in dw[0], which is left as at its end."""
     n, nh = E.shape
+    M, C0, C1 = steps.M, steps.C0, steps.C1
     for k in range(1, n + 1):
         i, before = k % n, dw[k - 1].copy()
         for r in range(2):
@@ -197,28 +225,30 @@ def determinant(A):
 
 
 @njit(cache=True)
-def settle(u, w1, w2, kt, kn, mu, preload, newton, J, M, C0, C1, w, state, A):
-    """March until the slider repeats: periods marched, whether it did, whether by Newton, whether it ever slid.
+def settle(u, w, contact, newton, steps, J):
+    """Repeat the period until the slider comes back to where it was: periods, whether it did, whether by Newton,
+    whether it ever slid.
 
     In the plane a slider only creeps to where it repeats. Newton on the map of a period takes it there.
     """
-    size, C = np.abs(u).max() + 1e-300, np.empty((2, 3))
-    slid, leapt = False, False
-    for periods in range(1, MOST_PERIODS + 1):
+    size, C, A = np.abs(u).max() + 1e-300, np.empty((2, 3)), steps.A
+    slid, jumped = False, False
+    w1, w2 = w
+    for periods in range(1, MAX_PERIODS + 1):
         a1, a2 = w1, w2
-        w1, w2 = one_period(u, a1, a2, kt, kn, mu, preload, J, M, C0, C1, w, state, A)
+        w1, w2 = one_period(u, (a1, a2), contact, steps, J)
         e1, e2 = w1 - a1, w2 - a2
-        slid = slid or (state != STICK).any()
+        slid = slid or (steps.state != STICK).any()
         if periods == 1:
             continue
         if max(abs(e1), abs(e2)) <= REPEATS * size:
-            return periods, True, leapt, slid
+            return periods, True, jumped, slid
         det = determinant(A)
         if newton and abs(det) > REGULAR:
-            leapt = True
+            jumped = True
             w1, w2 = a1 + ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, a2 + (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
-            w1, w2 = begin(u[0], w1, w2, kt, kn, mu, preload, C)
-    return MOST_PERIODS, False, leapt, slid
+            w1, w2 = begin(u[0], (w1, w2), contact, C)
+    return MAX_PERIODS, False, jumped, slid
 
 
 @njit(cache=True)
@@ -234,46 +264,61 @@ def fixed_point(by, A, dw):
 
 
 @njit(cache=True)
-def march(u, E, kt, kn, mu, preload, sliders, from_position, w, dw, moves, shares):
-    """Fill the sliders w (P, n, 2) of the period that repeats, their derivatives dw (P, n, 2, 3 nh) by the harmonics
-    of the motion u (P, n, 3), moves (P, 3) and shares (P, 3: stick, slip, open). E (n, nh).
+def one_contact(u, E, contact, start, steps, dw):
+    """Fill the steps of the periodic cycle of a contact and the derivatives dw (n, 2, 3 nh) of its slider; return
+    whether these are not zero.
 
-    The derivative is that of a fixed point of the map of a period. Where a pair has come to rest, and where it creeps
-    to a rest that Newton would leap over, the derivative is carried through all periods from the start.
+    The derivative is that of a fixed point of the map of a period. Where a contact has come to rest, and where it
+    creeps to a rest that Newton would miss, the derivative is carried through all periods from the start.
     """
+    (given, from_position), nh = start, E.shape[1]
+    J, C, by = np.empty((2, 6)), np.empty((2, 3)), np.empty((len(u), 2, 2 + 3 * nh))
+    w = begin(u[0], given, contact, C)
+    pulled = w[0] != given[0] or w[1] != given[1]
+    periods, repeats, by_newton, slid = settle(u, w, contact, True, steps, J)
+    if by_newton and (not repeats or abs(determinant(steps.A)) <= REGULAR):
+        periods, repeats, _, slid = settle(u, w, contact, False, steps, J)
+        by_newton = False
+    by[0] = 0.0
+    if by_newton or np.abs(steps.A).max() < 1e-12:
+        by[0, 0, 0] = by[0, 1, 1] = 1.0
+        chain(by, E, steps)
+        fixed_point(by, steps.A, dw)
+    elif slid or pulled or from_position:
+        for d in range(2):
+            for j in range(3):
+                value = C[d, j] if pulled else 1.0 * (from_position and d == j)
+                by[0, d, 2 + j * nh:2 + (j + 1) * nh] = value * E[0]
+        for _ in range(periods):
+            w = one_period(u, w, contact, steps, J)
+            chain(by, E, steps)
+        dw[:] = by[:, :, 2:]
+    return slid or pulled or from_position
+
+
+@njit(cache=True)
+def cycle(u, E, settings, start, found):
+    """Sliders of the periodic cycle at the motion u (P, n, 3), and their derivatives by its harmonics; E (n, nh).
+
+    settings : kt, kn, mu, preload (P,); start : SliderStart
+    found : filled with the sliders w (P, n, 2), dw (P, n, 2, 3 nh), active (P, 3), shares (P, 3) of stick, slip, open
+    """
+    kt, kn, mu, preload = settings
+    w, dw, active, shares = found
     P, n = u.shape[0], u.shape[1]
-    nh = E.shape[1]
-    J, A, C = np.empty((2, 6)), np.empty((2, 2)), np.empty((2, 3))
     M, C0, C1 = np.empty((n, 2, 2)), np.empty((n, 2, 3)), np.empty((n, 2, 3))
-    state, by = np.empty(n, np.int64), np.empty((n, 2, 2 + 3 * nh))
+    state, A = np.empty(n, np.int64), np.empty((2, 2))
     for p in range(P):
-        law = (kt[p], kn[p], mu[p], preload[p])
         lift = preload[p] + kn[p] * u[p, :, 2] <= 0
         shares[p, 2] = lift.sum() / n
-        moves[p, 2] = lift.any() and kn[p] > 0
+        active[p, 2] = lift.any() and kn[p] > 0
         shares[p, 1] = 0.0
         if kt[p] > 0:
-            given1, given2 = (u[p, 0, 0], u[p, 0, 1]) if from_position else (sliders[p, 0], sliders[p, 1])
-            w1, w2 = begin(u[p, 0], given1, given2, *law, C)
-            pulled = w1 != given1 or w2 != given2
-            periods, repeats, leapt, slid = settle(u[p], w1, w2, *law, True, J, M, C0, C1, w[p], state, A)
-            if leapt and (not repeats or abs(determinant(A)) <= REGULAR):
-                periods, repeats, _, slid = settle(u[p], w1, w2, *law, False, J, M, C0, C1, w[p], state, A)
-                leapt = False
-            moves[p, 0] = moves[p, 1] = slid or pulled or from_position
+            given = start.positions[p, 0], start.positions[p, 1]
+            if start.from_position:
+                given = u[p, 0, 0], u[p, 0, 1]
+            steps = Steps(M, C0, C1, w[p], state, A)
+            active[p, :2] = one_contact(u[p], E, (kt[p], kn[p], mu[p], preload[p]), (given, start.from_position),
+                                        steps, dw[p])
             shares[p, 1] = (state == SLIP).sum() / n
-            by[0] = 0.0
-            if leapt or np.abs(A).max() < 1e-12:
-                by[0, 0, 0] = by[0, 1, 1] = 1.0
-                carry(by, E, M, C0, C1)
-                fixed_point(by, A, dw[p])
-            elif moves[p, 0]:
-                for d in range(2):
-                    for j in range(3):
-                        value = C[d, j] if pulled else 1.0 * (from_position and d == j)
-                        by[0, d, 2 + j * nh:2 + (j + 1) * nh] = value * E[0]
-                for _ in range(periods):
-                    w1, w2 = one_period(u[p], w1, w2, *law, J, M, C0, C1, w[p], state, A)
-                    carry(by, E, M, C0, C1)
-                dw[p] = by[:, :, 2:]
         shares[p, 0] = 1 - shares[p, 1] - shares[p, 2]

@@ -7,7 +7,7 @@ import numpy as np
 
 from hbm.laws import compilation
 from hbm.laws.base import ContactLaw
-from hbm.laws.coupled.kernels import march
+from hbm.laws.coupled.kernels import cycle
 from hbm.laws.records import ContactForces
 from hbm.laws.sampled import projector
 
@@ -56,14 +56,14 @@ class IsotropicFriction(ContactLaw):
         return force, new
 
     def harmonics(self, contacts, x, start, grid, omega):
-        compilation.announce(march)
+        compilation.announce(cycle)
         P, nd, nh = x.shape
         E = grid[1]
         n, project = len(E), projector(E)
         u = np.ascontiguousarray((x @ E.T).transpose(0, 2, 1))
         w, dw = np.zeros((P, n, 2)), np.zeros((P, n, 2, nd * nh))
         active, shares = np.zeros((P, nd), dtype=bool), np.empty((P, 3))
-        march(u, E, contacts.kt, contacts.kn, contacts.mu, contacts.preload, *start, w, dw, active, shares)
+        cycle(u, E, (contacts.kt, contacts.kn, contacts.mu, contacts.preload), start, (w, dw, active, shares))
         g, D = np.zeros((P, nd, nh)), np.zeros((P, nd, nh, nd, nh))
         g[:, :2] = -contacts.kt[:, None, None] * (w.transpose(0, 2, 1) @ project)
         slid = active[:, 0]

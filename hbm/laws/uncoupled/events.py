@@ -1,30 +1,47 @@
-"""Stick, slip and lift-off of every pair over a cycle, with each transition located.
+"""Stick, slip and lift-off of every contact over a cycle, with each event located.
 
-A slider behind a tangential spring kt, held by the friction limit mu N(t), is a point w that rests until the corridor
+A slider behind a tangential spring kt, held by the friction limit mu N(t), is a play operator: a point w that rests
+while it lies within the stick interval
 
     low(t) = u - mu N/kt  <=  w  <=  high(t) = u + mu N/kt,        N = max(0, preload + kn u_n)
 
-pushes it [Yang, Menq 1998; Petrov, Ewins 2003]: w rests (stick), rides on `low` (slip forward) or on `high` (slip
-backward), and where the pair is open the corridor has no width and w follows u, so that on re-contact the slider
-starts at the current position. The force is T = kt (u - w).
+and is pushed by its ends [Yang, Menq 1998; Petrov, Ewins 2003]: w rests (stick), moves with `low` (slip forward) or
+with `high` (slip backward). While the contact is open the interval has no width and w follows u, so that on re-contact
+the slider starts at the current position. The force is T = kt (u - w).
 
-The samples serve to find the pieces and nothing else, so the result does not depend on how many there are.
+The samples only separate the events: the result does not depend on how many there are.
 Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
 """
+
+from collections import namedtuple
 
 import numpy as np
 from numba import njit
 
-STICK, FORWARD, BACKWARD, OPEN = 0, 1, 2, 3
+from hbm.laws.records import ContactState
+
+STICK, FORWARD, BACKWARD, OPEN = (int(state) for state in ContactState)
 TWO_PI = 2 * np.pi
 BEGIN, END, PLACE, INSTANT, BY_U, BY_N = range(1, 7)     # columns of a piece after its state
+SWITCHES = 12            # at most, between stick and slip within one interval between samples
+
+Sliders = namedtuple("Sliders", "count normal kt kn mu preload")
+Sliders.__doc__ = "Number of tangents, whether there is a normal component (the last), and the settings (P,)."
+
+Breaks = namedtuple("Breaks", "at kind closed edges place rate")
+Breaks.__doc__ = """The cycle of a contact cut at its samples and at the instants of contact and lift-off.
+
+at : instants; kind : number of the sample, or -1; closed : of each interval between them
+edges (2, nh) : series of low, which pushes forward, and high, which pushes backward; place, rate (2, .) : their values
+    and rates at the instants
+"""
 
 
 @njit(cache=True)
 def series(c, tau):
     """Value, rate and second derivative at tau of the series with real coefficients c."""
     H = (len(c) - 1) // 2
-    value, rate, bend = c[0], 0.0, 0.0
+    value, rate, curvature = c[0], 0.0, 0.0
     c1, s1 = np.cos(tau), np.sin(tau)
     ck, sk = 1.0, 0.0
     for k in range(1, H + 1):
@@ -32,8 +49,8 @@ def series(c, tau):
         wave = c[2 * k - 1] * ck - c[2 * k] * sk
         value += wave
         rate -= k * (c[2 * k - 1] * sk + c[2 * k] * ck)
-        bend -= k * k * wave
-    return value, rate, bend
+        curvature -= k * k * wave
+    return value, rate, curvature
 
 
 @njit(cache=True)
@@ -64,12 +81,13 @@ def root(c, level, of_rate, a, b):
 
 
 @njit(cache=True)
-def contact_instants(N, n_wave, n_rate, tau, at, kind, closed):
-    """Fill the break points `at` (instants), `kind` (sample number or -1) and `closed` (per interval); return how many.
+def contact_instants(N, n_wave, n_rate, tau, breaks):
+    """Fill `at`, `kind` and `closed` of the break points, and return how many intervals there are.
 
-    N are the coefficients of preload + kn u_n; an excursion that begins and ends inside a sample is found by its
+    N are the coefficients of preload + kn u_n; an excursion that begins and ends between two samples is found by its
     extremum.
     """
+    at, kind, closed = breaks.at, breaks.kind, breaks.closed
     n = len(n_wave)
     m = 0
     is_closed = n_wave[0] > 0
@@ -102,17 +120,17 @@ def contact_instants(N, n_wave, n_rate, tau, at, kind, closed):
 
 @njit(cache=True)
 def pause(edge, sign, r0, r1, gone, a, b):
-    """An instant in (a, b) at which an edge goes back for a while, though forward at both ends; b where there is none.
+    """An instant in (a, b) at which an edge moves back for a while, though forward at both ends; b where there is none.
 
-    r0, r1, gone : rates at the ends and way between, all of them forward; the quadratic that they make up shows a dip
+    r0, r1, gone : rates at the ends and way between, all of them forward; their quadratic shows a dip
     """
     h = b - a
-    bend = 3 * (r0 + r1 - 2 * gone / h)
-    slope = r1 - r0 - bend
-    if bend <= 0 or slope >= 0 or slope + 2 * bend <= 0 or r0 - slope * slope / (4 * bend) > 0.5 * min(r0, r1):
+    c = 3 * (r0 + r1 - 2 * gone / h)
+    slope = r1 - r0 - c
+    if c <= 0 or slope >= 0 or slope + 2 * c <= 0 or r0 - slope * slope / (4 * c) > 0.5 * min(r0, r1):
         return b
     left, right = a, b
-    x = a - h * slope / (2 * bend)
+    x = a - h * slope / (2 * c)
     for _ in range(40):
         _, speed, turn = series(edge, x)
         if sign * speed < 0:
@@ -126,26 +144,27 @@ def pause(edge, sign, r0, r1, gone, a, b):
 
 
 @njit(cache=True)
-def stick_ends(edges, w, t, at, b, place, rate, i, since):
-    """First instant in (t, b] at which an edge of the corridor reaches a resting slider, and the state that follows.
+def stick_ends(breaks, i, w, t, since):
+    """First instant after t in interval i at which an edge of the stick interval reaches the resting slider w, and the
+    state that follows; the end of the interval and STICK where none does.
 
-    place, rate (2, m + 1) are those of the edges at the break points; `at` and b are number i and i + 1.
     since (2,) : instants from which on an edge may reach the slider that it has just left behind
     """
+    edges, rate, a, b = breaks.edges, breaks.rate, breaks.at[i], breaks.at[i + 1]
     when, state = b, STICK
     for s in range(2):
         sign = 1.0 - 2.0 * s
         begin, end = max(t, since[s]), b
         if begin >= b:
             continue
-        if sign * (place[s, i + 1] - w) <= 0:
+        if sign * (breaks.place[s, i + 1] - w) <= 0:
             if sign * rate[s, i] <= 0 or sign * rate[s, i + 1] >= 0:
                 continue
             end = root(edges[s], 0.0, True, t, b)
             if sign * (series(edges[s], end)[0] - w) <= 0:
                 continue
-        elif begin == at and sign * rate[s, i] < 0 and sign * rate[s, i + 1] > 0:
-            begin = root(edges[s], 0.0, True, begin, b)      # it leaves a slider that it touches, and comes back
+        elif begin == a and sign * rate[s, i] < 0 and sign * rate[s, i + 1] > 0:
+            begin = root(edges[s], 0.0, True, begin, b)      # the edge leaves the slider that it touches, and returns
         first = root(edges[s], w, False, begin, end)
         if state == STICK or first < when:
             when, state = first, FORWARD + s
@@ -153,27 +172,36 @@ def stick_ends(edges, w, t, at, b, place, rate, i, since):
 
 
 @njit(cache=True)
-def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position, first, past, pieces):
-    """March the slider over two periods; fill `pieces` of the second and return how many there are.
+def slip_ends(breaks, i, s, t):
+    """First instant after t in interval i at which edge s, which pushes the slider, moves back, and the instant up to
+    which it does; that is -1 where it does not."""
+    edge, rate, a, b = breaks.edges[s], breaks.rate[s], breaks.at[i], breaks.at[i + 1]
+    sign, back = 1.0 - 2.0 * s, b
+    if sign * rate[i + 1] >= 0:
+        back = pause(edge, sign, sign * rate[i], sign * rate[i + 1],
+                     sign * (breaks.place[s, i + 1] - breaks.place[s, i]), a, b)
+        if not t < back < b:
+            return b, -1.0
+    return (root(edge, 0.0, True, t, back) if sign * rate[i] > 0 or t > a else t), back
 
-    edges (2, nh) : low, which pushes forward, and high, which pushes backward; place, rate (2, m + 1) : of these at
-    the break points. first (most, 7), past (2, m) : work space for the pieces of the first period, and for the state at
-    each break point and the piece it belongs to. Where both periods slip alike, or are open, the second repeats the
-    first from there on: a slider that moves remembers nothing.
+
+@njit(cache=True)
+def periodic(u, N, ratio, breaks, start, space, pieces):
+    """Fill the pieces of the second of two periods of one slider, and return how many there are.
+
+    u, N : series of the motion and of preload + kn u_n; ratio : mu/kt; start : slider at t = 0, and whether at u(0)
+    space : first (most, 7) and past (2, m), pieces of the first period, and the state at each break point with the
+        piece it belongs to
+    Where both periods slip alike, or are open, the second repeats the first from there on: a moving slider has no
+    memory.
     """
+    at, closed, edges = breaks.at, breaks.closed, breaks.edges
+    first, past = space
+    m, n_first = len(closed), 0
     rest, since = np.zeros(3), np.zeros(2)
-    w = w_start
-    if from_position:
-        w = series(u, 0.0)[0]
-        rest[1] = 1.0
+    w = initial_slider(u, ratio, breaks, start, rest)
     state = STICK if closed[0] else OPEN
-    for s in range(2):
-        if closed[0] and (1.0 - 2.0 * s) * (place[s, 0] - w) > 0:
-            w = place[s, 0]
-            rest[1], rest[2] = 1.0, (2.0 * s - 1.0) * ratio
-    count = 0
-    begin = 0.0
-    into = first
+    count, begin, into = 0, 0.0, first
     for period in range(2):
         if period == 1:
             if count == 0 and state == STICK:
@@ -181,58 +209,67 @@ def march(u, edges, N, ratio, at, closed, m, place, rate, w_start, from_position
             n_first = close_piece(first, count, state, begin, TWO_PI, w, rest)
             begin, count, into = 0.0, 0, pieces
         for i in range(m):
-            a, b = at[i], at[i + 1]
-            t = a
+            t = at[i]
             new = state
             if not closed[i]:
                 new = OPEN
-            elif state == OPEN:          # the slider is pushed only where the opening corridor overtakes it
-                new = FORWARD if rate[0, i] > 0 else (BACKWARD if rate[1, i] < 0 else STICK)
-                w, u_rate, _ = series(u, a)
-                if new == STICK:
-                    rest[0], rest[1], rest[2] = a, 1.0, -u_rate / series(N, a)[1]
+            elif state == OPEN:
+                new, w = after_contact(u, N, breaks, i, rest)
             if new != state:
-                count = close_piece(into, count, state, begin, a, w, rest)
-                begin, state = a, new
+                count = close_piece(into, count, state, begin, t, w, rest)
+                begin, state = t, new
             if period == 0:
                 past[0, i], past[1, i] = state, count
             elif state != STICK and state == past[0, i]:
-                for q in range(past[1, i], min(n_first, len(pieces) - count + past[1, i])):
-                    pieces[count] = first[q]
-                    if q == past[1, i]:
-                        pieces[count, BEGIN] = begin
-                    count += 1
-                return count
-            if not closed[i]:
-                continue
-            since[:] = a
-            for _ in range(12):
+                return repeated(pieces, count, first, past[1, i], n_first, begin)
+            since[:] = t
+            for _ in range(SWITCHES if closed[i] else 0):
                 if state == STICK:
-                    when, new = stick_ends(edges, w, t, a, b, place, rate, i, since)
+                    when, new = stick_ends(breaks, i, w, t, since)
                     if new == STICK:
                         break
                     count = close_piece(into, count, state, begin, when, w, rest)
                     begin, t, state = when, when, new
                     continue
                 s = state - FORWARD
-                sign = 1.0 - 2.0 * s
-                back = b
-                if sign * rate[s, i + 1] >= 0:
-                    back = pause(edges[s], sign, sign * rate[s, i], sign * rate[s, i + 1],
-                                 sign * (place[s, i + 1] - place[s, i]), a, b)
-                    if not t < back < b:
-                        break
-                if sign * rate[s, i] > 0 or t > a:
-                    t = root(edges[s], 0.0, True, t, back)
+                stops, back = slip_ends(breaks, i, s, t)
+                if back < 0:
+                    break
+                t = stops
                 count = close_piece(into, count, state, begin, t, w, rest)
                 w = series(edges[s], t)[0]
-                rest[0], rest[1], rest[2] = t, 1.0, -sign * ratio
+                rest[0], rest[1], rest[2] = t, 1.0, (2.0 * s - 1.0) * ratio
                 begin, state, since[s] = t, STICK, back
     return close_piece(pieces, count, state, begin, TWO_PI, w, rest)
 
 
 @njit(cache=True)
+def initial_slider(u, ratio, breaks, start, rest):
+    """The slider at t = 0, pushed into the stick interval, and in `rest` how it came there."""
+    w = start[0]
+    if start[1]:
+        w = series(u, 0.0)[0]
+        rest[1] = 1.0
+    for s in range(2):
+        if breaks.closed[0] and (1.0 - 2.0 * s) * (breaks.place[s, 0] - w) > 0:
+            w = breaks.place[s, 0]
+            rest[1], rest[2] = 1.0, (2.0 * s - 1.0) * ratio
+    return w
+
+
+@njit(cache=True)
+def after_contact(u, N, breaks, i, rest):
+    """(state, slider) of a contact that closes at break i: pushed only where the opening interval overtakes it."""
+    state = FORWARD if breaks.rate[0, i] > 0 else (BACKWARD if breaks.rate[1, i] < 0 else STICK)
+    w, u_rate, _ = series(u, breaks.at[i])
+    if state == STICK:
+        rest[0], rest[1], rest[2] = breaks.at[i], 1.0, -u_rate / series(N, breaks.at[i])[1]
+    return state, w
+
+
+@njit(cache=True)
 def close_piece(pieces, count, state, begin, end, w, rest):
+    """Add a piece where it has a length; return how many there are."""
     if end <= begin or count >= len(pieces):
         return count
     pieces[count, 0], pieces[count, 1], pieces[count, 2], pieces[count, 3] = state, begin, end, w
@@ -241,90 +278,114 @@ def close_piece(pieces, count, state, begin, end, w, rest):
 
 
 @njit(cache=True)
-def shared_slip(a, na, b, nb):
+def repeated(pieces, count, first, past, n_first, begin):
+    """Append the pieces of the first period from number `past` on, the first of them from `begin`; return the count."""
+    for q in range(past, min(n_first, len(pieces) - count + past)):
+        pieces[count] = first[q]
+        if q == past:
+            pieces[count, BEGIN] = begin
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def shared_slip(a, b):
     """Time in which at least one of two lists of pieces slips."""
     total = 0.0
-    for i in range(na):
+    for i in range(len(a)):
         if a[i, 0] == FORWARD or a[i, 0] == BACKWARD:
             total += a[i, 2] - a[i, 1]
-    for j in range(nb):
+    for j in range(len(b)):
         if b[j, 0] != FORWARD and b[j, 0] != BACKWARD:
             continue
         total += b[j, 2] - b[j, 1]
-        for i in range(na):
+        for i in range(len(a)):
             if a[i, 0] == FORWARD or a[i, 0] == BACKWARD:
                 total -= max(0.0, min(a[i, 2], b[j, 2]) - max(a[i, 1], b[j, 1]))
     return total
 
 
 @njit(cache=True)
-def find_pieces(x, wave, rate, tau, tangents, has_normal, kt, kn, mu, preload, w_start, from_position,
-                pieces, counts, moves, shares):
-    """Fill the pieces of the second of two marched periods, moves (P, nd) and shares (P, 3: stick, slip, open).
+def break_points(x, samples, law, p, N, breaks):
+    """Fill N, the instants and which intervals are closed for contact p; return how many intervals there are."""
+    tau, wave, rate = samples
+    n, last = wave.shape[1], len(x) - 1
+    N[:] = 0.0
+    if law.normal:
+        N[:] = law.kn[p] * x[last]
+    N[0] += law.preload[p]
+    if law.normal and law.kn[p] > 0:
+        return contact_instants(N, law.preload[p] + law.kn[p] * wave[last], law.kn[p] * rate[last], tau, breaks)
+    breaks.at[:n + 1] = tau
+    breaks.kind[:n] = np.arange(n)
+    breaks.kind[n] = 0
+    breaks.closed[:n] = law.preload[p] > 0
+    return n
 
-    x (P, nd, nh) are the harmonics of the relative motion; wave, rate (P, nd, n) its samples at tau[:n].
-    pieces (P, tangents + 1, most, 7), counts (P, tangents + 1) : of the slider of each tangent, and last the times in
-    which the pair is open. A piece is its state, begin, end, the place w of a resting slider, and how w came about:
-    the instant, and the weights of u and of preload + kn u_n there.
-    moves : whether the bracket of a component has a derivative
+
+@njit(cache=True)
+def stick_interval(u, N, contact, samples, breaks):
+    """Fill the edges of the stick interval of a tangent; contact: mu/kt, kn (0 without a normal) and preload.
+
+    samples : of u, its rate, u_n and its rate
     """
+    ratio, kn, preload = contact
+    u_wave, u_rate, n_wave, n_rate = samples
+    edges, place, rate = breaks.edges, breaks.place, breaks.rate
+    edges[0], edges[1] = u - ratio * N, u + ratio * N
+    for i in range(len(breaks.closed) + 1):
+        s = breaks.kind[i]
+        if s >= 0:
+            limit, limit_rate = ratio * preload + ratio * kn * n_wave[s], ratio * kn * n_rate[s]
+            place[0, i], place[1, i] = u_wave[s] - limit, u_wave[s] + limit
+            rate[0, i], rate[1, i] = u_rate[s] - limit_rate, u_rate[s] + limit_rate
+        else:
+            place[0, i], rate[0, i], _ = series(edges[0], breaks.at[i])
+            place[1, i], rate[1, i], _ = series(edges[1], breaks.at[i])
+
+
+@njit(cache=True)
+def find_pieces(x, samples, law, start, found):
+    """Fill the pieces of the periodic cycle of every contact, which components are active, and the shares of the cycle.
+
+    x (P, nd, nh) : harmonics of the relative motion; samples : instants (n + 1,), and the motion and its rate by tau
+    (P, nd, n) at all but the last; law : Sliders; start : SliderStart
+    found : pieces (P, tangents + 1, most, 7) and counts (P, tangents + 1) of the slider of each tangent, and last the
+        times in which the contact is open; active (P, nd); shares (P, 3) of stick, slip, open. A piece is its state,
+        begin, end, the place w of a resting slider, and how w came about: the instant, and the weights of u and of
+        preload + kn u_n there.
+    """
+    tau, wave, rate = samples
+    pieces, counts, active, shares = found
     P, nd, nh = x.shape
-    n = wave.shape[2]
-    size = n + 4 * nh + 8
-    at, kind, closed = np.empty(size), np.empty(size, np.int64), np.empty(size, np.bool_)
-    edges, place, pace = np.empty((2, nh)), np.empty((2, size)), np.empty((2, size))
-    N, zero = np.zeros(nh), np.zeros(nh)
-    first, past = np.empty((pieces.shape[2], 7)), np.empty((2, size), np.int64)
-    counts[:] = 0
-    moves[:] = False
+    size = len(tau) + 4 * nh + 7
+    b = Breaks(np.empty(size), np.empty(size, np.int64), np.empty(size, np.bool_), np.empty((2, nh)),
+               np.empty((2, size)), np.empty((2, size)))
+    space, N = (np.empty((pieces.shape[2], 7)), np.empty((2, size), np.int64)), np.empty(nh)
+    counts[:], active[:] = 0, False
     last = nd - 1                # the normal, where there is one
     for p in range(P):
-        un = x[p, last] if has_normal else zero
-        N[:] = 0.0
-        if has_normal:
-            N[:] = kn[p] * un
-        N[0] += preload[p]
-        if has_normal and kn[p] > 0:
-            m = contact_instants(N, preload[p] + kn[p] * wave[p, last], kn[p] * rate[p, last], tau, at, kind, closed)
-        else:
-            m = n
-            at[:n + 1] = tau
-            kind[:n] = np.arange(n)
-            kind[n] = 0
-            closed[:n] = preload[p] > 0
-        opened = open_pieces(at, closed, m, pieces[p, tangents], counts[p:p + 1, tangents])
-        if opened > 0 and has_normal:
-            moves[p, last] = True
-        for d in range(tangents):
-            if kt[p] == 0:
-                continue
-            if mu[p] == 0:
+        m = break_points(x[p], (tau, wave[p], rate[p]), law, p, N, b)
+        breaks = Breaks(b.at, b.kind, b.closed[:m], b.edges, b.place, b.rate)
+        opened = open_pieces(breaks, pieces[p, law.count], counts[p:p + 1, law.count])
+        active[p, last] = opened > 0 and law.normal
+        for d in range(law.count if law.kt[p] > 0 else 0):
+            if law.mu[p] == 0:
                 pieces[p, d, 0, 0], pieces[p, d, 0, 1], pieces[p, d, 0, 2], counts[p, d] = OPEN, 0.0, TWO_PI, 1
             else:
-                u, ratio = x[p, d], mu[p] / kt[p]
-                edges[0], edges[1] = u - ratio * N, u + ratio * N
-                for i in range(m + 1):
-                    s = kind[i]
-                    if s >= 0:
-                        limit, limit_rate = ratio * preload[p], 0.0
-                        if has_normal:
-                            limit += ratio * kn[p] * wave[p, last, s]
-                            limit_rate = ratio * kn[p] * rate[p, last, s]
-                        place[0, i], place[1, i] = wave[p, d, s] - limit, wave[p, d, s] + limit
-                        pace[0, i], pace[1, i] = rate[p, d, s] - limit_rate, rate[p, d, s] + limit_rate
-                    else:
-                        place[0, i], pace[0, i], _ = series(edges[0], at[i])
-                        place[1, i], pace[1, i], _ = series(edges[1], at[i])
-                counts[p, d] = march(u, edges, N, ratio, at, closed, m, place, pace, w_start[p, d], from_position,
-                                     first, past, pieces[p, d])
+                ratio = law.mu[p] / law.kt[p]
+                contact = ratio, law.kn[p] if law.normal else 0.0, law.preload[p]
+                stick_interval(x[p, d], N, contact, (wave[p, d], rate[p, d], wave[p, last], rate[p, last]), breaks)
+                begin = start.positions[p, d], start.from_position
+                counts[p, d] = periodic(x[p, d], N, ratio, breaks, begin, space, pieces[p, d])
             for q in range(counts[p, d]):
                 piece = pieces[p, d, q]
-                if piece[0] != STICK or piece[BY_U] != 0 or piece[BY_N] != 0:
-                    moves[p, d] = True
+                active[p, d] |= piece[0] != STICK or piece[BY_U] != 0 or piece[BY_N] != 0
         slip = TWO_PI - opened
-        if mu[p] > 0 and tangents:
-            slip = shared_slip(pieces[p, 0], counts[p, 0], pieces[p, tangents - 1], counts[p, tangents - 1])
-        elif not tangents or kt[p] == 0:
+        if law.mu[p] > 0 and law.count:
+            other = law.count - 1
+            slip = shared_slip(pieces[p, 0, :counts[p, 0]], pieces[p, other, :counts[p, other]])
+        elif not law.count or law.kt[p] == 0:
             slip = 0.0
         shares[p, 2] = opened / TWO_PI
         shares[p, 1] = slip / TWO_PI
@@ -332,12 +393,11 @@ def find_pieces(x, wave, rate, tau, tangents, has_normal, kt, kn, mu, preload, w
 
 
 @njit(cache=True)
-def open_pieces(at, closed, m, pieces, count):
-    """List the intervals in which the pair is open, and return their total."""
-    opened = 0.0
-    k = 0
-    for i in range(m):
-        if closed[i]:
+def open_pieces(breaks, pieces, count):
+    """List the intervals in which the contact is open, and return their total."""
+    at, opened, k = breaks.at, 0.0, 0
+    for i in range(len(breaks.closed)):
+        if breaks.closed[i]:
             continue
         opened += at[i + 1] - at[i]
         if k > 0 and pieces[k - 1, END] == at[i]:

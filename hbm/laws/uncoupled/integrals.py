@@ -1,9 +1,9 @@
 """Harmonics of friction and contact forces from the pieces of the cycle, and their exact derivatives.
 
-What is computed is not the force but the *bracket* g = f - K_c u, the force less that of the stuck springs:
-g_t = -kt w with the slider at w, and g_n = N - (preload + kn u_n), zero while closed. Both are continuous in time and,
-piece by piece (see `transitions`), a constant or a combination of the harmonics of u. Pieces are integrated in closed
-form; since g is continuous, the moving instants contribute only through the rest position of the slider.
+What is computed is the deviation g of the force from that of the stuck springs: g_t = -kt w with the slider at w, and
+g_n = N - (preload + kn u_n), zero while closed. Both are continuous in time and, piece by piece (see `events`), a
+constant or a combination of the harmonics of u. Pieces are integrated in closed form; since g is continuous, the
+instants of the events contribute only through the rest position of the slider.
 Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
 """
 
@@ -70,20 +70,21 @@ def add_ride(g, D, factor, A, u):
 
 
 @njit(cache=True)
-def add_rest(Dt, Dn, gp, kt, kn, piece, C, S, has_normal):
-    """Derivative of a rest: the integral of e_j times that of the rest position."""
-    nh = Dt.shape[0]
+def add_rest(into, contact, piece, C, S):
+    """Add the derivative of a rest: the integral of e_j times that of the rest position."""
+    _, Dt, Dn, gp = into
+    kt, kn, _, _ = contact
+    nh = len(gp)
     projection = np.zeros(nh)
     add_constant(projection, -kt, C, S)
-    k_max = (nh - 1) // 2
     c1, s1 = np.cos(piece[INSTANT]), np.sin(piece[INSTANT])
     ck, sk = 1.0, 0.0
-    for k in range(k_max + 1):
+    for k in range((nh - 1) // 2 + 1):
         for m in range(max(2 * k - 1, 0), 2 * k + 1):
             value = ck if m % 2 or m == 0 else -sk       # e_m at the instant
             for j in range(nh):
                 Dt[j, m] += projection[j] * piece[BY_U] * value
-                if has_normal:
+                if kn != 0:
                     Dn[j, m] += projection[j] * piece[BY_N] * kn * value
         ck, sk = ck * c1 - sk * s1, sk * c1 + ck * s1
     for j in range(nh):
@@ -91,11 +92,16 @@ def add_rest(Dt, Dn, gp, kt, kn, piece, C, S, has_normal):
 
 
 @njit(cache=True)
-def tangent_deviation(g, Dt, Dn, gp, u, un, kt, kn, mu, p, pieces, count, has_normal):
-    """Harmonics of -kt w over the pieces, with derivatives by u, u_n and the preload; """
+def tangent_deviation(into, u, un, contact, pieces):
+    """Add the harmonics of -kt w over the pieces, with derivatives by u, u_n and the preload.
+
+    into : g, Dt, Dn, gp; contact : kt, kn (0 without a normal component), mu, preload
+    """
+    g, Dt, Dn, gp = into
+    kt, kn, mu, preload = contact
     nh = len(g)
     C, S = np.zeros((3, 2 * nh)), np.zeros((3, 2 * nh))
-    for q in range(count):
+    for q in range(len(pieces)):
         state = int(pieces[q, 0])
         if state == STICK:
             w = pieces[q, PLACE]
@@ -104,7 +110,7 @@ def tangent_deviation(g, Dt, Dn, gp, u, un, kt, kn, mu, p, pieces, count, has_no
             if w != 0:
                 add_constant(g, -kt * w, Cq, Sq)
             if pieces[q, BY_U] != 0 or pieces[q, BY_N] != 0:
-                add_rest(Dt, Dn, gp, kt, kn, pieces[q], Cq, Sq, has_normal)
+                add_rest(into, contact, pieces[q], Cq, Sq)
         else:
             add_integrals(pieces[q, BEGIN], pieces[q, END], C[state - 1], S[state - 1])
     for state in (FORWARD, BACKWARD, OPEN):
@@ -116,42 +122,44 @@ def tangent_deviation(g, Dt, Dn, gp, u, un, kt, kn, mu, p, pieces, count, has_no
         sign = 1.0 if state == FORWARD else (-1.0 if state == BACKWARD else 0.0)
         add_ride(g, Dt, -kt, A, u)
         if sign != 0:
-            add_constant(g, sign * mu * p, Cs, Ss)
+            add_constant(g, sign * mu * preload, Cs, Ss)
             add_constant(gp, sign * mu, Cs, Ss)
-            if has_normal:
+            if kn != 0:
                 add_ride(g, Dn, sign * mu * kn, A, un)
 
 
 @njit(cache=True)
-def normal_deviation(g, Dn, gp, un, kn, p, pieces, count):
-    """Harmonics of N - (preload + kn u_n), which is zero while closed."""
+def normal_deviation(into, un, contact, pieces):
+    """Add the harmonics of N - (preload + kn u_n), which is zero while closed: into = g, Dn, gp."""
+    g, Dn, gp = into
+    _, kn, _, preload = contact
     nh = len(g)
     C, S, A = np.zeros(2 * nh), np.zeros(2 * nh), np.zeros((nh, nh))
-    for q in range(count):
+    for q in range(len(pieces)):
         add_integrals(pieces[q, BEGIN], pieces[q, END], C, S)
     add_products(A, -1.0, C, S)
     add_ride(g, Dn, kn, A, un)
-    add_constant(g, -p, C, S)
+    add_constant(g, -preload, C, S)
     add_constant(gp, -1.0, C, S)
 
 
 @njit(cache=True)
-def add_forces(x, pieces, counts, place, tangents, has_normal, kt, kn, mu, preload, g, D, gp):
-    """Fill g and gp = dg/dpreload (P, nd, nh), and the derivatives D (a, nd, nh, nd, nh) of the pairs that have any.
+def add_forces(x, pieces, counts, law, place, into):
+    """Fill g and gp = dg/dpreload (P, nd, nh), and the derivatives D (a, nd, nh, nd, nh) of the active contacts.
 
-    x (P, nd, nh) are the harmonics of the relative motion, pieces and counts those of `transitions`, and place (P,) the
-    place of each pair in D, or -1.
+    x (P, nd, nh) : harmonics of the relative motion; pieces, counts, law : of `events.find_pieces`
+    place (P,) : of each contact in D, or -1; into : g, D, gp
     """
+    g, D, gp = into
     P, nd, nh = x.shape
-    last = nd - 1                # the normal, where there is one
-    nothing, zero = np.zeros((nd, nh, nd, nh)), np.zeros(nh)
+    last, none = nd - 1, np.zeros((nd, nh, nd, nh))          # the normal, where there is one
     D[:], g[:], gp[:] = 0.0, 0.0, 0.0
     for p in range(P):
-        Dp = D[place[p]] if place[p] >= 0 else nothing
-        un = x[p, last] if has_normal else zero
-        if has_normal and counts[p, tangents]:
-            normal_deviation(g[p, last], Dp[last, :, last, :], gp[p, last], un, kn[p], preload[p], pieces[p, tangents],
-                           counts[p, tangents])
-        for d in range(tangents):
-            tangent_deviation(g[p, d], Dp[d, :, d, :], Dp[d, :, last, :], gp[p, d], x[p, d], un, kt[p], kn[p], mu[p],
-                            preload[p], pieces[p, d], counts[p, d], has_normal)
+        Dp, un = D[place[p]] if place[p] >= 0 else none, x[p, last]
+        contact = law.kt[p], law.kn[p] if law.normal else 0.0, law.mu[p], law.preload[p]
+        if law.normal and counts[p, law.count]:
+            normal_deviation((g[p, last], Dp[last, :, last, :], gp[p, last]), un, contact,
+                             pieces[p, law.count, :counts[p, law.count]])
+        for d in range(law.count):
+            tangent_deviation((g[p, d], Dp[d, :, d, :], Dp[d, :, last, :], gp[p, d]), x[p, d], un, contact,
+                              pieces[p, d, :counts[p, d]])

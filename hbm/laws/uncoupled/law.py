@@ -77,19 +77,16 @@ class CoulombFriction(ContactLaw):
 
     def harmonics(self, contacts, x, start, grid, omega):
         compilation.announce(integrals.add_forces)
-        P, nd, nh = x.shape
-        tau, E, E_rate = grid
-        x, most = np.ascontiguousarray(x), 8 * nh + 64
-        settings = self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload
-        pieces = np.empty((P, self.sliders + 1, most, 7))
-        counts = np.empty((P, self.sliders + 1), dtype=np.int64)
+        x, (P, nd, nh), (tau, E, E_rate) = np.ascontiguousarray(x), x.shape, grid
+        law = events.Sliders(self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
+        pieces, counts = np.empty((P, self.sliders + 1, 8 * nh + 64, 7)), np.empty((P, self.sliders + 1), np.int64)
         active, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))
-        events.find_pieces(x, x @ E.T, x @ E_rate.T, tau, *settings, *start, pieces, counts, active, shares)
+        events.find_pieces(x, (tau, x @ E.T, x @ E_rate.T), law, start, (pieces, counts, active, shares))
         moving = np.flatnonzero(active.any(axis=1))
         place = np.full(P, -1)
         place[moving] = np.arange(len(moving))
         g, by_preload, D = np.empty(x.shape), np.empty(x.shape), np.empty((len(moving), nd, nh, nd, nh))
-        integrals.add_forces(x, pieces, counts, place, *settings, g, D, by_preload)
+        integrals.add_forces(x, pieces, counts, law, place, (g, D, by_preload))
         return ContactForces(g, active, D, by_preload, None, shares)
 
     def sticks_surely(self, contacts, amplitude):
