@@ -24,7 +24,7 @@ REPEATS = 1e-13          # of the largest motion: the slider has come back to wh
 REGULAR = 1e-7           # of det(I - A): below, what a period does to the slider is not inverted
 
 Steps = namedtuple("Steps", "M C0 C1 w state A")
-Steps.__doc__ = """Samples of a cycle: dw = M dw(before) + C0 du(before) + C1 du at each, slider w (n, 2), its state (n,).
+Steps.__doc__ = """Samples of a cycle: slider w (n, 2), its state (n,), and dw = M dw(before) + C0 du(before) + C1 du.
 
 A (2, 2) is dw(end)/dw(begin) of the period.
 """

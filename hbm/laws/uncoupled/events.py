@@ -28,13 +28,14 @@ SWITCHES = 12            # at most, between stick and slip within one interval b
 Sliders = namedtuple("Sliders", "count normal kt kn mu preload")
 Sliders.__doc__ = "Number of tangents, whether there is a normal component (the last), and the settings (P,)."
 
-Breaks = namedtuple("Breaks", "at kind closed edges place rate")
+Breaks = namedtuple("Breaks", "marks kind closed edges")
 Breaks.__doc__ = """The cycle of a contact cut at its samples and at the instants of contact and lift-off.
 
-at : instants; kind : number of the sample, or -1; closed : of each interval between them
-edges (2, nh) : series of low, which pushes forward, and high, which pushes backward; place, rate (2, .) : their values
-    and rates at the instants
+edges (2, nh) : series of low, which pushes forward, and high, which pushes backward
+marks (., 5) : the instants, the values of both edges there (PLACES) and their rates (RATES)
+kind : number of the sample, or -1; closed : of each interval between the instants
 """
+AT, PLACES, RATES = 0, 1, 3          # columns of marks; of two, that of the edge follows
 
 
 @njit(cache=True)
@@ -87,7 +88,7 @@ def contact_instants(N, n_wave, n_rate, tau, breaks):
     N are the coefficients of preload + kn u_n; an excursion that begins and ends between two samples is found by its
     extremum.
     """
-    at, kind, closed = breaks.at, breaks.kind, breaks.closed
+    at, kind, closed = breaks.marks[:, AT], breaks.kind, breaks.closed
     n = len(n_wave)
     m = 0
     is_closed = n_wave[0] > 0
@@ -144,26 +145,26 @@ def pause(edge, sign, r0, r1, gone, a, b):
 
 
 @njit(cache=True)
-def stick_ends(breaks, i, w, t, since):
+def stick_ends(marks, edges, i, w, t, since):
     """First instant after t in interval i at which an edge of the stick interval reaches the resting slider w, and the
     state that follows; the end of the interval and STICK where none does.
 
     since (2,) : instants from which on an edge may reach the slider that it has just left behind
     """
-    edges, rate, a, b = breaks.edges, breaks.rate, breaks.at[i], breaks.at[i + 1]
+    a, b = marks[i, AT], marks[i + 1, AT]
     when, state = b, STICK
     for s in range(2):
         sign = 1.0 - 2.0 * s
         begin, end = max(t, since[s]), b
         if begin >= b:
             continue
-        if sign * (breaks.place[s, i + 1] - w) <= 0:
-            if sign * rate[s, i] <= 0 or sign * rate[s, i + 1] >= 0:
+        if sign * (marks[i + 1, PLACES + s] - w) <= 0:
+            if sign * marks[i, RATES + s] <= 0 or sign * marks[i + 1, RATES + s] >= 0:
                 continue
             end = root(edges[s], 0.0, True, t, b)
             if sign * (series(edges[s], end)[0] - w) <= 0:
                 continue
-        elif begin == a and sign * rate[s, i] < 0 and sign * rate[s, i + 1] > 0:
+        elif begin == a and sign * marks[i, RATES + s] < 0 and sign * marks[i + 1, RATES + s] > 0:
             begin = root(edges[s], 0.0, True, begin, b)      # the edge leaves the slider that it touches, and returns
         first = root(edges[s], w, False, begin, end)
         if state == STICK or first < when:
@@ -172,17 +173,17 @@ def stick_ends(breaks, i, w, t, since):
 
 
 @njit(cache=True)
-def slip_ends(breaks, i, s, t):
+def slip_ends(marks, edges, i, s, t):
     """First instant after t in interval i at which edge s, which pushes the slider, moves back, and the instant up to
     which it does; that is -1 where it does not."""
-    edge, rate, a, b = breaks.edges[s], breaks.rate[s], breaks.at[i], breaks.at[i + 1]
+    a, b, rate, rate_at_end = marks[i, AT], marks[i + 1, AT], marks[i, RATES + s], marks[i + 1, RATES + s]
     sign, back = 1.0 - 2.0 * s, b
-    if sign * rate[i + 1] >= 0:
-        back = pause(edge, sign, sign * rate[i], sign * rate[i + 1],
-                     sign * (breaks.place[s, i + 1] - breaks.place[s, i]), a, b)
+    if sign * rate_at_end >= 0:
+        back = pause(edges[s], sign, sign * rate, sign * rate_at_end,
+                     sign * (marks[i + 1, PLACES + s] - marks[i, PLACES + s]), a, b)
         if not t < back < b:
             return b, -1.0
-    return (root(edge, 0.0, True, t, back) if sign * rate[i] > 0 or t > a else t), back
+    return (root(edges[s], 0.0, True, t, back) if sign * rate > 0 or t > a else t), back
 
 
 @njit(cache=True)
@@ -195,7 +196,7 @@ def periodic(u, N, ratio, breaks, start, space, pieces):
     Where both periods slip alike, or are open, the second repeats the first from there on: a moving slider has no
     memory.
     """
-    at, closed, edges = breaks.at, breaks.closed, breaks.edges
+    marks, closed, edges = breaks.marks, breaks.closed, breaks.edges
     first, past = space
     m, n_first = len(closed), 0
     rest, since = np.zeros(3), np.zeros(2)
@@ -209,7 +210,7 @@ def periodic(u, N, ratio, breaks, start, space, pieces):
             n_first = close_piece(first, count, state, begin, TWO_PI, w, rest)
             begin, count, into = 0.0, 0, pieces
         for i in range(m):
-            t = at[i]
+            t = marks[i, AT]
             new = state
             if not closed[i]:
                 new = OPEN
@@ -225,14 +226,14 @@ def periodic(u, N, ratio, breaks, start, space, pieces):
             since[:] = t
             for _ in range(SWITCHES if closed[i] else 0):
                 if state == STICK:
-                    when, new = stick_ends(breaks, i, w, t, since)
+                    when, new = stick_ends(marks, edges, i, w, t, since)
                     if new == STICK:
                         break
                     count = close_piece(into, count, state, begin, when, w, rest)
                     begin, t, state = when, when, new
                     continue
                 s = state - FORWARD
-                stops, back = slip_ends(breaks, i, s, t)
+                stops, back = slip_ends(marks, edges, i, s, t)
                 if back < 0:
                     break
                 t = stops
@@ -251,8 +252,8 @@ def initial_slider(u, ratio, breaks, start, rest):
         w = series(u, 0.0)[0]
         rest[1] = 1.0
     for s in range(2):
-        if breaks.closed[0] and (1.0 - 2.0 * s) * (breaks.place[s, 0] - w) > 0:
-            w = breaks.place[s, 0]
+        if breaks.closed[0] and (1.0 - 2.0 * s) * (breaks.marks[0, PLACES + s] - w) > 0:
+            w = breaks.marks[0, PLACES + s]
             rest[1], rest[2] = 1.0, (2.0 * s - 1.0) * ratio
     return w
 
@@ -260,10 +261,11 @@ def initial_slider(u, ratio, breaks, start, rest):
 @njit(cache=True)
 def after_contact(u, N, breaks, i, rest):
     """(state, slider) of a contact that closes at break i: pushed only where the opening interval overtakes it."""
-    state = FORWARD if breaks.rate[0, i] > 0 else (BACKWARD if breaks.rate[1, i] < 0 else STICK)
-    w, u_rate, _ = series(u, breaks.at[i])
+    marks = breaks.marks
+    state = FORWARD if marks[i, RATES] > 0 else (BACKWARD if marks[i, RATES + 1] < 0 else STICK)
+    w, u_rate, _ = series(u, marks[i, AT])
     if state == STICK:
-        rest[0], rest[1], rest[2] = breaks.at[i], 1.0, -u_rate / series(N, breaks.at[i])[1]
+        rest[0], rest[1], rest[2] = marks[i, AT], 1.0, -u_rate / series(N, marks[i, AT])[1]
     return state, w
 
 
@@ -316,7 +318,7 @@ def break_points(x, samples, law, p, N, breaks):
     N[0] += law.preload[p]
     if law.normal and law.kn[p] > 0:
         return contact_instants(N, law.preload[p] + law.kn[p] * wave[last], law.kn[p] * rate[last], tau, breaks)
-    breaks.at[:n + 1] = tau
+    breaks.marks[:n + 1, AT] = tau
     breaks.kind[:n] = np.arange(n)
     breaks.kind[n] = 0
     breaks.closed[:n] = law.preload[p] > 0
@@ -331,17 +333,17 @@ def stick_interval(u, N, contact, samples, breaks):
     """
     ratio, kn, preload = contact
     u_wave, u_rate, n_wave, n_rate = samples
-    edges, place, rate = breaks.edges, breaks.place, breaks.rate
+    edges, marks = breaks.edges, breaks.marks
     edges[0], edges[1] = u - ratio * N, u + ratio * N
     for i in range(len(breaks.closed) + 1):
         s = breaks.kind[i]
         if s >= 0:
             limit, limit_rate = ratio * preload + ratio * kn * n_wave[s], ratio * kn * n_rate[s]
-            place[0, i], place[1, i] = u_wave[s] - limit, u_wave[s] + limit
-            rate[0, i], rate[1, i] = u_rate[s] - limit_rate, u_rate[s] + limit_rate
+            marks[i, PLACES], marks[i, PLACES + 1] = u_wave[s] - limit, u_wave[s] + limit
+            marks[i, RATES], marks[i, RATES + 1] = u_rate[s] - limit_rate, u_rate[s] + limit_rate
         else:
-            place[0, i], rate[0, i], _ = series(edges[0], breaks.at[i])
-            place[1, i], rate[1, i], _ = series(edges[1], breaks.at[i])
+            for e in range(2):
+                marks[i, PLACES + e], marks[i, RATES + e], _ = series(edges[e], marks[i, AT])
 
 
 @njit(cache=True)
@@ -359,14 +361,13 @@ def find_pieces(x, samples, law, start, found):
     pieces, counts, active, shares = found
     P, nd, nh = x.shape
     size = len(tau) + 4 * nh + 7
-    b = Breaks(np.empty(size), np.empty(size, np.int64), np.empty(size, np.bool_), np.empty((2, nh)),
-               np.empty((2, size)), np.empty((2, size)))
+    b = Breaks(np.empty((size, 5)), np.empty(size, np.int64), np.empty(size, np.bool_), np.empty((2, nh)))
     space, N = (np.empty((pieces.shape[2], 7)), np.empty((2, size), np.int64)), np.empty(nh)
     counts[:], active[:] = 0, False
     last = nd - 1                # the normal, where there is one
     for p in range(P):
         m = break_points(x[p], (tau, wave[p], rate[p]), law, p, N, b)
-        breaks = Breaks(b.at, b.kind, b.closed[:m], b.edges, b.place, b.rate)
+        breaks = Breaks(b.marks, b.kind, b.closed[:m], b.edges)
         opened = open_pieces(breaks, pieces[p, law.count], counts[p:p + 1, law.count])
         active[p, last] = opened > 0 and law.normal
         for d in range(law.count if law.kt[p] > 0 else 0):
@@ -395,7 +396,7 @@ def find_pieces(x, samples, law, start, found):
 @njit(cache=True)
 def open_pieces(breaks, pieces, count):
     """List the intervals in which the contact is open, and return their total."""
-    at, opened, k = breaks.at, 0.0, 0
+    at, opened, k = breaks.marks[:, AT], 0.0, 0
     for i in range(len(breaks.closed)):
         if breaks.closed[i]:
             continue
