@@ -191,9 +191,7 @@ class Damping(Rebuilt):
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
-        if problem.C is not None and problem.damping_ratio is None:
-            return replace(problem, C=value * problem.C), forces
-        return replace(problem, damping_ratio=value * np.asarray(problem.damping_ratio)), forces
+        return problem.with_damping(value), forces
 
 
 @dataclass(frozen=True)

@@ -112,6 +112,16 @@ class ContactProblem:
             other.__dict__["_receptance"] = self._receptance
         return other
 
+    def with_damping(self, factor: float) -> "ContactProblem":
+        """With the damping ratios, or C, times a factor; the modes are kept where the damping does not couple them."""
+        if self.C is not None and self.damping_ratio is None:
+            other = replace(self, C=factor * self.C)
+        else:
+            other = replace(self, damping_ratio=factor * np.asarray(self.damping_ratio))
+        if self.receptance().ratio.size:
+            other.__dict__["_receptance"] = replace(self.receptance(), ratio=factor * self.receptance().ratio)
+        return other
+
 
 def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, origin: str = "preloaded",
                     static: np.ndarray | None = None,

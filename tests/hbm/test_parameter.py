@@ -93,12 +93,15 @@ def scaled(problem, factor, name, contacts):
     return replace(problem, contacts=replace(problem.contacts, **{name: values}))
 
 
+RATIO = replace(beam("C8")[0], C=None, damping_ratio=0.01)
 LAWS_OWN = replace(unilateral(C1["parameters"])[0], law=CubicSpring(0.05))
 KINDS = {      # parameter, problem, force, and the problem at a value
     "one contact": (ContactSetting("kt", (1,)), *beam("C8")[:2], lambda p, v: scaled(p, v, "kt", (1,))),
     "preload of some": (ContactSetting("preload", (2, 5)), *beam("C8")[:2],
                         lambda p, v: scaled(p, v, "preload", (2, 5))),
     "damping": (Damping(), *beam("C8")[:2], lambda problem, v: replace(problem, C=v * problem.C)),
+    "damping ratio": (Damping(), RATIO, beam("C8")[1],
+                      lambda problem, v: replace(problem, damping_ratio=v * problem.damping_ratio)),
     "stiffness": (ModelParameter("ground", lambda problem, v: replace(problem, K=v * problem.K)), *beam("C8")[:2],
                   lambda problem, v: replace(problem, K=v * problem.K)),
     "law": (ModelParameter("cubic", lambda problem, v: replace(problem, law=CubicSpring(0.05 * v))), LAWS_OWN,
