@@ -1,4 +1,4 @@
-"""One run at a time in a results folder."""
+"""How stages are run: skipped, refused, taken up again, and one run at a time in a results folder."""
 
 import shutil
 import subprocess
@@ -11,7 +11,7 @@ from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import edit, files
 from tipdamp.cli import main
-from tipdamp.stages.run import run_stage
+from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.store import Store
 from tipdamp.study.study import load_study
 
@@ -57,7 +57,6 @@ def test_nothing_is_computed_twice(copy, capsys):
 def test_change_runs_dependent_stages_only(copy):
     path = edit(copy, "stations = [5, 4]", "stations = [4, 4]")
     study = load_study(path)
-    from tipdamp.stages.run import results_folder
     store = results_folder(study, None)
     assert run_stage("reduce", study, store, quiet=True) == "skipped"
     assert run_stage("preload", study, store, quiet=True) == "skipped"
