@@ -9,9 +9,6 @@ by itself.
 
 import argparse
 import os
-import resource
-import shutil
-import subprocess
 import tempfile
 import time
 from pathlib import Path
@@ -23,7 +20,7 @@ from modal.elasticity import Material, elastic_body
 from modal.mesh import Mesh
 from modal.solvers.inertia import modes_below
 from tests import boxes
-from tests.benchmarks.record import ccx_version, one_thread, processor, record
+from tests.benchmarks.record import ccx_version, one_thread, record, run_ccx
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 BOX = np.array([0.020, 0.045, 0.100])  # m, three different edges: no repeated modes
@@ -61,16 +58,12 @@ def calculix(mesh, modes):
             f.write(f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{STEEL.E:g},{STEEL.nu:g}\n*DENSITY\n{STEEL.density:g}\n"
                     f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*BOUNDARY\nCLAMP,1,3\n"
                     f"*STEP\n*FREQUENCY\n{modes}\n*END STEP\n")
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run(["ccx", "block"], cwd=folder, check=True, stdout=subprocess.DEVNULL,
-                       env={**os.environ, "OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1"})
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        seconds = run_ccx(folder, "block")
         hz = []
         for line in Path(folder, "block.dat").read_text().splitlines():
             fields = line.split()
             if len(fields) == 5 and fields[0] == str(len(hz) + 1):
                 hz.append(float(fields[3]))
-        seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         return np.array(hz[:modes]), seconds
 
 
@@ -80,13 +73,10 @@ def main():
     parser.add_argument("--cells", type=int, nargs=3, default=(16, 32, 64))
     parser.add_argument("--modes", type=int, default=20)
     arguments = parser.parse_args()
-    if not shutil.which("ccx"):
-        raise SystemExit("CalculiX is not installed: apt-get install calculix-ccx")
     ours(block((2, 2, 2)), 2)  # forms are compiled and libraries loaded before the clock runs
     mesh = block(np.array(arguments.cells))
     mine, parts, dofs = ours(mesh, arguments.modes)
     theirs, seconds = calculix(mesh, arguments.modes)
-    print(f"{processor()}, OMP_NUM_THREADS={os.environ.get('OMP_NUM_THREADS', 'unset')}, load {os.getloadavg()[0]:.1f}")
     print(f"{dofs} dofs, {arguments.modes} modes, {mine[0]:.3f} to {mine[-1]:.3f} Hz")
     print(f"largest deviation {np.abs(mine / theirs - 1).max():.1e}")
     named = dict(zip(("assembly", "factor", "modes", "count"), parts, strict=True))

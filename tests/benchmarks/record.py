@@ -3,6 +3,7 @@
 import json
 import os
 import platform
+import resource
 import subprocess
 from pathlib import Path
 
@@ -28,6 +29,17 @@ def one_thread():
 def processor():
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
     return next((x.split(":")[1].strip() for x in lines if x.startswith("model name")), platform.processor())
+
+
+def run_ccx(folder, job) -> float:
+    """CPU seconds of CalculiX on job.inp in a folder, on one thread."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(["ccx", "-i", job], cwd=folder, capture_output=True, text=True,
+                          env={**os.environ, "OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1"})
+    if done.returncode:
+        raise SystemExit(f"ccx failed: {done.stdout[-800:]}")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def ccx_version() -> str:
