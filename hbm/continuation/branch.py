@@ -1,4 +1,4 @@
-"""One point of a branch after the other: step and order by the error of the prediction, kinks, and why it ended."""
+"""One point of a branch after the other: steps, kinks, and why the branch ended."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -9,6 +9,7 @@ from hbm.continuation.corrector import correct, solve_fixed
 from hbm.continuation.point import Evaluate, Metric, OnPoint, Point
 from hbm.continuation.predictor import forward, on_branch, predict, prediction_errors, tangent
 from hbm.continuation.settings import Settings
+from hbm.continuation.step_size import next_step, shorter_step
 
 ENDS = {             # why a branch ended, and the remedy
     "end": "reached the end of the band",
@@ -133,7 +134,7 @@ class BranchTracer:
         self.lost = self.step <= self.settings.smallest_step
         self.shortened = True
         if not self.lost:
-            self.step, self.order = 0.4 * self.step, min(self.order, 1 if self.step < 1e-2 else 2)
+            self.order, self.step = shorter_step(self.step, self.order)
         return None
 
     def _correct(self, plane, metric):
@@ -179,20 +180,13 @@ class BranchTracer:
         return folds and self.attempts < self.settings.max_restarts
 
     def _choose_step(self, new):
-        """Order and length of the next step: those whose prediction of `new` would have erred as aimed."""
+        """Order and length of the next step, by the errors that the predictors of `new` had."""
         most = self.settings.highest_order
         errors = prediction_errors(self.run[-(most // 2 + 1):], new, self.metric())[:most]
         self.run.append(new)
         self._note_progress(new)
-        self.order = 1 + int(np.argmin(errors * 1.5 ** np.arange(len(errors))))
-        error = max(errors[self.order - 1], 1e-12)
-        growth = np.clip((self.settings.aim / error) ** (1 / (self.order + 1)), 0.5, 1.8)
-        if new.iterations > 4:
-            growth = min(growth, 0.6)
-        elif self.shortened:
-            growth = min(growth, 1.0)           # what stopped the longer step still lies ahead
+        self.order, self.step = next_step(self.step, errors, new.iterations, self.shortened, self.settings)
         self.shortened = False
-        self.step = min(self.step * growth, self.settings.largest_step)
 
     def _note_progress(self, new):
         before = self.run[-3:-1]
