@@ -97,7 +97,7 @@ class Body:
 
 
 def rigid_modes(body: Body) -> int:
-    """How many independent rigid motions the body's stiffness does not resist: 0 when fixed, 6 when free.
+    """Number of independent rigid motions that the stiffness does not resist: 0 when fixed, 6 when free.
 
     Raises InputError where one of them meets negative stiffness.
     """
@@ -116,7 +116,7 @@ def rigid_modes(body: Body) -> int:
 
 
 def parts(body: Body) -> np.ndarray:
-    """(d,) int - which piece each dof belongs to; pieces share no entry of K, not even through a third."""
+    """(d,) int - connected piece of each dof: K couples no two pieces, directly or through a third."""
     if sp.csgraph.connected_components(body.K, connection="strong")[0] == 1:  # K is symmetric: no need to turn it over
         return np.zeros(body.dofs, dtype=int)
     count = len(body.node)

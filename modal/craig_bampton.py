@@ -3,9 +3,9 @@
     q_B = master dofs,  q_I = Psi q_B + Phi eta,   Psi = -K_II^-1 K_IB   (constraint modes)
     S = K_BB + K_BI Psi   (the Schur stiffness, exact in statics)                       [Craig and Bampton 1968]
 
-One factorisation of K_II serves Psi, the fixed-interface modes Phi, interior loads and the estimate of what was left
-out. A free body needs no springs to ground: K_II is positive definite because its boundary is held, and S keeps the
-six rigid motions.
+One factorisation of K_II serves Psi, the fixed-interface modes Phi, interior loads and the error bound of the
+truncation. A free body needs no springs to ground: K_II is positive definite because its boundary is fixed, and S keeps
+the six rigid motions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -188,7 +188,7 @@ def _no_modes(size):
 
 
 def _left_out(factor, M_II, M_Psi, Phi):
-    """G of `truncation`: the compliance of the inertia forces of Psi that the kept modes do not carry."""
+    """G of `truncation`: compliance of the inertia forces of Psi that the kept modes do not represent."""
     if Phi.shape[0] == Phi.shape[1]:
         return np.zeros((M_Psi.shape[1],) * 2)
     rest = (M_II @ Phi) @ (-Phi.T @ M_Psi)
@@ -208,7 +208,7 @@ def _label(body, boundary, M, K, modes):
 
 
 def _check_rigid(reduction):
-    """The reduced stiffness of a free body must still let it float, to rounding."""
+    """RuntimeError where the reduced stiffness of a free body resists its rigid motions."""
     if not reduction.rigid:
         return
     S = reduction.model.K[:len(reduction.boundary), :len(reduction.boundary)]

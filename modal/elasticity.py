@@ -1,8 +1,8 @@
 """Linear elasticity: a Mesh and its materials become a Body.
 
-dolfinx assembles the cells that it can take; the others (20-node hexahedra, wedges), and all where it is not
-installed, are assembled by isoparametric.py. Displacements live at the nodes of the mesh whatever the cell, so the
-blocks are added by node and nothing is promoted to another element.
+dolfinx assembles the cell types that it supports, isoparametric.py the others (20-node hexahedra, wedges), and all
+where dolfinx is not installed. Displacements belong to the nodes of the mesh for every cell type, so the
+blocks add by node.
 """
 
 from collections.abc import Iterator, Sequence

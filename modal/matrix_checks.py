@@ -95,7 +95,7 @@ def check_matrix(body: Any, label: str, A: sp.csr_matrix) -> None:
 
 
 def check_mass(body: Any) -> None:
-    """Scaled to a unit diagonal a mass matrix is well conditioned: its lowest eigenvalue comes without a factor."""
+    """M is positive definite. Scaled to a unit diagonal it is well conditioned: no factor is needed."""
     diagonal = body.M.diagonal()
     if (diagonal <= 0).any():
         i = int((diagonal <= 0).argmax())

@@ -3,7 +3,7 @@
     K + K_g - speed^2 M_perp
 
 K_g is the geometric stiffness of the stress that the centrifugal load causes in linear statics, M_perp the mass for
-motion in the plane of rotation. Coriolis forces are left out. A free body has no such static state, and none is made.
+motion in the plane of rotation. Coriolis forces are neglected. A free body has no static state at speed and is refused.
 """
 
 from dataclasses import replace

@@ -15,10 +15,10 @@ def nodal_stress(mesh: Mesh, material: Material, displacement: np.ndarray,
                  other_materials: dict[str, Material] | None = None) -> np.ndarray:
     """Stress at every node, (n, 6) Pa in the order of COMPONENTS; displacement (n, 3) m, real or complex.
 
-    Linear elastic and isotropic; other_materials {cell group: Material} as in `elastic_body`. An isolated node has NaN.
-    In each cell the stress at the integration points is fitted by the field of a cell without middle nodes, which is
-    where isoparametric cells are most accurate [Barlow 1976], continued to the nodes, and averaged over the cells that
-    meet there, by volume; also where two materials meet, on whose sides the stress differs.
+    Linear elastic, isotropic; other_materials {cell group: Material} as in `elastic_body`. An isolated node has NaN.
+    In each cell the stress is sampled at the integration points, where isoparametric cells are most accurate [Barlow
+    1976], fitted by the field of a cell without midside nodes and extrapolated to the nodes; there it is averaged over
+    the adjacent cells by volume, across the interface of two materials too, where the true stress jumps.
     """
     total = np.zeros((len(mesh.node), 6), dtype=np.result_type(displacement, float))
     weight = np.zeros(len(mesh.node))

@@ -1,4 +1,4 @@
-"""How far the frequencies of a reduced model lie above those of the full one, without solving the full one.
+"""Error bound of reduced frequencies: how far they lie above those of the full model, which is not solved.
 
 In the coordinates (q_B, eta, eta_t), eta_t the fixed-interface modes that were left out, the full model is
 

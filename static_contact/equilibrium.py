@@ -22,7 +22,7 @@ def side_forces(normals: dict[str, np.ndarray], pull: ArrayLike,
     """Force N on each side from sum_s N_s n_s = pull, with the pull (3,) N on the damper.
 
     The blade pushes the damper by -N n. Raises InputError when the sides leave more than 1e-3 of the pull, or one
-    would have to hold the damper back.
+    would have to pull the damper.
     """
     pull = np.asarray(pull, dtype=float)
     A = np.column_stack(list(normals.values()))

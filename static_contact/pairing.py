@@ -66,7 +66,7 @@ def offsets(pairs: ContactTable, blade: Mesh, damper: Mesh) -> np.ndarray:
 
 
 def join(*tables: ContactTable) -> ContactTable:
-    """The sides below each other in one table."""
+    """The tables of all sides as one."""
     return ContactTable(**{f.name: np.concatenate([vars(t)[f.name] for t in tables])
                            for f in fields(ContactTable)})
 

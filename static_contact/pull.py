@@ -1,4 +1,4 @@
-"""Where the pull Fc acts on the damper: the load points, or positions along the line through them."""
+"""Nodal forces of the pull Fc on the damper: at the load points, or at positions along the line through them."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What the reduction costs each stuck frequency, and how many modes a wanted accuracy takes."""
+"""Error of the stuck frequencies due to the reduction, and the number of modes for a required accuracy."""
 
 from collections.abc import Sequence
 
@@ -23,11 +23,11 @@ def stuck_error_bound(model: ReducedModel, truncation: Truncation, pairs: Contac
 
 def enough_modes(parts: list[Reduction], targets: Sequence[float | None], pairs: ContactTable, below_hz: float
                  ) -> list[int]:
-    """Fewest modes of each body with which its own part of the error bound meets its target.
+    """Smallest number of modes of each body for which its own part of the error bound meets its target.
 
     parts - reductions that may hold more than enough modes; targets - largest relative error of the stuck frequencies
     below `below_hz` that each body may cause, None: all its modes are kept. Raises InputError, naming the bound
-    reached, when what the reductions hold is not enough.
+    reached, when the modes of a reduction are not enough.
     """
     return [_fewest(parts, i, target, pairs, below_hz) if target else len(part.omega) - part.load_modes
             for i, (part, target) in enumerate(zip(parts, targets, strict=True))]

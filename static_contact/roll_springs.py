@@ -1,4 +1,4 @@
-"""The resistance to roll that a flat has and a single row of pairs lacks: declared springs, not hidden ones."""
+"""Roll stiffness of a flat that a single row of pairs cannot represent: declared springs at each kept station."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ class RollSpring:
 
 
 def roll_springs(pairs: ContactTable, side: str, width: float, stiffness: float | None) -> list[RollSpring]:
-    """The resistance to roll that a flat of this width has and one row of pairs that stands for it lacks.
+    """Roll stiffness of a flat of this width, which one row of pairs in its place does not have.
 
     pairs - the full patch, with weight 0 on what is detached; width : m. One spring at each station that carries:
     kn w^2 / 12 with the kn of its carrying pairs (stiffness=None), or the given total (N m/rad) in equal parts.

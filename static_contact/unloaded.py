@@ -1,4 +1,4 @@
-"""Without load: can the bodies that float be placed so that no pair overlaps? Then no contact force is needed."""
+"""Static state without load: a position of the floating bodies in which no pair overlaps needs no contact force."""
 
 from typing import Any
 

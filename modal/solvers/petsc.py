@@ -13,7 +13,7 @@ _M_MMAP_MAX, _DEFAULT = -4, 65536  # malloc.h of glibc
 def start() -> Any:
     """Import and initialise petsc4py; returns the PETSc module, or None where it is not installed.
 
-    What Python dropped since the last call is freed: petsc4py only collects it until it is asked.
+    Objects that Python dropped since the last call are freed: petsc4py collects them and waits for this request.
     """
     os.environ.pop("PETSC_OPTIONS", None)
     for variable in ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"):
@@ -33,7 +33,7 @@ def start() -> Any:
 
 
 def _give_memory_back():
-    """Let large arrays return to the system when they are freed: what starts with PETSc turns that off for fast
+    """Return large arrays to the system when they are freed. MPI, which starts with PETSc, turns that off for fast
     messages, and a reduction then holds several times its memory."""
     with suppress(AttributeError):  # glibc only
         ctypes.CDLL(None).mallopt(_M_MMAP_MAX, _DEFAULT)
