@@ -77,6 +77,8 @@ class BranchTracer:
 
     lost : no step from the last point is short enough; shortened : whether the step was, since the last point
     begin, way, sense : of the parameter; length : its unit of arc length
+    sign : of the bordered determinant, forward along the branch; largest : weighted size of the unknowns so far
+    stale, turns : points and folds since the last progress; gaps, attempts : gaps bridged and restarts tried
     """
 
     def __init__(self, evaluate: Evaluate, start: Point, end: float, weights: np.ndarray, settings: Settings,
@@ -99,7 +101,7 @@ class BranchTracer:
         self.run = [replace(point, tangent=(self.sense * tx, self.sense * tp))]
 
     def resume(self, found: Point) -> None:
-        """Go on from a solution found ahead."""
+        """Continue from a solution found ahead."""
         self.branch.points.append(found)
         self.begin_at(found)
         if self.ahead(found.parameter, self.end) >= 0:
