@@ -3,9 +3,6 @@
 import re
 from pathlib import Path
 
-import pytest
-
-pytestmark = pytest.mark.xfail(strict=False, reason="names are being changed")
 ROOT = Path(__file__).parents[1]
 
 
