@@ -66,8 +66,8 @@ def _units(path, given):
     factors = {}
     for key, allowed in UNITS.items():
         name = given.get(key, next(iter(allowed)))
-        if name not in allowed:
-            raise InputError(f"{path}: [units] {key} = {name!r}: {nearest(name, allowed)}")
+        if not isinstance(name, str) or name not in allowed:
+            raise InputError(f"{path}: [units] {key} = {name!r}: {nearest(str(name), allowed)}")
         factors[key] = allowed[name]
     return {**factors, "force/length": factors["force"] / factors["length"]}
 

@@ -66,6 +66,7 @@ def test_units_are_converted_once(tmp_path):
     ("[material]", "[material]\nE = 1.0", "not a valid TOML file"),
     ("nu = 0.3", "nu = 0.5", r"\[material\] nu = 0.5"),
     ("[contact.right]", "[contact.left2]\n[contact.right]", r"\[contact.left2\] shape is missing"),
+    ("[material]", "[units]\nlength = [1]\n[material]", r"\[units\] length = \[1\]: valid: m, mm"),
     ("pull = 113", "pull = 113\naxis = [0, 0, 0]", "axis = .*must not be zero"),
 ])
 def test_one_line_for_each_mistake(tmp_path, old, new, message):
