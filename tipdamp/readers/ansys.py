@@ -19,6 +19,7 @@ TETRAHEDRA = {285: 4, 72: 4, 187: 10, 92: 10, 87: 10}
 # columns of a brick that are the corners and edges of what it stands for (I J K L M N O P, then the 12 middles)
 _WEDGE6, _WEDGE15 = [0, 1, 2, 4, 5, 6], [0, 1, 2, 4, 5, 6, 8, 9, 11, 12, 13, 15, 16, 17, 18]
 _TET4, _TET10 = [0, 1, 2, 4], [0, 1, 2, 4, 8, 9, 11, 16, 17, 18]
+_NOT_READ = ("D", "F", "CE", "CP", "CEINTF", "RBE3", "SFE", "MPDATA", "/UNITS", "TBDATA")
 _ORDER = {"hexahedron20": HEX20, "wedge15": WEDGE15, "tetra10": TET10}
 
 
@@ -26,15 +27,31 @@ def read(path: Path, data: bytes) -> Content:
     """Content of an archive. Components become groups; cells also form groups 'mat_N' and 'type_N'."""
     content = Content()
     lines = decode(data, content).splitlines()
+    elements, routines, skipped = _blocks(path, lines, content)
+    for command in ("N", "E", "EN"):
+        if skipped.get(command):
+            raise InputError(f"{path}: {skipped[command]} nodes or elements are defined by single commands "
+                             f"({command}); write the archive with CDWRITE in blocked format")
+    _elements(path, content, elements, routines)
+    _components(content, elements)
+    if not any(line.strip().upper() in ("FINISH", "/EOF") for line in lines):
+        content.warnings.append("the archive does not end with FINISH: is it whole?")
+    if skipped:
+        content.unused.append("commands " + ", ".join(f"{k} ({n})" for k, n in sorted(skipped.items())))
+    if elements:
+        content.unused.append(f"KEYOPTs: {FULL_INTEGRATION}")
+    return content
+
+
+def _blocks(path, lines, content) -> tuple[list[tuple], dict[int, int], dict[str, int]]:
+    """(number, type, material, nodes) of the elements, {type: routine}, {command that is not read: count}."""
     routines: dict[int, int] = {}
     skipped: dict[str, int] = {}
-    elements: list[tuple] = []  # (number, type, material, nodes)
+    elements: list[tuple] = []
     place = 0
     while place < len(lines):
-        line = lines[place]
-        place += 1
-        words = [w.strip() for w in line.split(",")]
-        name = words[0].upper()
+        words = [w.strip() for w in lines[place].split(",")]
+        name, place = words[0].upper(), place + 1
         if name == "ET" and len(words) > 2:
             routines[_whole(words[1], path, place)] = _whole(re.sub(r"^[A-Za-z]+", "", words[2]), path, place)
         elif name == "ETBLOCK":
@@ -45,24 +62,9 @@ def read(path: Path, data: bytes) -> Content:
             place = _eblock(path, lines, place, words, elements)
         elif name == "CMBLOCK":
             place = _cmblock(path, lines, place, words, content)
-        elif name in ("N", "E", "EN") and len(words) > 1 and words[1][:1].isdigit():
+        elif name in _NOT_READ or name in ("N", "E", "EN") and len(words) > 1 and words[1][:1].isdigit():
             skipped[name] = skipped.get(name, 0) + 1
-        elif name in ("D", "F", "CE", "CP", "CEINTF", "RBE3", "SFE", "MPDATA", "/UNITS", "TBDATA"):
-            skipped[name] = skipped.get(name, 0) + 1
-    for command in ("N", "E", "EN"):
-        if skipped.get(command):
-            raise InputError(f"{path}: {skipped[command]} nodes or elements are defined by single commands "
-                             f"({command}); "
-                             "write the archive with CDWRITE in blocked format")
-    _elements(path, content, elements, routines)
-    _components(content, elements)
-    if not any(line.strip().upper() in ("FINISH", "/EOF") for line in lines):
-        content.warnings.append("the archive does not end with FINISH: is it whole?")
-    if skipped:
-        content.unused.append("commands " + ", ".join(f"{k} ({n})" for k, n in sorted(skipped.items())))
-    if elements:
-        content.unused.append(f"KEYOPTs: {FULL_INTEGRATION}")
-    return content
+    return elements, routines, skipped
 
 
 def _whole(text, path, line):
