@@ -57,11 +57,11 @@ def full_derivative(f: ContactForces, x: np.ndarray) -> np.ndarray:
     return D
 
 
-def history(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start: Any = "zero_slider",
-            samples: int = 1024, periods: int = 1, repeats: Any = None) -> Any:
-    """(force (n, P, nd), state (n, P, ns), change) of a law over the last of some periods, by its step in a plain loop.
+def history(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start="zero_slider",
+            samples: int = 512, periods: int = 1) -> tuple[np.ndarray, np.ndarray, float]:
+    """(force (n, P, nd), state (n, P, ns), change) of a law over the last period, by its step in a plain loop.
 
-    change : of the force since the period before; where `repeats` is given, it ends once that is smaller
+    periods : at most; fewer where the force repeats to rounding; change : of the force since the period before
     """
     (u, v), dt = _samples_of(x, samples), 2 * np.pi / (omega * samples)
     state = law.initial_state(u[0], aft.slider_start(start, len(contacts), law.sliders), contacts)
@@ -72,7 +72,7 @@ def history(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1
             force[i], state = law.step(Motion(u[i], omega * v[i], dt), state, contacts)
             states[i] = state
         change = np.abs(force - before).max(initial=0.0)
-        if repeats is not None and change <= repeats:
+        if change <= 1e-13 * np.abs(force).max(initial=0.0):
             break
     return force, states, change
 
@@ -162,7 +162,7 @@ def _cycle(law, contacts, x, omega):
         f = forces(law, contacts, x, omega, start)
         total = total_force(law, contacts, x, f)
         size = np.abs(total).max() + 1e-300
-        force, _, change = history(law, contacts, x, omega, start, periods=PERIODS, repeats=1e-6 * size)
+        force, _, change = history(law, contacts, x, omega, start, periods=PERIODS)
         _require(law, change <= 1e-3 * size, f"the force does not repeat within {PERIODS} periods")
         E = fourier.basis(2 * np.pi * np.arange(len(force)) / len(force), ORDERS)
         expected = np.tensordot(force, projector(E), (0, 0))

@@ -18,6 +18,9 @@ from hbm.validation import brief
 __all__ = ["ContactForces", "ContactLaw", "ContactState", "Contacts", "Motion", "SliderStart", "Tangents"]
 
 
+COMPLEX_STEP = 1j * sampled.SETTINGS.step
+
+
 @dataclass(frozen=True)
 class ContactLaw:
     """Base of every contact law: a frozen dataclass whose fields are the parameters of the law.
@@ -59,11 +62,12 @@ class ContactLaw:
     def state_at(self, u: np.ndarray, state: np.ndarray, contacts: Contacts) -> np.ndarray:
         """(P, ns) the state moved to a nearby motion u (P, nd), where shooting varies it and the motion separately.
 
-        The default keeps the sliders and makes the other entries anew, or keeps all where there are no sliders.
+        Entries that `initial_state` takes from the motion or from the sliders are as it gives them, the others stay.
         """
-        if not self.sliders:
-            return state
-        return self.initial_state(u, SliderStart(state[:, :self.sliders], False), contacts)
+        along = COMPLEX_STEP * np.sqrt(np.arange(2, 2 + len(self.components)))
+        sliders = SliderStart(state[:, :self.sliders] + COMPLEX_STEP, False)
+        found = self.initial_state(u + along, sliders, contacts)
+        return np.where(np.imag(found) != 0, np.real(found), state)
 
     def stuck_stiffness(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N/m, stiffness K_c that the linear system takes over; the solution does not depend on it."""
@@ -85,14 +89,6 @@ class ContactLaw:
         zero = np.zeros((len(contacts), len(self.components)))
         start = SliderStart(np.zeros((len(contacts), self.sliders)), True)
         return Motion(zero, zero, 1.0), self.initial_state(zero, start, contacts), contacts
-
-    def consistent_state(self, u: np.ndarray, state: np.ndarray, contacts: Contacts) -> np.ndarray:
-        """State (P, ns) at the motion u (P, nd): entries that `initial_state` takes from the motion or the sliders are
-        as it gives them, the others stay. Newton on the period map varies the state freely and needs this."""
-        along = 1e-30j * np.sqrt(np.arange(2, 2 + len(self.components)))
-        sliders = SliderStart(state[:, :self.sliders] + 1e-30j, False)
-        found = self.initial_state(u + along, sliders, contacts)
-        return np.where(np.imag(found) != 0, np.real(found), state)
 
     def tangents(self, motion: Motion, state: np.ndarray,
                  contacts: Contacts) -> tuple[np.ndarray, np.ndarray, Tangents]:

@@ -21,8 +21,10 @@ class CubicSpring(ContactLaw):
     cubic: float | np.ndarray
 
     def step(self, motion, state, contacts):
+        """Force (P, 1) N; there is no state."""
         return np.reshape(self.cubic, (-1, 1)) * motion.u**3, state
 
     def check(self, contacts):
+        """InputError where cubic is not finite or does not fit the contacts."""
         self.check_range("cubic")
         super().check(contacts)

@@ -40,12 +40,15 @@ class MixedLaw(ContactLaw):
 
     @property
     def sliders(self) -> int:  # type: ignore[override]
+        """Of the law that has most."""
         return max(law.sliders for law in self.laws)
 
     def stuck_stiffness(self, contacts):
+        """(P, 3) N/m of each law."""
         return self._joined(contacts, np.zeros((len(contacts), 3)), lambda law, own: law.stuck_stiffness(own))
 
     def stuck_force(self, contacts):
+        """(P, 3) N of each law; the preload on a normal that it does not know."""
         return self._joined(contacts, self._constant(contacts), lambda law, own: law.stuck_force(own))
 
     def _joined(self, contacts, into, of_law):
@@ -61,19 +64,15 @@ class MixedLaw(ContactLaw):
         return force
 
     def initial_state(self, u, start, contacts):
+        """(P, ns) state of each law at t = 0."""
         state = np.zeros((len(contacts), self.states), dtype=u.dtype)
         for law, at, columns in self._parts(len(contacts)):
             state[at, :law.states] = law.initial_state(u[np.ix_(at, columns)], _own(law, start, at),
                                                        contacts.select(at))
         return state
 
-    def state_at(self, u, state, contacts):
-        moved = np.array(state)
-        for law, at, columns in self._parts(len(contacts)):
-            moved[at, :law.states] = law.state_at(u[np.ix_(at, columns)], state[at, :law.states], contacts.select(at))
-        return moved
-
     def step(self, motion, state, contacts):
+        """Force (P, 3) N and state (P, ns) of each law."""
         kind = np.result_type(*motion, state)
         force, new = self._constant(contacts).astype(kind), state.astype(kind)
         for law, at, columns in self._parts(len(contacts)):
@@ -83,6 +82,7 @@ class MixedLaw(ContactLaw):
         return force, new
 
     def harmonics(self, contacts, x, start, grid, omega):
+        """Forces of the cycle of each law."""
         P, nd, nh = x.shape
         g, by_preload, by_omega = np.zeros((3, *x.shape))
         active, shares, parts = np.zeros((P, nd), dtype=bool), np.zeros((P, 3)), []
@@ -101,20 +101,24 @@ class MixedLaw(ContactLaw):
         return ContactForces(g, active, D, by_preload if known else None, by_omega if rated else None, shares)
 
     def sticks_surely(self, contacts, amplitude):
+        """(P,) bool of each law."""
         sticks = np.zeros(len(contacts), dtype=bool)
         for law, at, columns in self._parts(len(contacts)):
             sticks[at] = law.sticks_surely(contacts.select(at), amplitude[np.ix_(at, columns)])
         return sticks
 
     def piecewise_linear(self, contacts):
+        """One table of those of the laws; None where a law has none."""
         parts = [(law.piecewise_linear(contacts.select(at)), at, columns)
                  for law, at, columns in self._parts(len(contacts))]
         return None if any(table is None for table, *_ in parts) else merged_table(parts, self._constant(contacts))
 
     def default_samples(self, H):
+        """Of the law that needs most."""
         return max(law.default_samples(H) for law in self.laws)
 
     def select(self, at):
+        """The mixture of some contacts, by a mask or by indices."""
         of_pair, at = np.asarray(self.of_pair, dtype=int), np.asarray(at)
         if at.dtype == bool:
             self._check_length(len(at))
@@ -125,6 +129,7 @@ class MixedLaw(ContactLaw):
         return MixedLaw(tuple(law.select(rank[at[of_pair[at] == i]]) for i, law in enumerate(self.laws)), of_pair[at])
 
     def check(self, contacts):
+        """InputError where of_pair or the parameters of a law do not fit the contacts."""
         self._check_length(len(contacts))
         for law, at, _ in self._parts(len(contacts)):
             law.check(contacts.select(at))

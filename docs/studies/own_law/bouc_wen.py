@@ -32,6 +32,7 @@ class BoucWen(ContactLaw):
     order: int = 1
 
     def check(self, contacts):
+        """Ranges of the parameters."""
         self.check_range("alpha", 0, 1)
         self.check_range("reach", 0, above=True)
         self.check_range("order", 1)
@@ -42,6 +43,7 @@ class BoucWen(ContactLaw):
         return contacts.kt[:, None]
 
     def initial_state(self, u, start, contacts):
+        """z = 0 at t = 0."""
         return np.concatenate([0 * u, u], axis=1)
 
     def step(self, motion, state, contacts):

@@ -27,6 +27,7 @@ class Dahl(ContactLaw):
         return contacts.kt[:, None]
 
     def initial_state(self, u, start, contacts):
+        """No force at t = 0."""
         return np.concatenate([0 * u, u], axis=1)
 
     def step(self, motion, state, contacts):

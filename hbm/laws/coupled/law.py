@@ -24,12 +24,15 @@ class IsotropicFriction(ContactLaw):
     states: ClassVar[int] = 5
 
     def stuck_stiffness(self, contacts):
+        """(P, 3) N/m: kt, kt, kn."""
         return np.stack([contacts.kt, contacts.kt, contacts.kn], axis=1)
 
     def stuck_force(self, contacts):
+        """(P, 3) N: the preload on the normal."""
         return np.stack([0 * contacts.preload, 0 * contacts.preload, contacts.preload], axis=1)
 
     def initial_state(self, u, start, contacts):
+        """(P, 5) state at t = 0: the slider, pulled along where the limit does not hold it, and the motion."""
         state = np.concatenate([u[:, :2] if start.from_position else start.positions + 0 * u[:, :2], u], axis=1)
         for p in range(len(u)):
             N = contacts.preload[p] + contacts.kn[p] * u[p, 2]
@@ -40,6 +43,7 @@ class IsotropicFriction(ContactLaw):
         return state
 
     def step(self, motion, state, contacts):
+        """Force (P, 3) N and state (P, 5); the motion of a step and the change of the normal load are straight."""
         u, kind = motion.u, np.result_type(motion.u, state)
         force, new = np.zeros(u.shape, kind), np.concatenate([u[:, :2], u], axis=1).astype(kind)
         for p in range(len(u)):
@@ -56,6 +60,7 @@ class IsotropicFriction(ContactLaw):
         return force, new
 
     def harmonics(self, contacts, x, start, grid, omega):
+        """Forces of the cycle by the compiled kernel, with the derivatives in closed form."""
         compilation.announce(cycle)
         P, nd, nh = x.shape
         E = grid[1]
@@ -77,6 +82,7 @@ class IsotropicFriction(ContactLaw):
         return ContactForces(g, active, D[active.any(axis=1)], None, None, shares)
 
     def sticks_surely(self, contacts, amplitude):
+        """(P,) bool: neither slip nor lift-off within the amplitude."""
         least = contacts.preload - contacts.kn * amplitude[:, 2]
         return (least > 0) & (contacts.kt * np.hypot(amplitude[:, 0], amplitude[:, 1]) <= contacts.mu * least)
 

@@ -28,6 +28,7 @@ class CoulombFriction(ContactLaw):
 
     @property
     def states(self):
+        """Sliders and, where there is a normal component, the motion before."""
         return self.sliders + len(self.components) * (self.sliders > 0 and self._normal)
 
     @property
@@ -35,20 +36,24 @@ class CoulombFriction(ContactLaw):
         return self.components[-1:] == ("n",)
 
     def stuck_stiffness(self, contacts):
+        """(P, nd) N/m: kt of the tangents, kn of the normal."""
         return np.stack([contacts.kt] * self.sliders + [contacts.kn] * self._normal, axis=1)
 
     def stuck_force(self, contacts):
+        """(P, nd) N: the preload on the normal."""
         force = super().stuck_force(contacts)
         if self._normal:
             force[:, -1] = contacts.preload
         return force
 
     def initial_state(self, u, start, contacts):
+        """(P, ns) state at t = 0: sliders and motion."""
         nt = self.sliders
         w = u[:, :nt] if start.from_position else start.positions[:, :nt] + 0 * u[:, :nt]
         return np.concatenate([w, u], axis=1)[:, :self.states]
 
     def step(self, motion, state, contacts):
+        """Force (P, nd) N and state (P, ns): elastic trial force, returned to the friction limit."""
         u, nt = motion.u, self.sliders
         N = self._normal_load(u, contacts)
         closed, w = (N.real > 0)[:, None], state[:, :nt]
@@ -76,6 +81,7 @@ class CoulombFriction(ContactLaw):
         return np.where(closes[:, None], touch[:, :w.shape[1]], w)
 
     def harmonics(self, contacts, x, start, grid, omega):
+        """Forces of the event-driven cycle, exact for the harmonics of the motion."""
         compilation.announce(integrals.add_forces)
         x, (P, nd, nh), (tau, E, E_rate) = np.ascontiguousarray(x), x.shape, grid
         law = events.Sliders(self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
@@ -90,10 +96,12 @@ class CoulombFriction(ContactLaw):
         return ContactForces(g, active, D, by_preload, None, shares)
 
     def sticks_surely(self, contacts, amplitude):
+        """(P,) bool: neither slip nor lift-off within the amplitude."""
         return _sticks(contacts, amplitude[:, :self.sliders],
                        amplitude[:, -1] if self._normal else np.zeros(len(contacts)))
 
     def piecewise_linear(self, contacts):
+        """Table of the sliders for event-driven time integration."""
         return slider_table(contacts, self.sliders, self._normal)
 
     def default_samples(self, H):

@@ -163,7 +163,7 @@ def test_cycle_against_plain_loops(case, start):
     x, contacts, _ = random_case(law, P=8, H=3, seed=3)
     f = forces(law, contacts, x, 1.0, start, 64)
     if law.piecewise_linear(contacts) is None:
-        force = history(law, contacts, x, 1.0, start, 64, 400, repeats=0.0)[0]
+        force = history(law, contacts, x, 1.0, start, 64, 400)[0]
         F = np.tensordot(force, sampled.projector(fourier.basis(np.arange(64) * 2 * np.pi / 64, 3)), (0, 0))
         assert np.abs(total_force(law, contacts, x, f) - F).max() < 2e-12
         return
