@@ -12,6 +12,7 @@ Compiled code is stored per file: nothing compiled here is called from compiled 
 """
 
 from collections import namedtuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -19,10 +20,17 @@ from numba import njit
 from hbm.laws.records import ContactState
 
 STICK, SLIP, OPEN = int(ContactState.STICK), int(ContactState.FORWARD), int(ContactState.OPEN)
-MAX_PERIODS = 60
-REPEATS = 1e-13          # of the largest motion: the slider has come back to where it was
-REGULAR = 1e-7           # of det(I - A): below, what a period does to the slider is not inverted
 
+
+class CycleSettings(NamedTuple):
+    """Tolerances of the periodic cycle."""
+
+    max_periods: int = 60        # a slider that creeps longer is taken as it is then
+    repeats: float = 1e-13       # of the largest motion: the slider has come back to where it was
+    regular: float = 1e-7        # of det(I - A): below, what a period does to the slider is not inverted
+
+
+SETTINGS = CycleSettings()
 Steps = namedtuple("Steps", "M C0 C1 w state A")
 Steps.__doc__ = """Samples of a cycle: slider w (n, 2), its state (n,), and dw = M dw(before) + C0 du(before) + C1 du.
 
@@ -234,21 +242,21 @@ def settle(u, w, contact, newton, steps, J):
     size, C, A = np.abs(u).max() + 1e-300, np.empty((2, 3)), steps.A
     slid, jumped = False, False
     w1, w2 = w
-    for periods in range(1, MAX_PERIODS + 1):
+    for periods in range(1, SETTINGS.max_periods + 1):
         a1, a2 = w1, w2
         w1, w2 = one_period(u, (a1, a2), contact, steps, J)
         e1, e2 = w1 - a1, w2 - a2
         slid = slid or (steps.state != STICK).any()
         if periods == 1:
             continue
-        if max(abs(e1), abs(e2)) <= REPEATS * size:
+        if max(abs(e1), abs(e2)) <= SETTINGS.repeats * size:
             return periods, True, jumped, slid
         det = determinant(A)
-        if newton and abs(det) > REGULAR:
+        if newton and abs(det) > SETTINGS.regular:
             jumped = True
             w1, w2 = a1 + ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, a2 + (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
             w1, w2 = begin(u[0], (w1, w2), contact, C)
-    return MAX_PERIODS, False, jumped, slid
+    return SETTINGS.max_periods, False, jumped, slid
 
 
 @njit(cache=True)
@@ -276,7 +284,7 @@ def one_contact(u, E, contact, start, steps, dw):
     w = begin(u[0], given, contact, C)
     pulled = w[0] != given[0] or w[1] != given[1]
     periods, repeats, by_newton, slid = settle(u, w, contact, True, steps, J)
-    if by_newton and (not repeats or abs(determinant(steps.A)) <= REGULAR):
+    if by_newton and (not repeats or abs(determinant(steps.A)) <= SETTINGS.regular):
         periods, repeats, _, slid = settle(u, w, contact, False, steps, J)
         by_newton = False
     by[0] = 0.0
