@@ -24,28 +24,10 @@ from tipdamp.bodies.check import full_model_check
 from tipdamp.bodies.read import BODY_READS
 from tipdamp.free_modes import tracking_warnings
 from tipdamp.progress import Tick
-from tipdamp.stages.model_inputs import (
-    balance_error,
-    conserves,
-    declared_springs,
-    equilibrium,
-    line_of,
-    preload_map,
-    side_sums,
-    static_contact,
-)
+from tipdamp.stages import model_inputs as inputs
+from tipdamp.stages import results
 from tipdamp.stages.preload import side_forces
 from tipdamp.stages.reduce import free_modes
-from tipdamp.stages.results import (
-    FullModelCheck,
-    KeptCase,
-    OfSets,
-    Redistribution,
-    SideLoad,
-    Stations,
-    TuneResult,
-    TuneStep,
-)
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.view import Study
@@ -60,7 +42,7 @@ class KeptPreload:
     forces {side: N} of equilibrium; balance - unbalanced part; tangential (P, 2) N with friction, else None."""
 
     pairs: ContactTable
-    facts: Redistribution
+    facts: results.Redistribution
     forces: dict[str, float]
     balance: float
     tangential: np.ndarray | None = None
@@ -71,20 +53,20 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     model, whole = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("preload.csv"))
     follow = np.zeros(model.size)
     follow[model.body == BLADES] = free_modes(study, model.part(BLADES)).follow[study.tune.follow]
-    line, assembly = line_of(study, whole), StuckAssembly(model)
+    line, assembly = inputs.line_of(study, whole), StuckAssembly(model)
     found = _keep(study, assembly, line, follow, tick)
     sets = {"full_area": whole, "full_line": line, "tuned": found.pairs}
     stuck = {name: assembly.modes(pairs, follow, above_hz=SHOWN_BELOW_HZ,
-                                  extra=spring_rows(model, pairs, declared_springs(study, pairs)))
+                                  extra=spring_rows(model, pairs, inputs.declared_springs(study, pairs)))
              for name, pairs in sets.items()}
     checked = _full_model_check(study, store, model, sets, stuck, tick)
     kept = kept_preload(study, store, model, whole, found.pairs)
     files = _write_kept(store, kept)
     on_kept = kept.pairs.select(kept.pairs.carrying)
-    TuneResult(
+    results.TuneResult(
         **tuning_figures(found, stuck), full_model_check=checked, redistribution=kept.facts,
         preload_kept=side_forces(on_kept, kept.forces, kept.balance),
-        roll_stiffness_Nm_per_rad=sum(s.k for s in declared_springs(study, found.pairs)),
+        roll_stiffness_Nm_per_rad=sum(s.k for s in inputs.declared_springs(study, found.pairs)),
         cases={name: kept_case(study, model, found.pairs, name) for name in study.loads}).save(store)
     shapes = {"kept stations stuck": stuck["tuned"], "whole area stuck": stuck["full_area"]}
     return [*files, *keep_stuck(store, model, shapes)]
@@ -93,12 +75,12 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
 def _keep(study, assembly, line, follow, tick) -> Detachment:
     """The stations of the line that are kept: those that the study gives, or by the target."""
     def rows(pairs):
-        return spring_rows(assembly.model, pairs, declared_springs(study, pairs))
+        return spring_rows(assembly.model, pairs, inputs.declared_springs(study, pairs))
 
     def report(step, share):
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
-    options = DetachmentOptions(springs=rows, conserve=conserves(study))
+    options = DetachmentOptions(springs=rows, conserve=inputs.conserves(study))
     if study.tune.stations:
         return keep_stations(assembly, line, ends_kept(study, line), follow, options)
     return detach_until(assembly, line, study.tune.target_hz, follow, options, report)
@@ -113,23 +95,24 @@ def ends_kept(study: Study, line: ContactTable) -> tuple[int, int]:
     return front, back
 
 
-def _full_model_check(study, store, model, sets, stuck, tick) -> dict[str, FullModelCheck]:
+def _full_model_check(study, store, model, sets, stuck, tick) -> dict[str, results.FullModelCheck]:
     """Nothing where matrices were given."""
     if "model" in study:
         return {}
     tick(0.8, "full model")
     truncation = Truncation.load(store.path("truncation.npz"))
     return full_model_check(study, model, truncation, {
-        name: (pairs, declared_springs(study, pairs), stuck[name].hz[stuck[name].hz < CHECK_BELOW_HZ])
+        name: (pairs, inputs.declared_springs(study, pairs), stuck[name].hz[stuck[name].hz < CHECK_BELOW_HZ])
         for name, pairs in sets.items()}, tick)
 
 
 def tuning_figures(found: Detachment, stuck: dict[str, StuckModes]) -> dict:
     """Fields of TuneResult: target, steps, and the stuck modes of each set of pairs."""
-    return {"target_hz": found.target_hz, "tuned_pairs": Stations(front=found.chosen.front, back=found.chosen.back),
-            "history": [TuneStep(front=s.front, back=s.back, hz=s.hz, mac=s.mac) for s in found.history],
-            "stuck_hz": OfSets[float](**{name: modes.tracked_hz for name, modes in stuck.items()}),
-            "mac": OfSets[float](**{name: modes.mac for name, modes in stuck.items()}),
+    chosen = results.Stations(front=found.chosen.front, back=found.chosen.back)
+    return {"target_hz": found.target_hz, "tuned_pairs": chosen,
+            "history": [results.TuneStep(front=s.front, back=s.back, hz=s.hz, mac=s.mac) for s in found.history],
+            "stuck_hz": results.OfSets[float](**{name: modes.tracked_hz for name, modes in stuck.items()}),
+            "mac": results.OfSets[float](**{name: modes.mac for name, modes in stuck.items()}),
             "stuck_modes_hz": {name: modes.hz[modes.hz < SHOWN_BELOW_HZ] for name, modes in stuck.items()}}
 
 
@@ -144,17 +127,18 @@ def kept_preload(study: Study, store: Store, model: ReducedModel, whole: Contact
 
 def _resolved(study, model, whole, line):
     """Static contact solved again on the kept pairs alone."""
-    statics = static_contact(study, model, line)
+    statics = inputs.static_contact(study, model, line)
     if not study.preload.friction:
         result = statics.solve(loads.at_rest(study, model), constrain=True)
-        facts = Redistribution(reactions=result.reactions, residual=result.residual)
-        return KeptPreload(preload_map(result, line), facts, equilibrium(study, model, whole), result.balance)
+        facts = results.Redistribution(reactions=result.reactions, residual=result.residual)
+        forces = inputs.equilibrium(study, model, whole)
+        return KeptPreload(inputs.preload_map(result, line), facts, forces, result.balance)
     state = friction.solve(study, model, statics.pairs, friction.history(study, model))
-    kept = preload_map(state, line)
-    facts = Redistribution(friction=friction.facts(state), residual=state.residual)
+    kept = inputs.preload_map(state, line)
+    facts = results.Redistribution(friction=friction.facts(state), residual=state.residual)
     balance = friction.balance_error(kept.select(kept.carrying), state.tangential[kept.carrying],
                                      loads.force_at_rest(study, model))
-    return KeptPreload(kept, facts, side_sums(state.pairs), balance, state.tangential)
+    return KeptPreload(kept, facts, inputs.side_sums(state.pairs), balance, state.tangential)
 
 
 def _scaled(study, model, whole, line, tangential):
@@ -162,15 +146,15 @@ def _scaled(study, model, whole, line, tangential):
     carrying, load, axis = np.flatnonzero(line.carrying), loads.force_at_rest(study, model), study.driver.axis
     kept = line.select(carrying)
     if tangential is None:
-        forces = equilibrium(study, model, whole)
+        forces = inputs.equilibrium(study, model, whole)
     else:
         forces = balancing_forces(whole, kept, tangential, load, axis)
     done = redistribute(whole, kept, forces, axis)
     preload = line.preload.copy()
     preload[carrying] = done.pairs.preload
-    facts = Redistribution(scale=done.scale, moment_Nm=done.moment)
+    facts = results.Redistribution(scale=done.scale, moment_Nm=done.moment)
     if tangential is None:
-        return KeptPreload(line.replace(preload=preload), facts, forces, balance_error(done.pairs, load))
+        return KeptPreload(line.replace(preload=preload), facts, forces, inputs.balance_error(done.pairs, load))
     moved = np.zeros_like(tangential)
     moved[carrying] = redistribute_friction(whole, tangential, done)
     return KeptPreload(line.replace(preload=preload), facts, forces,
@@ -189,20 +173,21 @@ def _write_kept(store, kept):
     return ["kept_friction.csv"]
 
 
-def kept_case(study: Study, model: ReducedModel, pairs: ContactTable, name: str) -> KeptCase:
+def kept_case(study: Study, model: ReducedModel, pairs: ContactTable, name: str) -> results.KeptCase:
     """What the kept pairs carry in a further load case, without friction and solved on them alone."""
     try:
-        result = static_contact(study, model, pairs).solve(loads.total(study, name, model), constrain=True)
+        result = inputs.static_contact(study, model, pairs).solve(loads.total(study, name, model), constrain=True)
     except InputError as error:
-        return KeptCase(refused=str(error))
+        return results.KeptCase(refused=str(error))
     forces = {s: result.force[(pairs.side == s) & pairs.carrying] for s in pairs.sides}
-    sides = {s: SideLoad(sum_N=f.sum(), max_N=f.max(initial=0.0), detached=(f <= 0).sum()) for s, f in forces.items()}
-    return KeptCase(sides=sides, reactions=result.reactions, residual=result.residual)
+    sides = {s: results.SideLoad(sum_N=f.sum(), max_N=f.max(initial=0.0), detached=(f <= 0).sum())
+             for s, f in forces.items()}
+    return results.KeptCase(sides=sides, reactions=result.reactions, residual=result.residual)
 
 
 def line(store: Store) -> str:
     """Stuck frequencies and the stations kept."""
-    found = TuneResult.load(store)
+    found = results.TuneResult.load(store)
     stuck, kept = found.stuck_hz, found.tuned_pairs
     return (f"stuck: area {stuck.full_area:.0f} Hz, line {stuck.full_line:.0f} Hz, {kept.front} + {kept.back} stations "
             f"{stuck.tuned:.0f} Hz")
@@ -210,7 +195,7 @@ def line(store: Store) -> str:
 
 def warnings(study: Study, store: Store) -> list[str]:
     """Of the tracked mode."""
-    found = TuneResult.load(store)
+    found = results.TuneResult.load(store)
     return [*found.warnings, *tracking_warnings(study, found)]
 
 
