@@ -62,7 +62,7 @@ def _parameter(name, value, key):
         raise ValueError(f"{name} {error}") from None
 
 
-def _json(_: Key) -> dict:
+def _json() -> dict:
     from hbm.laws import SHIPPED
 
     names = {"enum": list(SHIPPED)}
@@ -71,4 +71,4 @@ def _json(_: Key) -> dict:
     return {"anyOf": [names, table]}
 
 
-LAW = Kind("text or table", _read, _json)
+LAW = Kind("text or table", _read, json=_json)

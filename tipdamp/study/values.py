@@ -17,11 +17,13 @@ from hbm.errors import nearest
 
 @dataclass(frozen=True)
 class Kind:
-    """shown - its name in the documentation; read - from the value of the file; json - JSON schema of a key."""
+    """shown - its name in the documentation; read - from the value of the file; alone - whether a single value stands
+    for a list of one; json - its JSON schema where that is not the one of its type."""
 
     shown: str
     read: Callable[[Any, "Key", float], Any]
-    json: Callable[["Key"], dict]
+    alone: bool = False
+    json: Callable[[], dict] | None = None
 
 
 @dataclass(frozen=True)
@@ -47,9 +49,10 @@ class Key:
         return core_schema.with_info_before_validator_function(read, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict:
-        unit = f" ({self.unit}, in the unit of [units])" if self.unit else ""
-        choices = {"enum": handler(schema)["enum"]} if self.kind is CHOICE else {}
-        return {**self.kind.json(self), **choices, "description": self.text + unit}
+        found = self.kind.json() if self.kind.json else _ranged(handler(schema), self)
+        if self.kind.alone:
+            found = {"anyOf": [found["items"], found]}
+        return {**found, "description": self.text + (f" ({self.unit}, in the unit of [units])" if self.unit else "")}
 
     def of(self, annotation: Any) -> "Key":
         """The key with the choices of its field."""
@@ -165,50 +168,37 @@ def _table(value: Any, _: Key, factor: float) -> tuple:
 
 # ---- JSON schema -----------------------------------------------------------------------------------------------
 
-def _ranged(kind: str) -> Callable[[Key], dict]:
-    def schema(key: Key) -> dict:
+def _ranged(schema: dict, key: Key) -> dict:
+    """The schema with the range of the key on every number; None, which TOML does not know, is left out."""
+    if schema.get("type") in ("number", "integer"):
         low = {"exclusiveMinimum" if key.open_low else "minimum": key.low} if np.isfinite(key.low) else {}
-        return {"type": kind, **low, **({"maximum": key.high} if np.isfinite(key.high) else {})}
-    return schema
+        return {**schema, **low, **({"maximum": key.high} if np.isfinite(key.high) else {})}
+    if "anyOf" in schema:
+        found = [_ranged(one, key) for one in schema["anyOf"] if one.get("type") != "null"]
+        return found[0] if len(found) == 1 else {"anyOf": found}
+    inner: dict[str, Any] = {"items": _ranged(schema["items"], key)} if "items" in schema else {}
+    if "prefixItems" in schema:
+        inner["prefixItems"] = [_ranged(one, key) for one in schema["prefixItems"]]
+    return {**schema, **inner}
 
-
-def _plain(kind: str) -> Callable[[Key], dict]:
-    return lambda _: {"type": kind}
-
-
-def _list_of(items: Callable[[Key], dict], size: int | None = None) -> Callable[[Key], dict]:
-    length = {"minItems": 1} if size is None else {"minItems": size, "maxItems": size}
-    return lambda key: {"type": "array", "items": items(key), **length}
-
-
-def _any_of(*schemas: Callable[[Key], dict]) -> Callable[[Key], dict]:
-    return lambda key: {"anyOf": [schema(key) for schema in schemas]}
-
-
-def _word(word: str) -> Callable[[Key], dict]:
-    return lambda _: {"const": word}
-
-
-_NUMBER, _WHOLE, _STRING = _ranged("number"), _ranged("integer"), _plain("string")
-_ROWS = _list_of(_list_of(_any_of(_STRING, _NUMBER)))
 
 # ---- kinds -----------------------------------------------------------------------------------------------------
 
-TEXT = Kind("text", _text, _STRING)
-TEXTS = Kind("list of texts", _each(_text, False), _list_of(_STRING))
-ONE_OR_MORE = Kind("text or list of texts", _each(_text, True), _any_of(_STRING, _list_of(_STRING)))
-CHOICE = Kind("choice", _choice, _STRING)
-FLAG = Kind("true or false", _flag, _plain("boolean"))
-NUMBER = Kind("number", number, _NUMBER)
-NUMBERS = Kind("list of numbers", _each(number, False), _list_of(_NUMBER))
-RATIOS = Kind("number or list", _each(number, True), _any_of(_NUMBER, _list_of(_NUMBER)))
-COUNT = Kind("whole number", _count, _WHOLE)
-COUNTS = Kind("whole number or list", _each(_count, True), _any_of(_WHOLE, _list_of(_WHOLE)))
-STATIONS = Kind("[front, back] or 'all'", _or("all", _each(_count, True)), _any_of(_list_of(_WHOLE, 2), _word("all")))
-ROLL = Kind("'from_flat' or number", _or("from_flat", number), _any_of(_NUMBER, _word("from_flat")))
-VECTOR = Kind("[x, y, z]", _vector, _list_of(_NUMBER, 3))
-TRIPLE = Kind("[x, y, z]", _triple, _list_of(_NUMBER, 3))
-BAND = Kind("[first, last]", _band, _list_of(_NUMBER, 2))
-TABLE = Kind("[[coordinate, value], ...]", _table, _list_of(_list_of(_NUMBER, 2)))
-GROUP_VALUES = Kind("[[body, group, value], ...]", _on_groups(1), _ROWS)
-GROUP_VECTORS = Kind("[[body, group, x, y, z], ...]", _on_groups(3), _ROWS)
+TEXT = Kind("text", _text)
+TEXTS = Kind("list of texts", _each(_text, False))
+ONE_OR_MORE = Kind("text or list of texts", _each(_text, True), alone=True)
+CHOICE = Kind("choice", _choice)
+FLAG = Kind("true or false", _flag)
+NUMBER = Kind("number", number)
+NUMBERS = Kind("list of numbers", _each(number, False))
+RATIOS = Kind("number or list", _each(number, True), alone=True)
+COUNT = Kind("whole number", _count)
+COUNTS = Kind("whole number or list", _each(_count, True), alone=True)
+STATIONS = Kind("[front, back] or 'all'", _or("all", _each(_count, True)))
+ROLL = Kind("'from_flat' or number", _or("from_flat", number))
+VECTOR = Kind("[x, y, z]", _vector)
+TRIPLE = Kind("[x, y, z]", _triple)
+BAND = Kind("[first, last]", _band)
+TABLE = Kind("[[coordinate, value], ...]", _table)
+GROUP_VALUES = Kind("[[body, group, value], ...]", _on_groups(1))
+GROUP_VECTORS = Kind("[[body, group, x, y, z], ...]", _on_groups(3))
