@@ -41,7 +41,7 @@ def surface_angles(pairs: ContactTable, meshes: dict) -> np.ndarray:
     return worst
 
 
-def forces_per_pull(pairs: ContactTable, pull_direction) -> tuple[dict, str | None]:
+def forces_per_pull(pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...]) -> tuple[dict, str | None]:
     """{side: N} for 1 N of pull without friction, or what stands against it."""
     try:
         return side_forces(side_normals(pairs), pull_direction), None
@@ -49,13 +49,14 @@ def forces_per_pull(pairs: ContactTable, pull_direction) -> tuple[dict, str | No
         return {}, str(error)
 
 
-def pull_warnings(pairs: ContactTable, pull_direction) -> list[str]:
+def pull_warnings(pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...]) -> list[str]:
     """One sentence when the pull does not press the damper against its sides."""
     _, trouble = forces_per_pull(pairs, pull_direction)
     return [f"pull_direction = {np.round(pull_direction, 4).tolist()}: {trouble}"] if trouble else []
 
 
-def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) -> dict[str, SideCheck]:
+def side_checks(pairs: ContactTable, places: dict[str, np.ndarray], pull_direction: np.ndarray | tuple[float, ...],
+                angles: np.ndarray | None = None) -> dict[str, SideCheck]:
     """{side: geometry of its pairs}; places {body: (P, 3) m} of their nodes; angles (P,) of `surface_angles`."""
     forces, trouble = forces_per_pull(pairs, pull_direction)
     apart = np.einsum("pij,pj->pi", pairs.frame, places[BLADES] - places[DAMPER])
@@ -75,23 +76,22 @@ def side_checks(pairs: ContactTable, places: dict, pull_direction, angles=None) 
     return found
 
 
-def warnings(pairs: ContactTable, angles=()) -> list[str]:
+def warnings(pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]:
     """One sentence on friction above that of any dry metals, one on normals that are not normal to the surfaces."""
     found, slippery = [], np.flatnonzero(pairs.mu > LARGEST_MU)
     if len(slippery):
         i = slippery[np.argmax(pairs.mu[slippery])]
         found = [f"{len(slippery)} of {len(pairs)} pairs have a friction coefficient above {LARGEST_MU:g}, pair "
                  f"{i + 1} (side '{pairs.side[i]}') {pairs.mu[i]:g}: is it mu, or in percent?"]
-    odd = np.flatnonzero(np.asarray(angles) > ODD_ANGLE)
-    if not len(odd):
+    if angles is None or not (angles > ODD_ANGLE).any():
         return found
-    i = odd[np.argmax(angles[odd])]
-    return [*found, f"{len(odd)} of {len(pairs)} contact normals are not normal to the surfaces; the worst, side "
+    i = int(angles.argmax())
+    return [*found, f"{(angles > ODD_ANGLE).sum()} of {len(pairs)} contact normals are not normal to the surfaces; the worst, side "
             f"'{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node {pairs.damper_node[i]}), is "
             f"{angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
 
 
-def without_partner(blade, damper, tolerance: float) -> tuple:
+def without_partner(blade: np.ndarray, damper: np.ndarray, tolerance: float) -> tuple[list, ...]:
     """(blade, damper): [(index, index of the nearest of the others, distance m)] of the nodes (n, 3) m that have no
     other within the tolerance."""
     found = []
@@ -101,7 +101,7 @@ def without_partner(blade, damper, tolerance: float) -> tuple:
     return tuple(found)
 
 
-def pair_names(pairs: ContactTable, chosen) -> list[str]:
+def pair_names(pairs: ContactTable, chosen: np.ndarray | list[int] | slice) -> list[str]:
     """Names of some pairs (indices or mask): 'left 4', and on sides with several rows 'left 4/1', station and row."""
     several = {side for side in pairs.sides if len(np.unique(pairs.row[pairs.side == side])) > 1}
     return [f"{side} {station}/{row}" if side in several else f"{side} {station}" for side, station, row
