@@ -41,6 +41,14 @@ damping_ratio = 0.022
 """
 
 
+def changed(text, *changes):
+    """A study with changes (old, new), each of which must apply."""
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
 @pytest.fixture(scope="session")
 def rig(tmp_path_factory):
     """Folder with the meshes of the asymmetric rig at size 0.5 and a study file."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hbm.model import ReducedModel
-from tests.conftest import STUDY
+from tests.conftest import STUDY, changed
 from tests.tipdamp.rig_study import CHAIN, SAID_BY_THE_TABLE
 from tipdamp.cli import main
 
@@ -33,11 +33,7 @@ def variant(rig_results, tmp_path):
         text = text.replace(line, "")
 
     def run(last, *changes):
-        changed = text
-        for old, new in changes:
-            assert old in changed
-            changed = changed.replace(old, new)
-        (tmp_path / "rig.toml").write_text(changed)
+        (tmp_path / "rig.toml").write_text(changed(text, *changes))
         for verb in ("inspect", "reduce", "preload", "tune", "respond", "report"):
             assert main([verb, str(tmp_path / "rig.toml"), "--quiet"]) == 0
             if verb == last:
@@ -62,3 +58,12 @@ def matrices_study(tmp_path):
     example.contact_table().save(tmp_path / "pairs.csv")
     (tmp_path / "study.toml").write_text(CHAIN)
     return tmp_path / "study.toml"
+
+
+@pytest.fixture
+def nothing_is_assembled(monkeypatch):
+    """What is wrong with pairs and loads is answered before anything heavy is done."""
+    def heavy(*_, **__):
+        raise AssertionError("a body was assembled")
+
+    monkeypatch.setattr("modal.elasticity.elastic_body", heavy)

@@ -10,7 +10,7 @@ from static_contact.stiffness.contact_side import ContactSide
 from static_contact.stiffness.elastic_constants import MaterialPair
 from static_contact.stiffness.nodal_stiffness import StiffnessModel, nodal_stiffness
 from static_contact.stiffness.rough_surfaces import Roughness
-from tests.conftest import STUDY
+from tests.conftest import STUDY, changed
 from tests.tipdamp import corner_study
 from tipdamp import stiffness
 from tipdamp.bodies.pair import matched_pairs
@@ -26,11 +26,7 @@ NO_LEFT, NO_RIGHT = ("kn = 3.32e6\nkt = 3.02e6\n", ""), ("kn = 1.03e6\nkt = 0.94
 
 def stiffness_of(rig_results, tmp_path, *changes):
     """(pairs with their stiffness, what each side's was made from) of the rig's study with changes."""
-    text = STUDY
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (tmp_path / "s.toml").write_text(text)
+    (tmp_path / "s.toml").write_text(changed(STUDY, *changes))
     study, pairs = load_study(tmp_path / "s.toml"), ContactTable.load(rig_results.path("preload.csv"))
     materials = dict.fromkeys(pairs.sides, STEEL)
     return (stiffness.with_values(study, pairs, materials),

@@ -37,15 +37,6 @@ def test_a_body_that_nothing_holds(copy, capsys):
     assert "body 'blades': it is not held fast, 3 rigid motions are free" in capsys.readouterr().err
 
 
-@pytest.fixture
-def nothing_is_assembled(monkeypatch):
-    """What is wrong with pairs and loads is answered before anything heavy is done."""
-    def heavy(*_, **__):
-        raise AssertionError("a body was assembled")
-
-    monkeypatch.setattr("modal.elasticity.elastic_body", heavy)
-
-
 @pytest.mark.parametrize("old, new, words", [
     ('"clamp_two"]', '"touch_two"]', "[contact.two] the pairs: node 98 of the blades is clamped by group 'touch_two'"),
     ('"touch_two"]', '"clamp_two"]', "[respond] group 'clamp_two': node 104 of the blades is clamped by")])

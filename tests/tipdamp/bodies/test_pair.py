@@ -63,15 +63,6 @@ def test_own_table_of_pairs(copy):
     assert all(after[k] < store_before[k] for k in after)
 
 
-@pytest.fixture
-def nothing_is_assembled(monkeypatch):
-    """What is wrong with pairs and loads is answered before anything heavy is done."""
-    def heavy(*_, **__):
-        raise AssertionError("a body was assembled")
-
-    monkeypatch.setattr("modal.elasticity.elastic_body", heavy)
-
-
 def test_unmatched_surfaces(tmp_path, capsys, nothing_is_assembled):
     shifted = corner_study.damper(at=(0.0, 3e-4, 0.0))
     code, error, _ = inspect(corner_study.write(tmp_path, damper_mesh=shifted), capsys)

@@ -3,7 +3,7 @@
 import pytest
 
 from hbm.errors import InputError
-from tests.conftest import STUDY
+from tests.conftest import STUDY, changed
 from tipdamp.study.study import load_study
 
 RADIUS = ('shape = "cylinder"', 'shape = "cylinder"\nradius = 2e-3')
@@ -27,10 +27,6 @@ NO_LEFT, NO_RIGHT = ("kn = 3.32e6\nkt = 3.02e6\n", ""), ("kn = 1.03e6\nkt = 0.94
     ([("mu = 0.6", "mu = 0.6\nshares = \"area\"")], r"\[contact\] shares = 'area': .*equal, tributary"),
 ])
 def test_stiffness_keys_that_do_not_fit(tmp_path, changes, message):
-    text = STUDY
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (tmp_path / "s.toml").write_text(text)
+    (tmp_path / "s.toml").write_text(changed(STUDY, *changes))
     with pytest.raises(InputError, match=message):
         load_study(tmp_path / "s.toml")
