@@ -86,9 +86,9 @@ def warnings(pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]
     if angles is None or not (angles > ODD_ANGLE).any():
         return found
     i = int(angles.argmax())
-    return [*found, f"{(angles > ODD_ANGLE).sum()} of {len(pairs)} contact normals are not normal to the surfaces; the worst, side "
-            f"'{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node {pairs.damper_node[i]}), is "
-            f"{angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
+    return [*found, f"{(angles > ODD_ANGLE).sum()} of {len(pairs)} contact normals are not normal to the surfaces; "
+            f"the worst, side '{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node "
+            f"{pairs.damper_node[i]}), is {angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
 
 
 def without_partner(blade: np.ndarray, damper: np.ndarray, tolerance: float) -> tuple[list, ...]:
