@@ -67,8 +67,8 @@ def main():
     """Amplitudes of two coupled masses, each on a contact of its own, by harmonic balance and by scipy."""
     from scipy.integrate import solve_ivp
 
-    from hbm.balance.residual import ContactProblem
     from hbm.laws import Contacts
+    from hbm.problem import ContactProblem
     from hbm.response import follow_band
 
     law = BoucWen(alpha=[0.1, 0.3], reach=[0.2, 0.5], beta=[0.8, 0.4], gamma=[0.2, 0.6])

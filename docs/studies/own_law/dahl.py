@@ -41,8 +41,8 @@ class Dahl(ContactLaw):
 
 def main():
     """Energy of a cycle of amplitude X: 4 L (X - L/kt tanh(kt X/L)), the area between the two branches of dT/du."""
-    from hbm.balance.residual import ContactProblem
     from hbm.laws import Contacts
+    from hbm.problem import ContactProblem
     from hbm.response import follow_band
 
     kt, mu, preload = 2.0, 0.5, 1.0
