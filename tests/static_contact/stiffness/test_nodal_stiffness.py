@@ -1,17 +1,15 @@
 """Nodal values of both sides from the three models and as given; what a result carries, what is refused."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from hbm.errors import InputError
 from static_contact.stiffness.contact_side import ContactSide, side_compliance, side_stiffness
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
+from static_contact.stiffness.elastic_constants import MaterialPair
 from static_contact.stiffness.elliptical_punch import ellipse_stiffness
 from static_contact.stiffness.hertz import hertz_half_width, hertz_stiffness
 from static_contact.stiffness.load_displacement import approach
-from static_contact.stiffness.nodal_stiffness import NodalStiffness, StiffnessModel, given_stiffness, nodal_stiffness
+from static_contact.stiffness.nodal_stiffness import StiffnessModel, given_stiffness, nodal_stiffness
 from static_contact.stiffness.nodal_weights import calibrate_scale, equal_weights, nodal_values, tributary_weights
 from static_contact.stiffness.plane_strain import plane_stiffness
 from static_contact.stiffness.rectangular_punch import rectangle_stiffness
@@ -187,10 +185,3 @@ def test_bad_values_are_named(change, message):
 def test_bad_sides_are_named(fields, message):
     with pytest.raises(InputError, match=message):
         ContactSide(**{"length": 0.07, "pair": PAIR} | fields)
-
-
-def test_records_are_frozen():
-    found = nodal_stiffness(FLAT, FORCE, 31)
-    assert isinstance(found, NodalStiffness) and isinstance(found.total, Stiffness)
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        found.kn = 1.0
