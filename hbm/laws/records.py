@@ -88,10 +88,6 @@ class Tangents:
         """With the leading axis split into `rows`."""
         return Tangents(*(a.reshape(*rows, *a.shape[1:]) for a in vars(self).values()))
 
-    def select(self, at) -> "Tangents":
-        """Those of some contacts, which are the second axis."""
-        return Tangents(*(a[:, at] for a in vars(self).values()))
-
     @property
     def of_rate(self) -> bool:
         """Whether force or state depends on the velocity or on the length of the step."""

@@ -73,3 +73,14 @@ def test_unfit_assignments_are_refused():
     with pytest.raises(InputError, match="of_pair has 2 entries"):
         forced_response(model, pairs, MixedLaw((laws.Jenkins1D(),), [0, 0]), force, (1, 2), harmonics=1,
                         damping_ratio=0.03, outputs={"x": [1.0, 0, 0]})
+
+
+def test_parameters_are_cut_with_their_contacts():
+    """Parameters count the contacts of their law alone: of the three cubic springs the last two stay."""
+    law = MixedLaw((laws.CubicSpring([1.0, 2, 3]), laws.UnilateralSpring()), [0, 1, 0, 1, 0])
+    _, contacts, _ = random_case(law, P=5)
+    law.check(contacts)
+    kept = law.select(np.array([False, True, True, False, True]))
+    assert kept.of_pair == (1, 0, 0) and kept.laws[0].cubic.tolist() == [2, 3]
+    with pytest.raises(InputError, match="CubicSpring: cubic has 3 values, must be one number or one per contact"):
+        MixedLaw(law.laws, [0, 1, 1, 1, 0]).check(contacts)
