@@ -57,7 +57,7 @@ def full_derivative(f: ContactForces, x: np.ndarray) -> np.ndarray:
     return D
 
 
-def history(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start="zero_slider",
+def history(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start: Any = "zero_slider",
             samples: int = 512, periods: int = 1) -> tuple[np.ndarray, np.ndarray, float]:
     """(force (n, P, nd), state (n, P, ns), change) of a law over the last period, by its step in a plain loop.
 
