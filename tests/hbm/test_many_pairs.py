@@ -54,6 +54,7 @@ def curve_of_bar(level, half=False, skew=0.0, **more):
     return follow_band(problem, share * level * tip, BAND, harmonics=3, outputs={"tip": tip}, **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [20.0, 40.0])      # every pair slides; and every pair lifts off too
 def test_free_bar_is_twice_its_half(level):
     whole, half = curve_of_bar(level), curve_of_bar(level, half=True)

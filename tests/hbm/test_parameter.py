@@ -109,6 +109,7 @@ KINDS = {      # parameter, problem, force, and the problem at a value
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_any_parameter_against_solutions_at_its_values(kind):
     """Every point of the branch is the solution of the problem with that value, and so is one between them."""

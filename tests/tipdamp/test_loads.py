@@ -9,6 +9,8 @@ from tests.conftest import STUDY
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
 
+pytestmark = pytest.mark.slow
+
 CASES = """
 [rotation]
 axis = [0, 1, 0]
@@ -44,7 +46,6 @@ def upward(store, case):
     return np.maximum(pairs.preload, 0) @ pairs.normal[:, 2]
 
 
-@pytest.mark.slow
 def test_every_case_carries_its_load(store, rig):
     """226 N; the damper's weight at ten times gravity; its mass times speed^2 r; 113 + 40 N."""
     from modal.elasticity import Material, elastic_body
@@ -79,7 +80,6 @@ def test_blades_at_speed(store, rig_results):
     assert (turning[:2] > at_rest[:2] * 1.0005).all() and (turning[:2] < at_rest[:2] * 1.1).all()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("line, message", [
     ('[loads.pull]\n', "not 'pull'"),
     ('[loads.a]\nspeed = 10\n', r"section \[rotation\] is missing"),

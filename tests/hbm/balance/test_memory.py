@@ -26,6 +26,7 @@ def curve(level=200.0, harmonics=15):
                            damping_ratio=0.02, outputs={"tip": TIP})
 
 
+@pytest.mark.slow
 def test_forecast_of_a_curve():
     """Ten of twelve pairs slip or lift: at H = 15 what is predicted for these is needed, to a factor of two."""
     curve(harmonics=1)                                       # what is loaded or compiled once is not the curve's

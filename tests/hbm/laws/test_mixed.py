@@ -33,6 +33,7 @@ def test_forces_are_those_of_each_law_alone():
         assert not b.g[np.ix_(at, others)].any() and not D[at][:, others].any() and not D[at][:, :, :, others].any()
 
 
+@pytest.mark.slow
 def test_curve_with_all_laws():
     """Points side by side, each with its own law: the one curve holds the curves of the points alone."""
     singles = [one_dof(case.law) for case in LAWS]

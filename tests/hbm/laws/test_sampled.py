@@ -43,6 +43,7 @@ def test_contract(law):
     check_law(law)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [Viscous(0.3), Maxwell(2.0, 0.8)], ids=lambda law: law.name)
 def test_resonance_in_closed_form(law):
     problem = ContactProblem(ONE, 0.05 * ONE, ONE, ONE, law, Contacts([0.0], [0.0], [0.0], [0.0]))

@@ -146,6 +146,7 @@ def test_a_stuck_orbit_repeats_at_once():
     assert c.steady.periods == 1 and c.difference < 1e-10 and "stays on the orbit" in c.said
 
 
+@pytest.mark.slow
 def test_unstable_orbit_is_left():
     """C1 at 1.15: the middle one of three solutions is unstable. At H = 1 it is missed by 12 %, and Newton on the
     period map finds it all the same; left to itself the integration goes from there to another one."""
@@ -163,6 +164,7 @@ def test_unstable_orbit_is_left():
     assert c.left and not c.agrees and "left for another orbit" in c.said
 
 
+@pytest.mark.slow
 def test_close_orbits_are_told_apart():
     """C1 at 1.155781, next to its fold at 1.155788 (by points 0.005 apart), H = 9: from the unstable solution the
     integration goes to the stable one beside it, between two and three per cent away; the stable one is missed by less

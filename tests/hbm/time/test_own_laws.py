@@ -200,6 +200,7 @@ class Maxwell(ContactLaw):
         return 0.8 * stretch, motion.u - stretch
 
 
+@pytest.mark.slow
 def test_velocity_and_step_length_reach_the_law():
     """The steady state of a Maxwell element has a closed form."""
     integrator = integrator_of(oscillator(Maxwell()), W, IntegrationSettings(samples=256))
