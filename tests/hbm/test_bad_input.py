@@ -213,6 +213,7 @@ def beam_matrices(n):
     return K
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("elements", [24, 384, 768])
 def test_slender_body_clamped_and_free(elements):
     """The softest motion of the clamped beam of 768 elements stores 1.5e-12 of its stiffness, rounding 4e-16."""

@@ -42,6 +42,7 @@ def test_all_maxima_are_found_and_solved():
         assert top == pytest.approx(-best.fun, rel=2e-8)
 
 
+@pytest.mark.slow
 def test_maxima_are_solved_to_1e8():
     """Against the search of the maximum by single solutions, each with a start of its own."""
     problem, force, outputs = beam("C8")

@@ -81,6 +81,7 @@ def test_frictionless_curve_is_linear(rig):
     assert np.abs(curve.harmonics[:, 0, 1] - expected[:, 0]).max() < 1e-10 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_contact_forces_balance_the_motion(rig):
     """M q'' + C q' + K q + B' (f - preload) = F for the mean and every harmonic; |T| <= mu N in time, nearly."""
     model, pairs, tip = rig

@@ -25,6 +25,7 @@ def test_c1_from_below_its_fold():
     assert np.allclose(found, np.sort([s["X1"] for s in known]), rtol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("begin,H", [(155, 5), (155, 9), (160, 5)])
 def test_the_oscillator_from_below_its_fold(begin, H):
     """Five times the excitation: Newton from the stuck state fails at 160 Hz, and from 155 Hz the branch leads out.

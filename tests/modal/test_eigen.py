@@ -151,6 +151,7 @@ def with_petsc():
         pytest.skip("SuperLU frees itself")
 
 
+@pytest.mark.slow
 def test_factors_and_counts_free_their_memory(with_petsc):
     """Resident memory after ten counts and factors of 5 000 dofs is that after two, to less than one factor (4 MB); and
     a count of 40 000 dofs, 8 MB of factor and 4 MB of matrices, leaves less than the allocator keeps anyway."""

@@ -15,6 +15,7 @@ def test_fv32_tapered_membrane():
     assert (hz >= np.array([44.617, 130.011, 162.689, 245.987, 379.718, 391.405]) * (1 - 2e-5)).all()  # from above
 
 
+@pytest.mark.slow
 def test_fv52_plate_with_an_exact_solution():
     exact = exact_hard_plate(6)
     errors = [fv52(n, layers, "hard")[:6] / exact - 1 for n, layers in ((4, 1), (8, 1), (16, 2))]

@@ -68,6 +68,7 @@ def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
         curve()
 
 
+@pytest.mark.slow
 def test_curve_continues_where_the_matrix_fits(monkeypatch):
     """What it holds already is not asked for again: with the need of the largest matrix free at every point."""
     free = newton_bytes(12, 3, 15, squares=2)

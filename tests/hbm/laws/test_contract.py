@@ -179,6 +179,7 @@ def test_cycle_against_plain_loops(case, start):
     assert np.abs(f.g - expected).max() < 2e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [case for case in LAWS if case.order], ids=lambda c: c.law.name)
 def test_order_of_convergence_in_samples(case):
     x, contacts, _ = random_case(case.law)

@@ -87,6 +87,7 @@ def test_straight_motion_is_a_jenkins_element():
     assert np.allclose(F[0], J[0], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_duffing_folds():
     I1 = load("I1")
     p = I1["parameters"]

@@ -126,6 +126,7 @@ class Iwan(ContactLaw):
             np.ones((P, G), bool))
 
 
+@pytest.mark.slow
 def test_iwan_is_two_jenkins_elements():
     """Written by hand with two sliders in one contact; two contacts with a law of the house; and by samples."""
     one = ExactIntegrator(oscillator(Iwan()), W)
@@ -177,6 +178,7 @@ class Hysteresis(ContactLaw):
         return 0.7 * z, np.concatenate([z, motion.u], axis=1)
 
 
+@pytest.mark.slow
 def test_bouc_wen_to_second_order():
     balance, errors = oscillator(Hysteresis()), []
     for samples in (256, 1024):
