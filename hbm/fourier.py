@@ -65,25 +65,39 @@ def half_peak_to_peak(X: np.ndarray) -> np.ndarray:
     if H <= 1:
         return np.abs(X[..., 1]) if H else np.zeros(X.shape[:-1])
     x = to_real(X).reshape(-1, n_real(H))
+    (high, _), (low, _) = _extrema(x, H)
+    return 0.5 * (high - low).reshape(X.shape[:-1])
+
+
+def half_peak_to_peak_slope(X: np.ndarray, dX: np.ndarray) -> np.ndarray:
+    """(...,) derivative of half_peak_to_peak where X changes by dX: that of the values at the extremal instants."""
+    H = X.shape[-1] - 1
+    x, dx = (to_real(Y).reshape(-1, n_real(H)) for Y in (X, dX))
+    (_, high), (_, low) = _extrema(x, H)
+    return 0.5 * np.sum((basis(high, H) - basis(low, H)) * dx, axis=1).reshape(X.shape[:-1])
+
+
+def _extrema(x, H):
+    """((highest value, instant), (lowest value, instant)) of series x (n, 2H+1)."""
     tau = np.arange(16 * H) * (2 * np.pi / (16 * H))
     wave = x @ basis(tau, H).T
-    high = _extremum(x, tau[wave.argmax(axis=1)], H, 1.0)
-    low = _extremum(x, tau[wave.argmin(axis=1)], H, -1.0)
-    return 0.5 * (high - low).reshape(X.shape[:-1])
+    return tuple(_extremum(x, tau[pick(axis=1)], H, sign) for pick, sign in ((wave.argmax, 1.0), (wave.argmin, -1.0)))
 
 
 def _extremum(x, tau, H, sign):
     """Newton on the rate from the best sample; a sample stays where Newton would make it worse."""
     step = np.pi / (16 * H)
     k2 = np.r_[0.0, np.repeat(np.arange(1, H + 1), 2)] ** 2
-    best = np.sum(basis(tau, H) * x, axis=1)
+    best, at = np.sum(basis(tau, H) * x, axis=1), tau
     for _ in range(5):
         rate = np.sum(basis_rate(tau, H) * x, axis=1)
         curvature = -np.sum(basis(tau, H) * x * k2, axis=1)
         move = -rate / np.where(curvature == 0, np.inf, curvature)
         tau = tau + np.clip(move, -step, step)
-        best = sign * np.maximum(sign * best, sign * np.sum(basis(tau, H) * x, axis=1))
-    return best
+        value = np.sum(basis(tau, H) * x, axis=1)
+        higher = sign * value > sign * best
+        best, at = np.where(higher, value, best), np.where(higher, tau, at)
+    return best, at
 
 
 def rms(X: np.ndarray) -> np.ndarray:

@@ -1,31 +1,36 @@
 """Peaks: local maxima of the outputs along a curve, each solved."""
 
+import warnings
+from dataclasses import dataclass, field
+
 import numpy as np
 
+from hbm.continuation import arc
 from hbm.continuation.branch import Branch
-from hbm.continuation.maxima import PeakRefinement
+from hbm.continuation.crossings import with_tangent
+from hbm.continuation.point import Metric, Point
 from hbm.continuation.settings import DEFAULT, Settings
 from hbm.parameter import Equation, Parameter
 from hbm.problem import ContactProblem
-from hbm.result import KINDS, ForcedResponse, amplitude, local_maxima
+from hbm.result import KINDS, RIPPLE, ForcedResponse, amplitude, amplitude_slope, local_maxima
 from hbm.solutions import restored
 from hbm.tracing import Outputs
 
 
 def refine_largest(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> np.ndarray:
-    """Insert solved points at the largest local maximum of half peak to peak of every output, and say which they are.
+    """Insert the solved largest maximum of half peak to peak of every output, and say which points these are.
 
     rows : (m, r) outputs. Returns (n, m) bool, for the branch as it is afterwards.
     """
-    outputs = Outputs(rows)
-    table = list(amplitude(outputs.of_branch(branch, equation.balance.H), KINDS[0]))
-    refinement = _refinement(equation, branch, table, (outputs, KINDS[0]), settings)
-    found = []
-    for j in np.flatnonzero(np.nanmax(table, axis=0) > _noise(branch, rows)):
-        column = np.array(table)[:, j]
-        largest = sorted(local_maxima(column, [p.parameter for p in branch.points]), key=lambda i: -column[i])
-        if largest:
-            found.append((refinement.run(largest[0], j), j))
+    output = Output(equation, branch, Outputs(rows), KINDS[0], settings)
+    noise, found = _noise(branch, rows), []
+    known = dict(zip(map(id, branch.points), output.heights(branch.points), strict=True))
+    for j in np.flatnonzero(np.nanmax(list(known.values()), axis=0, initial=0.0) > noise):
+        new = [point for point in branch.points if id(point) not in known]
+        known |= dict(zip(map(id, new), output.heights(new), strict=True))
+        heights = np.array([known[id(point)][j] for point in branch.points])
+        top, solved = output.largest(j, heights, heights >= (1 - settings.peak_window) * np.nanmax(heights))
+        found += [(top.point, j)] * solved
     place = {id(point): i for i, point in enumerate(branch.points)}
     marks = np.zeros((len(branch.points), len(rows)), dtype=bool)
     for point, j in found:
@@ -34,39 +39,125 @@ def refine_largest(equation: Equation, branch: Branch, rows: np.ndarray, setting
 
 
 def find_peaks(curve: ForcedResponse, problem: ContactProblem, name: str, kind: str = "half_peak_to_peak",
-          parameter: Parameter | None = None) -> np.ndarray:
+               parameter: Parameter | None = None) -> np.ndarray:
     """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first, solved to 1e-8.
 
     problem : the ContactProblem that the curve was made with; kind : as in ForcedResponse.amplitude
     parameter : as given to `follow_parameter`, where that was no name; then its values stand in place of Hz
-    Ripples are left out: what is less than a thousandth of its height above the saddles beside it. Raises InputError
-    for an unknown output or kind, and where the problem does not fit the curve.
+    Ripples are left out: what is less than a thousandth of its height above the saddles beside it. Where a maximum
+    could not be solved the highest point found stands for it, with a warning. Raises InputError for an unknown output
+    or kind, and where the problem does not fit the curve.
     """
-    j, settings = curve.column(name), DEFAULT
-    a = curve.amplitude(kind)[:, j]
+    j = curve.column(name)
+    heights = curve.amplitude(kind)[:, j]
     equation, points = restored(curve, problem, parameter)
-    branch, rows = Branch(points), curve.output_rows[[j]]
-    if not np.nanmax(a, initial=0.0) > _noise_of(curve, equation, points, rows):
+    row = curve.output_rows[[j]]
+    output = Output(equation, Branch(points), Outputs(row), kind, DEFAULT)
+    if not np.nanmax(heights, initial=0.0) > _noise_of(curve, equation, points, row):
         return np.empty((0, 2))
-    table = [np.array([value]) for value in a]
-    refinement, found = _refinement(equation, branch, table, (Outputs(rows), kind), settings), []
-    solved = curve.peak_points[:, j] if kind == KINDS[0] and curve.peak_points.size else np.zeros(len(a), dtype=bool)
-    for begin, done in [(branch.points[i], solved[i]) for i in local_maxima(a, [p.parameter for p in points])]:
-        top = begin if done else refinement.run(branch.points.index(begin))
-        found.append((top.parameter / equation.parameter.scale, float(table[branch.points.index(top)][0])))
-    table_of = np.reshape(found, (-1, 2))
-    return table_of[np.argsort(-table_of[:, 1], kind="stable")]
+    found, known = [], curve.peak_points[:, j] if kind == KINDS[0] and curve.peak_points.size else heights < 0
+    for i in local_maxima(heights, curve.parameter):
+        if known[i]:
+            found.append((curve.parameter[i], heights[i]))
+            continue
+        top, solved = output.largest(0, heights, _ripple(heights, i), points)
+        value = top.point.parameter / equation.parameter.scale
+        found.append((value, top.value))
+        if not solved:
+            warnings.warn(f"the maximum of '{name}' near {equation.parameter.named(value)} is not solved: the highest "
+                          "point found stands for it", stacklevel=2)
+    table = np.reshape(found, (-1, 2))
+    return table[np.argsort(-table[:, 1], kind="stable")]
 
 
-def _refinement(equation, branch, table, quantity, settings):
-    outputs, kind = quantity
+def _ripple(heights, i):
+    """(n,) bool: the points beside a local maximum i that may lie on ripples of the same peak."""
+    low = ~(heights >= (1 - 2 * RIPPLE) * heights[i])
+    first, last = np.flatnonzero(np.r_[True, low[:i]])[-1], i + np.flatnonzero(np.r_[low[i:], True])[0]
+    return (np.arange(len(heights)) >= first) & (np.arange(len(heights)) < last)
 
-    def heights(point):
-        found = amplitude(outputs.of_point(point), kind)
-        point.detail.forget()
+
+@dataclass(frozen=True)
+class Output:
+    """The outputs along a branch in one kind of amplitude. Points that are solved enter the branch.
+
+    harmonics {id of a point: (the point, X and its change along the tangent, each (m, H+1))}
+    """
+
+    equation: Equation
+    branch: Branch
+    rows: Outputs
+    kind: str
+    settings: Settings
+    harmonics: dict = field(default_factory=dict)
+
+    def heights(self, points: list[Point]) -> np.ndarray:
+        """(n, m) amplitudes at points; NaN where one failed."""
+        X = np.full((len(points), len(self.rows.rows), self.equation.balance.H + 1), np.nan, dtype=complex)
+        for i, point in enumerate(points):
+            if point.converged:
+                X[i] = self.rows.at(point.detail)
+        return amplitude(X, self.kind)
+
+    def largest(self, j: int, heights: np.ndarray, high: np.ndarray,
+                points: list[Point] | None = None) -> tuple[arc.Measured, bool]:
+        """(the highest maximum of output j, whether it is solved): every bracket beside a `high` point is closed that
+        may hold it.
+
+        heights, high : (n,) at the points; these are the branch's, where they are not given
+        """
+        points = list(self.branch.points if points is None else points)
+        top = int(np.nanargmax(np.where(high, heights, -np.inf)))
+        metric = arc.metric_at(points[top], self.equation.weights)
+        near = [i for i in range(len(points) - 1) if (high[i] or high[i + 1]) and np.isfinite(heights[i:i + 2]).all()
+                and points[i].parameter != points[i + 1].parameter]
+        wanted = sorted({top, *near, *(i + 1 for i in near)})
+        known = dict(zip(wanted, self.measured([with_tangent(self.equation.evaluate, points, i, metric)
+                                                for i in wanted], j, metric), strict=True))
+
+        def measure(point):
+            return self.measured([point], j, metric)[0]
+
+        brackets = [(arc.bound(known[i], known[i + 1], metric), i) for i in near
+                    if known[i].slope > 0 >= known[i + 1].slope]
+        best, solved = known[top], False
+        for bound, i in sorted(brackets, reverse=True):
+            if bound >= best.value:
+                found = self._enter(arc.maximum(self.equation.evaluate, (known[i], known[i + 1]), measure, metric,
+                                                self.settings))
+                if found.best.value >= best.value:
+                    best, solved = found.best, found.solved
+        if best is known[top] and {top - 1, top} <= set(near):
+            three = known[top - 1], known[top], known[top + 1]
+            if three[1].value >= max(three[0].value, three[2].value):
+                found = self._enter(arc.maximum_by_value(self.equation.evaluate, three, measure, metric, self.settings))
+                best, solved = found.best, found.solved
+        return best, solved
+
+    def measured(self, points: list[Point], j: int, metric: Metric) -> list[arc.Measured]:
+        """Amplitude of output j and its slope at solved points with their tangents."""
+        both = np.array([self._harmonics(point)[:, j] for point in points])
+        values, slopes = amplitude(both[:, 0], self.kind), amplitude_slope(both[:, 0], both[:, 1], self.kind)
+        return [arc.Measured(point, float(value), float(slope) / metric.norm(*point.tangent))
+                for point, value, slope in zip(points, values, slopes, strict=True)]
+
+    def _harmonics(self, point):
+        """(2, m, H+1) X of all outputs and its change along the tangent, made once a point."""
+        if id(point) not in self.harmonics:
+            detail = point.detail or self.equation.evaluate(point.x, point.parameter)
+            X = self.rows.at(detail)
+            self.harmonics[id(point)] = point, np.array([X, self.rows.at(detail.moved(*point.tangent)) - X])
+            detail.forget()
+        return self.harmonics[id(point)][1]
+
+    def _enter(self, found) -> arc.Maximum:
+        """Put the solved points of a maximum into the branch, where its ends still stand there."""
+        points = self.branch.points
+        places = [i for i, point in enumerate(points) if point is found.points[0] or point is found.points[-1]]
+        if len(places) == 2:
+            points[places[0]:places[1] + 1] = found.points
+        self.branch.calls += found.calls
         return found
-
-    return PeakRefinement(equation.evaluate, branch, table, heights, equation.weights, settings)
 
 
 def _noise(branch, rows):

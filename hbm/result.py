@@ -47,6 +47,7 @@ class ForcedResponse:
     unknowns : (n, N) m - real coefficients of the relative motion of the carrying contacts, contact by contact
     carrying : (P,) bool, the contacts that take part
     force_orders, forces : (k,) int and (k, r) complex, N - the forcing; output_rows : (m, r)
+    orientation : (n,) of the branch at each point (see `hbm.continuation.point`)
     slider_start : (P', nt) m, where the sliders start, if 'given'; samples : of a cycle
     """
 
@@ -77,6 +78,7 @@ class ForcedResponse:
     forces: np.ndarray = _none(0, 0, dtype=complex)
     output_rows: np.ndarray = _none(0, 0)
     slider_start: np.ndarray = _none(0, 0)
+    orientation: np.ndarray = _none(0)
     samples: int = 0
 
     def __post_init__(self):
@@ -228,6 +230,21 @@ def amplitude(X: np.ndarray, kind: str) -> np.ndarray:
     if kind == "rms":
         return fourier.rms(X)
     raise InputError(f"amplitude kind '{kind}' is unknown; {nearest(kind, KINDS)}")
+
+
+def amplitude_slope(X: np.ndarray, dX: np.ndarray, kind: str) -> np.ndarray:
+    """(...) derivative of that amplitude where the harmonics change by dX (..., H+1)."""
+    if kind == "half_peak_to_peak":
+        return fourier.half_peak_to_peak_slope(X, dX)
+    if kind == "harmonic":
+        return _norm_slope(X[..., 1:2], dX[..., 1:2])
+    return _norm_slope(X[..., 1:], dX[..., 1:]) / np.sqrt(2)
+
+
+def _norm_slope(X, dX):
+    """Derivative of the norm along the last axis."""
+    size = np.sqrt(np.sum(np.abs(X) ** 2, axis=-1))
+    return np.sum((X.conj() * dX).real, axis=-1) / np.where(size > 0, size, 1.0)
 
 
 def local_maxima(a: ArrayLike, parameter: ArrayLike) -> list[int]:

@@ -72,8 +72,9 @@ def restored(curve: ForcedResponse, problem: ContactProblem,
     start = curve.slider_start if curve.start == "given" else curve.start
     forces = dict(zip(curve.force_orders.tolist(), curve.forces, strict=True))
     balance = HarmonicBalance(problem, forces, curve.H, start, curve.samples)
-    points = [Point(x, parameter.scale * value, bool(good), int(calls)) for x, value, good, calls
-              in zip(curve.unknowns, curve.parameter, curve.converged, curve.iterations, strict=True)]
+    columns = curve.unknowns, parameter.scale * curve.parameter, curve.converged, curve.iterations, curve.orientation
+    points = [Point(x, p, bool(good), int(calls), orientation=sign)
+              for x, p, good, calls, sign in zip(*columns, strict=True)]
     return Equation(balance, parameter, float(curve.frequency[0])), points
 
 

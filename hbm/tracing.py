@@ -1,6 +1,7 @@
 """From an equation to its branch between two values of the parameter, and from the branch to a curve."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from hbm.continuation.branch import Branch
 from hbm.continuation.budget import Budget, BudgetExceeded
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.follow import follow
-from hbm.continuation.point import Point, failed, size
+from hbm.continuation.point import failed, size
 from hbm.continuation.settings import Settings
 from hbm.parameter import Equation, Parameter
 from hbm.problem import ContactProblem
@@ -89,19 +90,19 @@ class Outputs:
         self.rows, self._modal_rows = rows, rows
         self._balance: HarmonicBalance | None = None
 
-    def of_point(self, point: Point) -> np.ndarray:
-        """(m, H+1) complex, m."""
-        if point.detail.balance is not self._balance:
-            self._balance = point.detail.balance
-            self._modal_rows = self.rows @ point.detail.balance.receptance.shapes
-        return self._modal_rows @ point.detail.modal
+    def at(self, detail: Any) -> np.ndarray:
+        """(m, H+1) complex, m, of a linearisation."""
+        if detail.balance is not self._balance:
+            self._balance = detail.balance
+            self._modal_rows = self.rows @ detail.balance.receptance.shapes
+        return self._modal_rows @ detail.modal
 
     def of_branch(self, branch: Branch, H: int) -> np.ndarray:
         """(n, m, H+1) complex, m; NaN where a point failed."""
         X = np.full((len(branch.points), len(self.rows), H + 1), np.nan, dtype=complex)
         for i, point in enumerate(branch.points):
             if point.converged:
-                X[i] = self.of_point(point)
+                X[i] = self.at(point.detail)
         return X
 
 
@@ -135,7 +136,7 @@ def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray],
         force_orders=np.array(list(balance.forces), dtype=int), output_rows=rows,
         forces=np.array(list(balance.forces.values()), dtype=complex).reshape(-1, balance.problem.K.shape[0]),
         slider_start=np.empty((0, 0)) if isinstance(start, str) else np.asarray(start, dtype=float),
-        samples=len(balance.grid[0]) - 1)
+        orientation=np.array([p.orientation for p in branch.points]), samples=len(balance.grid[0]) - 1)
 
 
 def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter) -> str:

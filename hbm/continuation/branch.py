@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hbm.continuation.corrector import correct, solve_fixed
+from hbm.continuation.corrector import correct, heading, oriented, solve_fixed
 from hbm.continuation.point import Evaluate, Metric, OnPoint, Point
 from hbm.continuation.predictor import forward, on_branch, predict, prediction_errors, tangent
 from hbm.continuation.settings import Settings
@@ -96,9 +96,9 @@ class BranchTracer:
         """Start again, from a point that does not continue the points before."""
         self.step, self.order, self.lost, self.shortened = self.settings.first_step, 1, False, False
         self.furthest, self.stale, self.turns = point, 0, 0
-        tx, tp, sign = point.detail.direction(np.zeros(len(self.weights)), 1.0)
-        self.sign = self.sense * np.sign(sign)
-        self.run = [replace(point, tangent=(self.sense * tx, self.sense * tp))]
+        self.run = [heading(point, self.sense)]
+        self.orientation = self.run[0].orientation
+        self.branch.points[-1] = self.run[0]
 
     def resume(self, found: Point) -> None:
         """Continue from a solution found ahead."""
@@ -143,8 +143,10 @@ class BranchTracer:
         """The point of the branch on a plane, with its tangent."""
         new = correct(self.evaluate, plane, metric, self.settings, self.run[-1].x)
         self.branch.calls += new.iterations
-        along = tangent(new.detail, plane.row, plane.corner, self.sign, metric) if new.converged else None
-        return replace(new, tangent=along)
+        if not new.converged:
+            return new
+        along = tangent(new.detail, plane.row, plane.corner, self.orientation, metric)
+        return replace(new, tangent=along, orientation=self.orientation)
 
     def accept(self, new: Point, on_point: OnPoint | None) -> None:
         """Take a point into the branch; check whether that is the end, and choose the next step."""
@@ -222,7 +224,7 @@ class BranchTracer:
         """Past a kink: the tangent of the linearisation beyond it leads on. None where that does not help."""
         row, corner = metric.border(x - last.x, p - last.parameter)
         for e in self._beyond(new, last, x, p):
-            tx, tp = tangent(e, row, corner, self.sign, metric)
+            tx, tp = tangent(e, row, corner, self.orientation, metric)
             for reach in (self.step, 4 * self.step) if np.isfinite(tp) else ():
                 tried = self._correct(metric.plane(last.x + reach * tx, last.parameter + reach * tp, tx, tp), metric)
                 if not tried.converged:
@@ -243,7 +245,9 @@ class BranchTracer:
         share = (parameter - a.parameter) / (b.parameter - a.parameter)
         new = solve_fixed(self.evaluate, a.x + share * (b.x - a.x), parameter, self.weights, self.settings)
         self.branch.calls += new.iterations
-        return new
+        if not new.converged:
+            return new
+        return oriented(new, a.orientation, *self.metric().border(b.x - a.x, b.parameter - a.parameter))
 
     def _finish(self, beyond, on_point):
         """The last point exactly at the end, between the last accepted one and the one beyond."""

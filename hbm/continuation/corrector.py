@@ -26,8 +26,8 @@ def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings
         error = size(e.residual) / unit
         if error <= settings.tolerance:
             return Point(x, p, True, iteration, e)
-        stalls += error > 0.5 * least          # more than once: it alternates between the pieces of a kink
-        if not np.isfinite(error) or error > 1e8 or stalls > 1:
+        stalls += error > 0.5 * least          # again and again: it alternates between the pieces of a kink
+        if not np.isfinite(error) or error > 1e8 or stalls > settings.max_stalls:
             break
         rate = error / before if kept is not None else 1.0
         chord = kept if kept is not None and settings.safety * rate * error <= settings.tolerance else None
@@ -75,25 +75,53 @@ def between(evaluate: Evaluate, a: Point, b: Point, share: float, weights: np.nd
     """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of it."""
     metric = Metric(weights, max(size(weights * a.x), size(weights * b.x), 1e-300),
                     max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2)
+    row, corner = metric.border(b.x - a.x, b.parameter - a.parameter)
+    x, p = interpolate(a, b, share, metric)
+    new = correct(evaluate, Plane(x, p, row, corner), metric, settings)
+    return leaving(new, row, corner) if new.converged else new
+
+
+def interpolate(a: Point, b: Point, share: float, metric: Metric) -> tuple[np.ndarray, float]:
+    """x (n,) and p at a share of the chord from a to b, on the cubic through both along their tangents (Hermite)."""
     dx, dp = b.x - a.x, b.parameter - a.parameter
-    row, corner = metric.border(dx, dp)
     x, p = a.x + share * dx, a.parameter + share * dp
-    slopes = [_beside_chord(q, (dx, dp), (row, corner), metric) for q in (a, b)]
+    slopes = [_beside_chord(q, (dx, dp), metric) for q in (a, b)]
     if all(slopes):
         for weight, (sx, sp) in zip((share * (1 - share)**2, -share**2 * (1 - share)), slopes, strict=True):
             x, p = x + weight * sx, p + weight * sp
-    new = correct(evaluate, Plane(x, p, row, corner), metric, settings)
-    return replace(new, tangent=new.detail.direction(row, corner)[:2]) if new.converged else new
+    return x, p
 
 
-def _beside_chord(point, chord, border, metric):
-    """The tangent at a point, scaled to a chord (dx, dp), minus the chord; None where it is unknown.
+def leaving(point: Point, row: np.ndarray, corner: float) -> Point:
+    """The point with the tangent that leaves a plane (row, corner) on its positive side."""
+    tx, tp, sign = point.detail.direction(row, corner)
+    return replace(point, tangent=(tx, tp), orientation=sign)
 
-    The cubic through two points with their tangents is their chord and these, times weights (Hermite).
-    """
+
+def oriented(point: Point, orientation: float, row: np.ndarray, corner: float) -> Point:
+    """The point with the tangent of a branch of a given orientation, which is not parallel to a plane (row, corner)."""
+    new = leaving(point, row, corner)
+    return new if new.orientation == orientation else reverse(new)
+
+
+def reverse(point: Point) -> Point:
+    """The point on the branch traced the other way."""
+    tx, tp = point.tangent
+    return replace(point, tangent=(-tx, -tp), orientation=-point.orientation)
+
+
+def heading(point: Point, way: float) -> Point:
+    """The point with the tangent along which the parameter increases (way 1) or decreases (-1)."""
+    new = leaving(point, np.zeros(len(point.x)), 1.0)
+    return new if way > 0 else reverse(new)
+
+
+def _beside_chord(point, chord, metric):
+    """The tangent at a point, scaled to a chord (dx, dp), minus the chord; None where it is unknown or runs across."""
     if point.tangent is None:
         return None
-    (dx, dp), (row, corner), (tx, tp) = chord, border, point.tangent
+    (dx, dp), (tx, tp) = chord, point.tangent
+    row, corner = metric.border(dx, dp)
     along = row @ tx + corner * tp
     if not along > 0.5 * metric.norm(tx, tp):
         return None

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from hbm.continuation import arc
 from hbm.continuation.branch import Branch
-from hbm.continuation.corrector import between, solve_fixed
-from hbm.continuation.point import Evaluate, Point
+from hbm.continuation.corrector import oriented
+from hbm.continuation.point import Evaluate, Metric, Point
 from hbm.continuation.settings import Settings
 
 
@@ -14,22 +15,27 @@ def crossings(evaluate: Evaluate, points: list[Point], parameter: float, weights
               settings: Settings) -> list[tuple[Point, int, int]]:
     """[(point, residual calls, index of the point behind it)] of every crossing of the parameter between two points.
 
-    Newton at the fixed parameter; where it leads away from the two points, these are first brought closer together.
-    The tip of a fold may reach further than its points: there, more points are solved first.
+    Where the branch turns back short of the parameter though the tip of the fold may reach it, the tip is solved first.
     """
-    found = []
-    for i, (a, b) in enumerate(zip(points[:-1], points[1:], strict=True)):
-        if a.converged and b.converged and (a.parameter - parameter) * (b.parameter - parameter) < 0:
-            point, calls = _crossing(evaluate, a, b, parameter, weights, settings)
-            found.append((point, calls, i + 1))
-    for i, fold in enumerate(zip(points[:-2], points[1:-1], points[2:], strict=True), 1):
-        if _turns(*fold, parameter):
-            tip, calls = _tip(evaluate, fold, parameter, weights, settings)
-            for place, (a, b) in zip((i, i + 1), zip(tip[:-1], tip[1:], strict=True), strict=False):
-                point, more = _crossing(evaluate, a, b, parameter, weights, settings)
-                found.append((point, calls + more, place))
+    found, points = [], list(points)
+    for i in range(len(points) - 1):
+        if not (points[i].converged and points[i + 1].converged):
+            continue
+        sides = [np.sign(p.parameter - parameter) for p in points[i:i + 2]]
+        if 0 in sides or sides[0] == sides[1] and not _turns(points, i, parameter):
+            continue
+        metric, calls = arc.metric_at(points[i], weights), 0
+        for k in (i, i + 1):
+            points[k] = with_tangent(evaluate, points, k, metric)
+        way = points[i:i + 2]
+        if sides[0] == sides[1]:
+            way, calls = _tip(evaluate, way[0], way[1], parameter, metric, settings)
+        for a, b in zip(way[:-1], way[1:], strict=True):
+            if (a.parameter - parameter) * (b.parameter - parameter) < 0:
+                point, more = arc.crossing(evaluate, a, b, parameter, metric, settings)
+                found.append((point, calls + more, i + 1))
                 calls = 0
-    return sorted(found, key=lambda one: one[2])
+    return found
 
 
 def insert_crossings(evaluate: Evaluate, branch: Branch, at: np.ndarray, weights: np.ndarray,
@@ -42,64 +48,36 @@ def insert_crossings(evaluate: Evaluate, branch: Branch, at: np.ndarray, weights
                 branch.points.insert(place, point)
 
 
-def _turns(a, b, c, parameter):
-    """Whether the branch turns back at b, short of the parameter."""
-    beyond = parameter - b.parameter
-    return (all(p.converged for p in (a, b, c)) and beyond * (b.parameter - a.parameter) > 0
-            and beyond * (b.parameter - c.parameter) > 0)
+def with_tangent(evaluate: Evaluate, points: list[Point], k: int, metric: Metric) -> Point:
+    """Point k of a branch with its tangent, found anew from its orientation where it is not known."""
+    point = points[k]
+    if point.tangent is not None:
+        return point
+    a, b = points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]
+    a, b = (q if q.converged else point for q in (a, b))
+    row, corner = metric.border(b.x - a.x, b.parameter - a.parameter)
+    return oriented(replace(point, detail=evaluate(point.x, point.parameter)), point.orientation, row, corner)
 
 
-def _tip(evaluate, fold, parameter, weights, settings):
-    """([points before, beyond and after the parameter], residual calls) of a fold whose three points do not reach it;
-    no points where by the parabola through the highest three its tip does not either."""
-    calls = 0
-    for _ in range(settings.max_fold_bisections):
-        if not _reaches(fold, parameter, weights):
-            break
-        a, b, c = fold
-        middles = [between(evaluate, *ends, 0.5, weights, settings) for ends in ((a, b), (b, c))]
-        calls += sum(middle.iterations for middle in middles)
-        if not all(middle.converged for middle in middles):
-            break
-        finer = [a, middles[0], b, middles[1], c]
-        toward = np.sign(parameter - b.parameter)
-        highest = min(max(int(np.argmax([toward * p.parameter for p in finer])), 1), 3)
-        fold = finer[highest - 1:highest + 2]
-        if toward * (fold[1].parameter - parameter) > 0:
-            return fold, calls
-    return [], calls
+def _turns(points, i, parameter):
+    """Whether the branch turns back at point i or i + 1, short of the parameter."""
+    for k in (i, i + 1):
+        if 0 < k < len(points) - 1 and points[k - 1].converged and points[k + 1].converged:
+            beyond = parameter - points[k].parameter
+            if all(beyond * (points[k].parameter - points[n].parameter) > 0 for n in (k - 1, k + 1)):
+                return True
+    return False
 
 
-def _reaches(fold, parameter, weights):
-    """Whether twice the distance from the highest of three points to the tip of their parabola covers the parameter."""
-    a, b, c = fold
-    before, after = (np.linalg.norm(weights * (q.x - p.x)) for p, q in ((a, b), (b, c)))
-    rise, fall = (b.parameter - a.parameter) / before, (c.parameter - b.parameter) / after
-    curvature = (fall - rise) / (before + after)
-    slope = (rise * after + fall * before) / (before + after)
-    return abs(parameter - b.parameter) <= 2 * abs(slope**2 / (4 * curvature)) if curvature else False
+def _tip(evaluate, a, b, parameter, metric, settings):
+    """(points from a to b, residual calls), one of them beyond the parameter where a fold between them reaches it."""
+    toward = np.sign(parameter - a.parameter)
 
+    def measure(point):
+        return arc.Measured(point, toward * point.parameter, toward * point.tangent[1] / metric.norm(*point.tangent))
 
-def _crossing(evaluate, a, b, parameter, weights, settings):
-    calls, beside = 0, None
-    for _ in range(settings.max_bisections):
-        share = (parameter - a.parameter) / (b.parameter - a.parameter)
-        guess, apart = a.x + share * (b.x - a.x), np.linalg.norm(weights * (b.x - a.x))
-        new = solve_fixed(evaluate, guess, parameter, weights, settings, 30)
-        calls += new.iterations
-        if new.converged and np.linalg.norm(weights * (new.x - guess)) <= 0.5 * apart + 1e-9 * np.linalg.norm(a.x):
-            if -1e-6 <= _along(a, b, new.x, weights) <= 1 + 1e-6:
-                return new, calls
-            beside = beside or new          # next to a fold: perhaps the solution on its other side
-        middle = between(evaluate, a, b, 0.5, weights, settings)
-        calls += middle.iterations
-        if not middle.converged:
-            break
-        a, b = (a, middle) if (a.parameter - parameter) * (middle.parameter - parameter) <= 0 else (middle, b)
-    return beside or replace(new, x=np.full_like(new.x, np.nan), converged=False), calls
-
-
-def _along(a, b, x, weights):
-    """Position of x along the chord from point a (0) to point b (1)."""
-    chord = weights * (b.x - a.x)
-    return (weights * (x - a.x)) @ chord / max(chord @ chord, 1e-300)
+    ends = measure(a), measure(b)
+    if not ends[0].slope > 0 > ends[1].slope:
+        return [a, b], 0
+    found = arc.maximum(evaluate, ends, measure, metric, settings, enough=toward * parameter)
+    return found.points, found.calls

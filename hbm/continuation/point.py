@@ -53,6 +53,7 @@ class Point:
     iterations : evaluations of the residual
     detail : Linearised of the last evaluation; where the corrector failed, of the first
     tangent : (dx, dp) along the branch, of any length, or None
+    orientation : sign of the bordered determinant with that tangent, the same all along a branch; 0 where unknown
     """
 
     x: np.ndarray
@@ -61,6 +62,7 @@ class Point:
     iterations: int
     detail: Any = None
     tangent: Any = None
+    orientation: float = 0.0
 
 
 OnPoint: TypeAlias = Callable[[Point, float], None]          # called with a point and the step to it
@@ -99,6 +101,10 @@ class Metric:
     def norm(self, dx: np.ndarray, dp: float) -> float:
         """Length of a step."""
         return float(np.hypot(size(self.weights * dx) / self.size, dp / self.length))
+
+    def inner(self, ax: np.ndarray, ap: float, bx: np.ndarray, bp: float) -> float:
+        """Inner product of two steps, to which `norm` belongs."""
+        return float((self.weights * ax) @ (self.weights * bx) / self.size**2 + ap * bp / self.length**2)
 
     def border(self, dx: np.ndarray, dp: float) -> tuple[np.ndarray, float]:
         """Row and corner of the unit plane normal to (dx, dp)."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from hbm.continuation.branch import BranchTracer
-from hbm.continuation.corrector import solve_fixed
+from hbm.continuation.corrector import heading, reverse, solve_fixed
 from hbm.continuation.point import failed
 
 AHEAD = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)   # places tried ahead of a lost branch, in unit steps of the parameter
@@ -72,7 +72,7 @@ def _back(tracer, found, passed, follow):
     back = follow(tracer.evaluate, found, left, tracer.weights,
                   replace(settings, max_points=settings.points_back, max_restarts=0, max_gaps=0, outside=0.0))
     tracer.branch.calls += back.calls
-    good = [q for q in back.points if q.converged]
+    good = [reverse(q) for q in back.points if q.converged]
     nearest = min(range(len(good)), key=lambda i: tracer.sense * good[i].parameter)
     if tracer.ahead(good[nearest].parameter, left) <= settings.hole * tracer.way:
         return passed + good[nearest::-1], good[nearest]
@@ -92,11 +92,11 @@ def _solution_ahead(tracer, parameter, guesses, aheads=AHEAD, max_calls=60):
             new = solve_fixed(tracer.evaluate, guess, p, tracer.weights, tracer.settings, max_calls)
             tracer.branch.calls += new.iterations
             if new.converged:
-                return new, tried
+                return heading(new, tracer.sense), tried
         if tracer.restart and (not guesses or aheads is AHEAD and ahead in (0.1, AHEAD[-1])):
             new = tracer.restart(p)
             tracer.branch.calls += new.iterations
             if new.converged:
-                return new, tried
+                return heading(new, tracer.sense), tried
         tried.append(p)
     return None, tried

@@ -19,6 +19,8 @@ class Settings:
     aim: float = 1.2e-3           # error of a predicted point to which the steps are fitted
     highest_order: int = 5        # of the predicting polynomials
     max_iterations: int = 12      # of the corrector; Newton near a smooth branch needs two or three
+    max_stalls: int = 1           # of its iterations that do not halve the residual; a shorter step is cheaper
+    patient_stalls: int = 6       # the same between two solved points, where no shorter step exists
     max_points: int = 5000
     max_calls: int = 2000         # of the residual from 400 unknowns on, (400/n)^2 times as many below; and for each
                                   # point as many more as the next line says
@@ -39,12 +41,14 @@ class Settings:
     hole: float = 0.02            # share of the range without a solution that marks a restarted branch as failed
     restart_distance: float = 0.1    # in unit steps of the parameter, over which a folding branch is left at first
     points_back: int = 400        # within which a solution found ahead is followed back
-    max_bisections: int = 12      # of the interval around a crossing
-    max_fold_bisections: int = 8  # of the points around the tip of a fold
-    max_peak_points: int = 12     # solved around one local maximum
-    peak_tolerance: float = 1e-10    # of the amplitude: by how much a point may still lie below the maximum
+    max_bisections: int = 40      # of the interval around a crossing; beyond that it is rounding
+    max_peak_points: int = 60     # solved in one bracket around a maximum; a kink takes most
+    max_halvings: int = 30        # of the step from one end of a bracket, where the plane between meets no solution
+    peak_tolerance: float = 1e-10    # of the value: by how much a point may still lie below the maximum
+    peak_residual: float = 1e-13  # tolerance of the points around a maximum: a sharp one magnifies the residual
+    peak_window: float = 0.02     # share of the largest value by which a point may lie below it and be searched from
+    shortest_chord: float = 1e-13    # arc length of a bracket that is not divided any more: rounding
     peak_noise: float = 1e-9      # of the motion of the whole model: an output below it is rounding
-    peak_trust: float = 1e-8      # error of a predicted maximum below which the next prediction is believed
 
 
 DEFAULT = Settings()

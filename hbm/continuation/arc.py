@@ -1,0 +1,235 @@
+"""Between two solved points of a branch: the maximum of a quantity, and the crossing of a value of the parameter.
+
+Points know their tangent, so that every quantity has a slope along the arc. A maximum lies between a point where the
+slope is positive and one where it is negative; the bracket is narrowed by the maximum of the Hermite cubic (smooth
+maxima) and by the intersection of the two tangents (kinks) in turn. Where the quantity is concave no point exceeds that
+intersection: it bounds what is left to gain, and ends the search.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hbm.continuation.corrector import between, correct, interpolate, leaving, oriented, solve_fixed
+from hbm.continuation.point import Evaluate, Metric, Point, size
+from hbm.continuation.settings import Settings
+
+STRAIGHT = 0.9           # cosine of the angle between two tangents above which the arc is taken for its chord
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A solved point, the value of a quantity there, and its slope by the arc length."""
+
+    point: Point
+    value: float
+    slope: float
+
+
+@dataclass(frozen=True)
+class Maximum:
+    """best : the highest point; solved : whether it is the maximum, to the tolerance of the settings;
+    points : all solved points from one end to the other; calls : evaluations of the residual."""
+
+    best: Measured
+    solved: bool
+    points: list[Point]
+    calls: int
+
+
+def metric_at(point: Point, weights: np.ndarray) -> Metric:
+    """Arc length around a point, relative to its unknowns and to a hundredth of its parameter."""
+    return Metric(weights, max(size(weights * point.x), 1e-300), 0.01 * max(abs(point.parameter), 1e-300))
+
+
+def maximum(evaluate: Evaluate, ends: tuple[Measured, Measured], measure: Callable[[Point], Measured], metric: Metric,
+            settings: Settings, enough: float = np.inf) -> Maximum:
+    """The maximum between two points of a branch, or the first point that reaches the value `enough`."""
+    a, b = ends
+    points, calls, left = [a.point, b.point], 0, 0
+    # no step without evaluating again: next to a kink the tangent of the point before would be another one
+    finer = replace(settings, tolerance=settings.peak_residual, max_stalls=settings.patient_stalls, last_step=0.0)
+    for attempt in range(settings.max_peak_points):
+        best, apart = max(a, b, key=lambda end: end.value), distance(a.point, b.point, metric)
+        highest = bound(a, b, metric)
+        # where the tangents do not meet but are noise: what the slopes gain over the chord
+        gain = highest - best.value if highest < np.inf else max(a.slope, -b.slope) * apart
+        solved = gain <= settings.peak_tolerance * abs(best.value) or apart <= settings.shortest_chord
+        if solved or best.value >= enough or highest < enough < np.inf:
+            return Maximum(best, solved, points, calls)
+        new: Point | None = None
+        if _corner(a.point, b.point, metric) is None or attempt % 4 == 3:
+            new = between(evaluate, a.point, b.point, _share(a, b, apart, attempt), metric.weights, finer)
+            calls += new.iterations
+        if new is None or not _lies_between(new, a.point, b.point, metric):
+            new, more = _step_from(evaluate, a.point, b.point, metric, finer)
+            calls += more
+        if not new.converged:
+            break
+        points.insert(left + 1, new)
+        found = measure(new)
+        if found.slope > 0:
+            a, left = found, left + 1
+        else:
+            b = found
+    return Maximum(max(a, b, key=lambda end: end.value), False, points, calls)
+
+
+def maximum_by_value(evaluate: Evaluate, three: tuple[Measured, Measured, Measured],
+                     measure: Callable[[Point], Measured], metric: Metric, settings: Settings) -> Maximum:
+    """The maximum around the middle one of three points, by halving: where slopes mislead.
+
+    Where a mean motion is all but undetermined, the tangent runs along it, and no slope along the arc means anything.
+    """
+    low, top, high = three
+    points, calls = [end.point for end in three], 0
+    for _ in range(settings.max_peak_points):
+        if top.value - min(low.value, high.value) <= 10 * settings.peak_tolerance * abs(top.value):
+            return Maximum(top, True, points, calls)
+        before = distance(low.point, top.point, metric) > distance(top.point, high.point, metric)
+        a, b = (low, top) if before else (top, high)
+        new = between(evaluate, a.point, b.point, 0.5, metric.weights, settings)
+        calls += new.iterations
+        if not new.converged:
+            break
+        points.insert(next(i for i, point in enumerate(points) if point is b.point), new)
+        found = measure(new)
+        if found.value > top.value:
+            low, top, high = (low, found, top) if before else (top, found, high)
+        else:
+            low, high = (found, high) if before else (low, found)
+    return Maximum(top, False, points, calls)
+
+
+def crossing(evaluate: Evaluate, a: Point, b: Point, parameter: float, metric: Metric,
+             settings: Settings) -> tuple[Point, int]:
+    """(solution at a parameter between those of two points, residual calls); not converged where none was found.
+
+    From a to b the parameter runs one way: a solution on the other sheet of a fold is told by its tangent.
+    """
+    calls, forward = 0, np.sign(b.parameter - a.parameter)
+    settings = replace(settings, max_stalls=settings.patient_stalls)
+    for _ in range(settings.max_bisections):
+        new = solve_fixed(evaluate, _guess(a, b, parameter, metric), parameter, metric.weights, settings, 16)
+        calls += new.iterations
+        if new.converged:
+            new = oriented(new, a.orientation, np.zeros(len(a.x)), 1.0)
+            if np.sign(new.tangent[1]) == forward and _near(new, a, b, metric):
+                return new, calls
+        middle = between(evaluate, a, b, 0.5, metric.weights, settings)
+        calls += middle.iterations
+        if not _lies_between(middle, a, b, metric):
+            middle, more = _step_from(evaluate, a, b, metric, settings)
+            calls += more
+        if not middle.converged or distance(a, b, metric) <= settings.shortest_chord:
+            break
+        before = (a.parameter - parameter) * (middle.parameter - parameter) <= 0
+        a, b = (a, middle) if before else (middle, b)
+        if a.parameter == b.parameter:
+            break
+    return replace(new, x=np.full_like(new.x, np.nan), converged=False), calls
+
+
+def _guess(a, b, parameter, metric):
+    """x (n,) on the cubic from a to b where its parameter has a value between theirs, by bisection."""
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        share = 0.5 * (low + high)
+        x, p = interpolate(a, b, share, metric)
+        low, high = (share, high) if (p - parameter) * (a.parameter - parameter) > 0 else (low, share)
+    return x
+
+
+def distance(a: Point, b: Point, metric: Metric) -> float:
+    """Length of the chord between two points."""
+    return metric.norm(b.x - a.x, b.parameter - a.parameter)
+
+
+def bound(a: Measured, b: Measured, metric: Metric) -> float:
+    """What a concave quantity cannot exceed between two points; infinite where their tangents do not meet between."""
+    if not a.slope > 0 >= b.slope:
+        return np.inf
+    corner = _corner(a.point, b.point, metric)
+    if corner is not None:
+        return max(a.value + a.slope * corner[0], b.value - b.slope * corner[1]) if min(corner) >= 0 else np.inf
+    apart = distance(a.point, b.point, metric)
+    meet = (b.value - a.value - b.slope * apart) / (a.slope - b.slope)
+    return a.value + a.slope * meet if -1e-9 * apart <= meet <= (1 + 1e-9) * apart else np.inf
+
+
+def _corner(a, b, metric):
+    """Arc lengths from a forward and from b backward to where their tangents pass each other; None where the branch
+    hardly turns between them, and in a hairpin that is no corner."""
+    (ax, ap), (bx, bp) = (_unit(end, metric) for end in (a, b))
+    cosine = metric.inner(ax, ap, bx, bp)
+    if cosine > STRAIGHT:
+        return None
+    dx, dp = b.x - a.x, b.parameter - a.parameter
+    forward, backward = metric.inner(ax, ap, dx, dp), metric.inner(bx, bp, dx, dp)
+    scale = 1 - cosine**2
+    if scale < 1e-12:
+        return None
+    return (forward - cosine * backward) / scale, (backward - cosine * forward) / scale
+
+
+def _unit(point, metric):
+    """Unit tangent."""
+    tx, tp = point.tangent
+    length = metric.norm(tx, tp)
+    return tx / length, tp / length
+
+
+def _share(a, b, apart, attempt):
+    """Where on the chord the maximum is predicted, in (0, 1): by the cubic, by the tangents, or half way, in turn."""
+    rise, fall, chord = a.slope * apart, b.slope * apart, b.value - a.value
+    share = 0.5
+    if rise > 0 > fall and attempt % 4 != 3:
+        if attempt % 4 == 1:
+            share = (chord - fall) / (rise - fall)
+        else:
+            c2, c3 = 3 * chord - 2 * rise - fall, rise + fall - 2 * chord
+            root = np.sqrt(max(c2 * c2 - 3 * c3 * rise, 0.0))
+            share = rise / (root - c2) if root != c2 else 0.5      # of rise + 2 c2 s + 3 c3 s^2
+    return float(np.clip(share, 1e-3, 1 - 1e-3))
+
+
+def _near(new, a, b, metric):
+    """Whether the unknowns of a solution lie about between those of two points."""
+    apart = size(metric.weights * (b.x - a.x)) + 1e-9 * metric.size
+    return all(size(metric.weights * (new.x - end.x)) <= 1.5 * apart for end in (a, b))
+
+
+def _lies_between(new, a, b, metric):
+    """Whether a solved point lies on the arc from a to b: there the branch runs forward as the chord does.
+
+    The plane across the chord of a hairpin may meet the branch before a or behind b, where it runs against the chord.
+    """
+    if not new.converged:
+        return False
+    apart = distance(a, b, metric)
+    return new.orientation == a.orientation and all(distance(end, new, metric) <= 1.2 * apart for end in (a, b))
+
+
+def _step_from(evaluate, a, b, metric, settings):
+    """(a solved point next to a or b on the arc between, residual calls), by ever smaller steps along the tangents.
+
+    The first steps lead to where the tangents pass each other: in a hairpin that is further than b is from a.
+    """
+    calls, apart, new = 0, distance(a, b, metric), a
+    corner = _corner(a, b, metric) if a.tangent and b.tangent else None
+    first = corner if corner is not None and min(corner) > 0 else (apart, apart)
+    for k in range(settings.max_halvings):
+        for end, way, length in ((a, 1.0, first[0]), (b, -1.0, first[1])):
+            if end.tangent is None:
+                continue
+            tx, tp = _unit(end, metric)
+            step = length * 0.5**k
+            plane = metric.plane(end.x + way * step * tx, end.parameter + way * step * tp, tx, tp)
+            new = correct(evaluate, plane, metric, settings)
+            calls += new.iterations
+            if new.converged and distance(end, new, metric) <= 1.5 * step:
+                new = leaving(new, plane.row, plane.corner)
+                if new.orientation == a.orientation:
+                    return new, calls
+    return replace(new, converged=False), calls

@@ -1,0 +1,97 @@
+"""Maxima and crossings between two points of a branch, on curves in closed form."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from hbm.continuation import arc
+from hbm.continuation.corrector import heading
+from hbm.continuation.point import Metric, Point
+from hbm.continuation.settings import DEFAULT
+
+
+@dataclass(frozen=True)
+class Implicit:
+    """R(x, p) = 0 with one unknown, and its derivatives."""
+
+    value: float
+    by_x: float
+    by_p: float
+
+    @property
+    def residual(self):
+        return np.array([self.value])
+
+    def solve(self, row, corner, value, residual=None):
+        R = self.residual if residual is None else residual
+        dx, dp = np.linalg.solve([[self.by_x, self.by_p], [row[0], corner]], [-R[0], value])
+        return np.array([dx]), dp
+
+    def direction(self, row, corner):
+        matrix = np.array([[self.by_x, self.by_p], [row[0], corner]])
+        tx, tp = np.linalg.solve(matrix, [0.0, 1.0])
+        return np.array([tx]), tp, np.sign(np.linalg.det(matrix))
+
+    def restoring(self, away):
+        return np.zeros(1)
+
+    def moved(self, dx, dp):
+        return self
+
+    def forget(self):
+        pass
+
+
+def parabola(sharpness):
+    """p = 1 - (x - 1)^2 / sharpness: a fold at x = 1, p = 1, the sharper the larger the number."""
+    def evaluate(x, p):
+        return Implicit(p - 1 + (x[0] - 1) ** 2 / sharpness, 2 * (x[0] - 1) / sharpness, 1.0)
+
+    def point(x, way):
+        p = 1 - (x - 1) ** 2 / sharpness
+        return heading(Point(np.array([x]), p, True, 1, evaluate(np.array([x]), p)), way)
+    return evaluate, point
+
+
+METRIC = Metric(np.ones(1), 1.0, 0.01)
+
+
+@pytest.mark.parametrize("sharpness", [0.1, 1.0, 1e2, 1e4])
+def test_maximum_of_the_parameter_is_the_fold(sharpness):
+    evaluate, point = parabola(sharpness)
+
+    def measure(q):
+        return arc.Measured(q, q.parameter, q.tangent[1] / METRIC.norm(*q.tangent))
+
+    ends = point(0.8, 1), point(1.3, -1)
+    found = arc.maximum(evaluate, tuple(map(measure, ends)), measure, METRIC, DEFAULT)
+    assert found.solved
+    assert found.best.value == pytest.approx(1.0, rel=1e-10)
+    assert [q.x[0] for q in found.points] == sorted(q.x[0] for q in found.points)
+
+
+def test_kinked_maximum_is_found_by_its_two_tangents():
+    """x = 1 - |p| has no derivative at its maximum: a handful of points must do."""
+    def evaluate(x, p):
+        return Implicit(x[0] - 1 + abs(p), 1.0, 1.0 if p >= 0 else -1.0)
+
+    def measure(q):
+        return arc.Measured(q, q.x[0], q.tangent[0][0] / METRIC.norm(*q.tangent))
+
+    ends = [heading(Point(np.array([1 - abs(p)]), p, True, 1, evaluate(np.array([1 - abs(p)]), p)), 1)
+            for p in (-0.3, 0.7)]
+    found = arc.maximum(evaluate, tuple(map(measure, ends)), measure, METRIC, DEFAULT)
+    assert found.solved and len(found.points) < 15
+    assert found.best.value == pytest.approx(1.0, rel=1e-10)
+
+
+@pytest.mark.parametrize("short", [1e-1, 1e-4, 1e-8])
+@pytest.mark.parametrize("ends", [(0.2, 0.9), (0.2, 1.7)])
+def test_crossing_is_on_the_sheet_between_its_points(short, ends):
+    """Next to a fold Newton at a fixed parameter finds either sheet: the tangent tells them apart."""
+    evaluate, point = parabola(1.0)
+    parameter = 1 - short**2
+    begin, tip = point(0.2, 1), point(1 - 1e-3 * short, 1)
+    found, _ = arc.crossing(evaluate, begin, tip, parameter, METRIC, DEFAULT)
+    assert found.converged and found.x[0] == pytest.approx(1 - short, rel=1e-6)
