@@ -29,9 +29,9 @@ LIMITS = Limits()
 def warnings_of(results: Results) -> list[str]:
     """Sentences in the order of the stages, those of a stage itself among them; empty when there is nothing to say."""
     found = []
-    for stage, (before, after) in _CHECKS.items():
-        if stage in results.said:
-            found += [*before(results), *map(sentence, results.said[stage]), *after(results)]
+    for stage, said in results.said.items():
+        before, after = _CHECKS.get(stage, (_nothing, _nothing))
+        found += [*before(results), *map(sentence, said), *after(results)]
     return found
 
 
@@ -169,6 +169,6 @@ def _off_reference(what, hz, reference):
         yield f"{what} is {hz:.0f} Hz, {100 * (hz / reference - 1):+.1f} % from the reference {reference:g} Hz."
 
 
-# checks that stand before and after what the stage itself has said
+# checks of the report that stand before and after the warnings of a stage, which need none
 _CHECKS = {"inspect": (_not_read, _nothing), "reduce": (_free, _nothing), "preload": (_nothing, _preload),
            "tune": (_stuck, _tune), "respond": (_nothing, _respond)}

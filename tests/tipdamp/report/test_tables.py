@@ -1,8 +1,11 @@
-"""Tables: what is said, and what is not."""
+"""Tables and warnings: what is said, and what is not."""
+
+from dataclasses import replace
 
 import pytest
 
 from tests.tipdamp.report.files import artefacts, damage, results_of
+from tipdamp.report.checks import warnings_of
 from tipdamp.report.tables import assumptions, key_figures, peaks
 from tipdamp.study.study import load_study
 
@@ -24,6 +27,12 @@ def test_given_stations_are_not_called_tuned(tmp_path):
 def test_rounding_of_a_moment_is_nothing(tmp_path):
     values = dict(next(assumptions.tables(results_of(*artefacts(tmp_path)))).rows)
     assert values["moment taken up in the reference state"].startswith("0 N m about")
+
+
+def test_warnings_of_every_stage_are_there(tmp_path):
+    results = results_of(*artefacts(tmp_path))
+    more = replace(results, said={**results.said, "wear": ["the wear depth exceeds the gap"]})
+    assert warnings_of(more) == [*warnings_of(results), "The wear depth exceeds the gap."]
 
 
 @pytest.mark.parametrize("key, value, state", [("complete", False, "incomplete"), ("failed_points", 0, "complete"),
