@@ -17,15 +17,13 @@ _HOME = {
     **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "result"),
     **dict.fromkeys(("solutions_at", "time_history"), "solutions"),
     "find_peaks": "peaks", "compare": "time.comparison", "IntegrationSettings": "time.settings",
-    "Settings": "continuation.settings",
+    "Settings": "continuation.settings", "MixedLaw": "laws.mixed",
+    **{law: f"laws.{home}" for law, home in import_module("hbm.laws").LAWS.items()},
 }
-_LAWS = ("CubicSpring", "DryFriction2T", "IsotropicFriction", "Jenkins1D", "MixedLaw", "UnilateralSpring")
-__all__ = sorted((*_HOME, *_LAWS))
+__all__ = sorted(_HOME)
 
 
 def __getattr__(name):
-    if name in _LAWS:
-        return getattr(import_module("hbm.laws"), name)
     if name not in _HOME:
         raise AttributeError(f"module 'hbm' has no attribute '{name}'")
     return getattr(import_module(f"hbm.{_HOME[name]}"), name)

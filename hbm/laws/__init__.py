@@ -2,12 +2,13 @@
 
 from importlib import import_module
 
-_HOME = {
-    "ContactState": "records", "Contacts": "records", "Motion": "records", "SliderStart": "records",
-    "Tangents": "records", "ContactForces": "records", "ContactLaw": "base", "SHIPPED": "shipped",
+LAWS = {          # those that are chosen by name, and the module of each: a new law is an entry here
     "Jenkins1D": "uncoupled.law", "DryFriction1T": "uncoupled.law", "DryFriction2T": "uncoupled.law",
     "UnilateralSpring": "uncoupled.law", "IsotropicFriction": "coupled.law", "CubicSpring": "cubic",
-    "MixedLaw": "mixed",
+}
+_HOME = {
+    **dict.fromkeys(("ContactState", "Contacts", "Motion", "SliderStart", "Tangents", "ContactForces"), "records"),
+    "ContactLaw": "base", "SHIPPED": "shipped", **LAWS, "MixedLaw": "mixed",
 }
 __all__ = list(_HOME)
 

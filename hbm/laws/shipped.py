@@ -1,14 +1,14 @@
 """The laws that are chosen by name."""
 
+from importlib import import_module
+
 from hbm.errors import InputError
+from hbm.laws import LAWS
 from hbm.laws.base import ContactLaw
-from hbm.laws.coupled.law import IsotropicFriction
-from hbm.laws.cubic import CubicSpring
-from hbm.laws.uncoupled.law import DryFriction1T, DryFriction2T, Jenkins1D, UnilateralSpring
 from hbm.validation import brief
 
-SHIPPED = {law.__name__: law for law in
-           (Jenkins1D, DryFriction1T, DryFriction2T, UnilateralSpring, IsotropicFriction, CubicSpring)}
+SHIPPED: dict[str, type[ContactLaw]] = {name: getattr(import_module(f"hbm.laws.{module}"), name)
+                                        for name, module in LAWS.items()}
 
 
 def check_law(law) -> ContactLaw:

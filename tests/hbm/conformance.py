@@ -1,7 +1,7 @@
 """The contact laws on which the tests of hbm/laws run."""
 
 import importlib.util
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,6 @@ from hbm.laws import SHIPPED, Contacts, MixedLaw
 from hbm.model import ReducedModel
 
 OWN_LAWS = Path(__file__).parents[2] / "docs" / "studies" / "own_law"
-PARAMETERS = {"CubicSpring": {"cubic": 4.0}}         # of the shipped laws that have any
 
 
 def own_law(name):
@@ -40,9 +39,14 @@ class Case:
     order: float | None = None
 
 
+def required(law):
+    """{parameter: 1.0} of those without which the law cannot be made."""
+    return {f.name: 1.0 for f in fields(law) if f.init and f.default is MISSING and f.default_factory is MISSING}
+
+
 ABOUT = {"Jenkins1D": ("preload", "each"), "DryFriction1T": ("variable", "each"), "DryFriction2T": ("variable", "each"),
          "UnilateralSpring": ("variable",), "IsotropicFriction": ("variable", "together", 60, 2)}
-LAWS = (*(Case(law(**PARAMETERS.get(name, {})), *ABOUT.get(name, ())) for name, law in SHIPPED.items()),
+LAWS = (*(Case(law(**required(law)), *ABOUT.get(name, ())) for name, law in SHIPPED.items()),
         Case(own_law("dahl").Dahl(), "preload", "creep", cycles=40, order=2))
 
 

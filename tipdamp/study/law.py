@@ -25,6 +25,13 @@ class LawChoice(BaseModel):
     def __str__(self) -> str:
         return self.name
 
+    @property
+    def meaning(self) -> str:
+        """First line of the law's own description."""
+        from hbm.laws import SHIPPED
+
+        return str(SHIPPED[self.name].__doc__).splitlines()[0]
+
     def make(self) -> "ContactLaw":
         """The law itself."""
         from hbm.laws import SHIPPED

@@ -4,6 +4,7 @@ import pytest
 
 from hbm.errors import InputError
 from hbm.laws import SHIPPED, CubicSpring
+from tests.hbm.conformance import required
 from tests.tipdamp import corner_study
 from tipdamp.study.study import load_study
 
@@ -12,9 +13,12 @@ def law_of(folder, text):
     return load_study(corner_study.write(folder, change=[("[respond]", f"[respond]\nlaw = {text}")])).respond.law
 
 
-@pytest.mark.parametrize("name", [name for name in SHIPPED if name != "CubicSpring"])
+@pytest.mark.parametrize("name", SHIPPED)
 def test_laws_by_name(tmp_path, name):
-    assert law_of(tmp_path, f'"{name}"').make() == SHIPPED[name]()
+    needed = required(SHIPPED[name])
+    table = ", ".join((f'name = "{name}"', *(f"{key} = {value}" for key, value in needed.items())))
+    chosen = law_of(tmp_path, f"{{ {table} }}" if needed else f'"{name}"')
+    assert chosen.make() == SHIPPED[name](**needed) and chosen.meaning
 
 
 def test_default_and_parameters(tmp_path):

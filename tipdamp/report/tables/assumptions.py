@@ -13,8 +13,6 @@ LINE = {"edge": "represented by the lower edge line in the line model", "all": "
 THEORY = {"halfspace_3d": "smooth half-spaces", "plane_depth": "plane strain",
           "rough_series": "half-spaces in series with a rough interface"}
 ORIGIN = {"preloaded": "the preloaded state", "unloaded": "the unloaded state"}
-LAWS = {"DryFriction2T": "DryFriction2T: Coulomb friction with two tangents and elastic springs, variable normal load, "
-                         "slip and lift-off"}
 START = {"zero_slider": "unstrained in the preloaded state", "zero_force": "without force at the first instant"}
 
 
@@ -105,4 +103,4 @@ def _response(results):
     if results.respond is not None:
         law = results.respond.law
         own = listing(f"{name} = {value:g}" for name, value in law.parameters.items())
-        yield "contact law", LAWS.get(law.name, law.name) + (f" with {own}" if own else "")
+        yield "contact law", f"{law}: {law.meaning}" + (f" Here {own}." if own else "")
