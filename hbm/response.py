@@ -9,7 +9,7 @@ and at the peaks, and the arrays of the curve (`hbm.result`).
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from hbm.contact import ContactTable
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
-from hbm.errors import InputError
+from hbm.errors import InputError, nearest
 from hbm.laws.base import ContactLaw
 from hbm.model import ReducedModel
 from hbm.parameter import Equation, Frequency, Parameter, as_parameter
@@ -99,7 +99,7 @@ def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, f
 
 def follow_band(problem: ContactProblem, forcing: Forcing, band: Sequence[float], **options: Any) -> ForcedResponse:
     """forced_response of a ContactProblem, for matrices without a node table; options : of CurveOptions."""
-    return _curve(problem, forcing, (Frequency(), np.nan), ("band", band), CurveOptions(**options))
+    return _curve(problem, forcing, (Frequency(), np.nan), ("band", band), _options(options))
 
 
 def follow_parameter(problem: ContactProblem, forcing: Forcing, hz: float, parameter: str | Parameter,
@@ -114,7 +114,7 @@ def follow_parameter(problem: ContactProblem, forcing: Forcing, hz: float, param
     parameter = as_parameter(parameter)
     parameter.check(problem)
     return _curve(problem, forcing, (parameter, positive("hz", hz, " Hz")), ("between", between),
-                  CurveOptions(**options))
+                  _options(options))
 
 
 def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.ndarray | None = None,
@@ -127,7 +127,7 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
     options : outputs, harmonics, start, samples, settings of CurveOptions
     Raises InputError on unusable input; where no solution is found, `converged` is False.
     """
-    chosen = CurveOptions(**options)
+    chosen = _options(options)
     case = _Case.checked(problem, forcing, chosen)
     hz = positive("hz", hz, " Hz")
     balance, settings, w = case.balance(problem, chosen), case.settings, 2 * np.pi * hz
@@ -144,6 +144,18 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
         point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
         calls = point.iterations
     return _solution(point, balance, hz, case, calls)
+
+
+def _options(given: dict) -> CurveOptions:
+    """InputError for an option that does not exist, and where `outputs` is missing."""
+    known = [f.name for f in fields(CurveOptions)]
+    for name in given:
+        if name not in known:
+            raise InputError(f"option {name}: is unknown; {nearest(name, known)}")
+    if "outputs" not in given:
+        raise InputError("outputs is missing: {name: row that takes the output out of q}, for example "
+                         "{'tip': model.displacement_row('blades', 2, [0, 1, 0])}")
+    return CurveOptions(**given)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,8 @@ from hbm.parameter import BY_NAME, Equation, Frequency, Parameter
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
 
+SOLVES = 1e-6          # residual of a stored point relative to its motion, above which the problem is another one
+
 
 def solutions_at(curve: ForcedResponse, problem: ContactProblem, value: float,
                  parameter: Parameter | None = None) -> np.ndarray:
@@ -63,6 +65,8 @@ def restored(curve: ForcedResponse, problem: ContactProblem,
     if parameter is None and curve.parameter_name not in known:
         raise InputError(f"the curve runs over {curve.parameter_name}: give the `parameter` that it was made with")
     parameter = known[curve.parameter_name] if parameter is None else parameter
+    if parameter.name != curve.parameter_name:
+        raise InputError(f"parameter: the curve runs over {curve.parameter_name}, not over {parameter.name}")
     r, P, kept = problem.K.shape[0], len(problem.contacts), int(curve.carrying.sum())
     if not curve.unknowns.size:
         raise InputError("the curve holds no unknowns: it was measured, or made by another program")
@@ -75,7 +79,20 @@ def restored(curve: ForcedResponse, problem: ContactProblem,
     columns = curve.unknowns, parameter.scale * curve.parameter, curve.converged, curve.iterations, curve.orientation
     points = [Point(x, p, bool(good), int(calls), orientation=sign)
               for x, p, good, calls, sign in zip(*columns, strict=True)]
-    return Equation(balance, parameter, float(curve.frequency[0])), points
+    equation = Equation(balance, parameter, float(curve.frequency[0]))
+    _check_solves(equation, [point for point in points if point.converged])
+    return equation, points
+
+
+def _check_solves(equation, points):
+    """InputError where points of the curve do not solve the equation: the problem is another one."""
+    for point in {id(p): p for p in (points[0], points[len(points) // 2])}.values() if points else ():
+        error = np.linalg.norm(equation.evaluate(point.x, point.parameter).residual)
+        size, value = np.linalg.norm(point.x), point.parameter / equation.parameter.scale
+        if error > SOLVES * size:
+            raise InputError(f"the problem is not that of the curve: its point at {equation.parameter.named(value)} "
+                             f"leaves a residual of {error / size:.1e} of the motion; give the problem that the curve "
+                             "was made with")
 
 
 def _places(curve, equation, points, value):

@@ -1,0 +1,56 @@
+"""Functions of a curve refuse a problem or a parameter that is not the curve's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hbm.errors import InputError
+from hbm.parameter import ContactSetting
+from hbm.peaks import find_peaks
+from hbm.response import follow_band, follow_parameter, solve_at
+from hbm.solutions import solutions_at
+from tests.hbm.cases import beam
+
+
+@pytest.fixture(scope="module")
+def case():
+    problem, force, outputs = beam("B8")
+    return problem, 20 * force, outputs
+
+
+@pytest.fixture(scope="module")
+def curve(case):
+    problem, force, outputs = case
+    return follow_band(problem, force, (850, 950), harmonics=1, outputs=outputs)
+
+
+@pytest.mark.parametrize("other", [lambda p: replace(p, C=1.5 * p.C),
+                                   lambda p: replace(p, contacts=replace(p.contacts, kt=1.1 * p.contacts.kt))])
+def test_another_problem_is_refused(case, curve, other):
+    with pytest.raises(InputError, match="not that of the curve: its point at .* Hz leaves a residual"):
+        solutions_at(curve, other(case[0]), 900.0)
+    with pytest.raises(InputError, match="not that of the curve"):
+        find_peaks(curve, other(case[0]), "tip")
+
+
+def test_the_same_problem_made_anew_is_taken(case, curve):
+    again = replace(case[0], K=np.array(case[0].K))
+    assert len(solutions_at(curve, again, 900.0)) == 1
+
+
+def test_another_parameter_is_refused(case):
+    problem, force, outputs = case
+    over = follow_parameter(problem, force, 900.0, ContactSetting("kt", (0,)), (1.0, 1.5), harmonics=1, outputs=outputs)
+    assert len(solutions_at(over, problem, 1.2, ContactSetting("kt", (0,)))) == 1
+    for other in (ContactSetting("kt", (1,)), ContactSetting("mu")):
+        with pytest.raises(InputError, match="the curve runs over"):
+            solutions_at(over, problem, 1.2, other)
+
+
+def test_options_of_curves_are_checked(case):
+    problem, force, outputs = case
+    with pytest.raises(InputError, match="option harmonic: is unknown; did you mean 'harmonics'"):
+        follow_band(problem, force, (850, 950), outputs=outputs, harmonic=3)
+    with pytest.raises(InputError, match="outputs is missing"):
+        solve_at(problem, force, 900.0)
