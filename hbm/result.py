@@ -142,7 +142,7 @@ class ForcedResponse:
         f = self.parameter[max(i - 1, 0):i + 2]
         apart = np.abs(np.diff(f))
         solved = self.peak_points.size and self.peak_points[i, j] and kind == KINDS[0]
-        if solved or not 0 < i < len(a) - 1 or not np.isfinite(a[i - 1:i + 2]).all() or 20 * min(apart) <= max(apart):
+        if solved or not 0 < i < len(a) - 1 or 20 * min(apart) <= max(apart):
             return float(self.parameter[i]), float(a[i])
         top, value = parabola(f - f[1], a[i - 1:i + 2])
         inside = min(f) <= f[1] + top <= max(f)
