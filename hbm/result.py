@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hbm import fourier
+from hbm.array_record import ArrayRecord
 from hbm.errors import InputError, nearest
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
@@ -19,7 +20,7 @@ def _none(*shape, dtype: type = float):
 
 
 @dataclass(frozen=True, eq=False)
-class ForcedResponse:
+class ForcedResponse(ArrayRecord):
     """A branch of periodic solutions: n points, m outputs, P contact pairs, harmonics 0..H, a model with r dofs.
 
     The arrays are copies that cannot be written to; two curves are equal where all but `seconds` is.
@@ -85,19 +86,7 @@ class ForcedResponse:
 
     def __post_init__(self):
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)
-        for f in fields(self):
-            if f.type is np.ndarray:
-                copy = np.array(vars(self)[f.name])
-                copy.setflags(write=False)
-                object.__setattr__(self, f.name, copy)
-
-    def __reduce__(self):
-        return ForcedResponse, tuple(vars(self)[f.name] for f in fields(self))
-
-    def __eq__(self, other) -> bool:
-        if not isinstance(other, ForcedResponse):
-            return NotImplemented
-        return all(_equal(vars(self)[f.name], vars(other)[f.name]) for f in fields(self) if f.compare)
+        super().__post_init__()
 
     def __repr__(self) -> str:
         f, failed = self.parameter, int((~self.converged).sum())
@@ -220,8 +209,10 @@ class ForcedResponse:
 
 
 @dataclass(frozen=True, eq=False)
-class PeriodicSolution:
+class PeriodicSolution(ArrayRecord):
     """One periodic solution at `frequency` Hz: m outputs, P contacts, harmonics 0..H; NaN where none was found.
+
+    The arrays are copies that cannot be written to; two solutions are equal where all fields are.
 
     harmonics : (m, H+1) complex, m; contact_force, contact_motion : (P, nd, H+1) complex, N and m, as in ForcedResponse
     share_stick, share_slip, share_open : (P,) share of the cycle; dissipated : (P,) J per cycle
@@ -245,11 +236,6 @@ class PeriodicSolution:
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(m,) amplitude, m: of the kinds of ForcedResponse.amplitude."""
         return amplitude(self.harmonics, kind)
-
-
-def _equal(a, b) -> bool:
-    a, b = np.asarray(a), np.asarray(b)
-    return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")
 
 
 def amplitude(X: np.ndarray, kind: str) -> np.ndarray:

@@ -18,6 +18,7 @@ from tipdamp import loads
 from tipdamp.stages.results import FrictionFacts
 from tipdamp.study.view import Study
 
+READS = ("respond.law",)        # of a stage that calls `solve`
 COLUMNS = ("pair", "blade_node", "damper_node", "T1_N", "T2_N", "slider1_m", "slider2_m", "slips")
 
 
@@ -34,9 +35,12 @@ def history(study: Study, model: ReducedModel) -> list[np.ndarray]:
 
 
 def solve(study: Study, model: ReducedModel, pairs: ContactTable, through: list[np.ndarray]) -> FrictionState:
-    """The state after the loads `through`. Raises InputError where the history ends before it."""
-    given = study.preload
-    end = FrictionalContact(model, pairs).solve(through, steps=given.steps)[-1]
+    """The state after the loads `through`, within the friction limit of the law of the response.
+
+    Raises InputError where the history ends before it.
+    """
+    given, coupled = study.preload, "respond" in study and study.respond.law.make().coupled
+    end = FrictionalContact(model, pairs, coupled=coupled).solve(through, steps=given.steps)[-1]
     if not end.converged:
         names = [*given.history, loads.rest_name(study)] if len(through) > 1 else ["the load"]
         on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]

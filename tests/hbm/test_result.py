@@ -1,4 +1,4 @@
-"""ForcedResponse as arrays alone: read-only, pickled, compared, saved and loaded."""
+"""Curves and solutions as arrays alone: read-only, pickled, compared, saved and loaded."""
 
 import pickle
 from dataclasses import replace
@@ -75,6 +75,18 @@ def test_one_solution_in_one_call(curve):
         solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=[0, 1])
     lost = solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=np.full(7, np.nan))
     assert not lost.converged and np.isnan(lost.harmonics).all()
+
+
+def test_a_solution_is_a_value():
+    """As a curve is: read-only, equal to its copies even where it is NaN, told from a solution beside it."""
+    solved, lost = (solve_at(PROBLEM, FORCE, 0.15, harmonics=1, outputs={"x": [1.0]}, guess=guess)
+                    for guess in (None, np.full(3, np.nan)))
+    with pytest.raises(ValueError, match="read-only"):
+        solved.harmonics[:] *= 2
+    for one in (solved, lost):
+        again = pickle.loads(pickle.dumps(one))
+        assert again == one and not again.unknowns.flags.writeable
+    assert solved != lost and solved != replace(solved, frequency=0.16) and solved != "solution"
 
 
 def test_a_problem_is_pickled_with_its_curve():

@@ -92,6 +92,19 @@ def test_response_starts_from_the_friction_forces(whole_run):
     assert np.abs(curve.harmonics[..., 0]).max() < 1e-3 * np.abs(begin.sliders).max()
 
 
+@pytest.mark.parametrize("law", ["DryFriction2T", "IsotropicFriction"])
+def test_preload_in_the_cone_of_the_law(tmp_path, law):
+    """Pushed along the axis on the way, the pairs slip with both tangents, to the limit of the law of the response."""
+    askew = '[loads.askew]\nforces = [["damper", "load", 0, 3, 0]]\n[preload]\nfriction = true\nhistory = ["askew"]\n'
+    study, store = run(tmp_path, askew + "[tune]\nstations = [1, 1]\npreload = 'resolved'\n", "tune",
+                       tune=f"[respond]\nlaw = '{law}'")
+    for name in ("preload", "kept"):
+        pairs, T = state(store, study, name)
+        on = pairs.carrying & (pairs.preload > 0)
+        size = np.hypot(*T.T) if law == "IsotropicFriction" else np.abs(T).max(axis=1)
+        assert (size[on] / (pairs.mu * pairs.preload)[on]).max() == pytest.approx(1, rel=1e-6), name
+
+
 @pytest.mark.parametrize("text, words", [
     ('[preload]\nhistory = ["heavy"]\n', "set friction = true"),
     ('[preload]\nfriction = true\nhistory = ["heavi"]\n[loads.heavy]\npull = 2\n', "did you mean 'heavy'"),

@@ -134,9 +134,9 @@ def warnings(_: Study, store: Store) -> tuple[str, ...]:
     return PreloadResult.load(store).warnings
 
 
-def _for_stress(study):
-    return BODY_READS if study.preload.stress else ()
+def _reads_more(study):
+    return BODY_READS * study.preload.stress + friction.READS * study.preload.friction
 
 
 STAGE = Stage(preload, line, warnings=warnings, outputs=("preload.csv", "preload.json"), needs=("reduce",),
-              reads=("driver", "contact", "sides", "preload", "loads", "model.matrices"), reads_more=_for_stress)
+              reads=("driver", "contact", "sides", "preload", "loads", "model.matrices"), reads_more=_reads_more)

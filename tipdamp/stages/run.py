@@ -1,7 +1,7 @@
 """How stages are run, one after the other; `run_stage` is where a stage is skipped."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -83,10 +83,15 @@ def missing_sections(name: str, study: Study) -> list[str]:
 @cache
 def program_mark(with_report: bool) -> str:
     """Fingerprint of the program's own sources: another version computes anew."""
-    folders = [Path(str(package.__file__)).parent for package in (tipdamp, hbm, modal, static_contact)]
+    return fingerprint(*sources([Path(str(package.__file__)).parent for package in (tipdamp, hbm, modal,
+                                                                                    static_contact)], with_report))
+
+
+def sources(packages: Sequence[Path], with_report: bool) -> list[Path]:
+    """Files of packages that decide about results; those in their own folder `report` only `with_report`."""
     kinds = (".py", ".csv", ".css", ".js", ".html")
-    return fingerprint(*sorted(f for folder in folders for f in folder.rglob("*") if f.suffix in kinds
-                               and (with_report or "report" not in f.parts)))
+    return sorted(f for package in packages for f in package.rglob("*") if f.suffix in kinds
+                  and (with_report or "report" not in f.relative_to(package).parts))
 
 
 def _check_current(name, need, study, store):

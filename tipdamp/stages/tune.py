@@ -199,6 +199,10 @@ def warnings(study: Study, store: Store) -> list[str]:
     return [*found.warnings, *tracking_warnings(study, found)]
 
 
-STAGE = Stage(tune, line, warnings=warnings, outputs=("kept.csv", "tune.json"), needs=("reduce", "preload"),
-              requires=("tune", "respond"), reads_files=True,
+def _reads_more(study):
+    return friction.READS if study.preload.friction else ()
+
+
+STAGE = Stage(tune, line, warnings=warnings, reads_more=_reads_more, outputs=("kept.csv", "tune.json"),
+              needs=("reduce", "preload"), requires=("tune", "respond"), reads_files=True,
               reads=("tune", "sides", "driver", "preload", "loads", "contact.normal", *BODY_READS))

@@ -73,9 +73,12 @@ def _units(path, given):
 
 
 def _named(raw, section):
-    """Tables inside a section, such as [contact.left] or [material.tip], taken out of it."""
-    table = raw.get(section)
-    return {k: table.pop(k) for k in list(table) if isinstance(table[k], dict)} if isinstance(table, dict) else {}
+    """Tables inside a section, such as [contact.left] or [material.tip], taken out of it; a table in the place of one
+    of its keys stays, to be refused as a value of that key."""
+    table, keys = raw.get(section), SECTIONS[section].model_fields
+    if not isinstance(table, dict):
+        return {}
+    return {k: table.pop(k) for k in list(table) if isinstance(table[k], dict) and k not in keys}
 
 
 def _load_cases(path, raw):

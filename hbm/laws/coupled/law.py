@@ -22,6 +22,7 @@ class IsotropicFriction(ContactLaw):
     components: ClassVar[tuple] = ("t1", "t2", "n")
     sliders: ClassVar[int] = 2
     states: ClassVar[int] = 5
+    coupled: ClassVar[bool] = True
 
     def stuck_stiffness(self, contacts):
         """(P, 3) N/m: kt, kt, kn."""

@@ -11,7 +11,7 @@ from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import edit, files
 from tipdamp.cli import main
-from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.stages.run import results_folder, run_stage, sources
 from tipdamp.store import Store
 from tipdamp.study.study import load_study
 
@@ -126,3 +126,13 @@ def test_an_interrupted_stage_is_run_again(variant, tmp_path, monkeypatch):
     object.__setattr__(stages.STAGES["preload"], "work", job)
     assert main(["preload", str(tmp_path / "rig.toml"), "--quiet"]) == 0
     assert len(ContactTable.load(folder / "preload.csv")) == 93  # 31 stations: one row left, two rows right
+
+
+def test_sources_in_a_folder_called_report(tmp_path):
+    """The program may be installed anywhere; only its own report is no part of the other stages' key."""
+    package = tmp_path / "report" / "program"
+    for name in ("law.py", "report/page.py"):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).touch()
+    assert sources([package], False) == [package / "law.py"]
+    assert sources([package], True) == [package / "law.py", package / "report" / "page.py"]

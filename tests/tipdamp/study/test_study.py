@@ -45,6 +45,8 @@ def test_units_are_converted_once(tmp_path):
     ("pull = 113", 'pull = "113"', r"\[damper\] pull = '113': must be a number"),
     ("pull = 113", "pull = nan", r"\[damper\] pull = nan: must be above 0"),
     ("mu = 0.6", "mu = -0.1", r"\[contact\] mu = -0.1: must be at least 0"),
+    ("mu = 0.6", "mu = { value = 0.6 }", r"\[contact\] mu = {'value': 0.6}: must be a number"),
+    ("nu = 0.3", "nu = { value = 0.3 }", r"\[material\] nu = {'value': 0.3}: must be a number"),
     ("mu = 0.6", "", r"\[contact\] mu is missing"),
     ("kn = 3.32e6", "kn = 0", r"\[contact.left\] kn = 0: must be above 0"),
     ("kn = 3.32e6", "", r"\[contact.left\] kn and kt are missing"),

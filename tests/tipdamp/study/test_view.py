@@ -60,6 +60,19 @@ def test_keys_follow_the_declarations(study, tmp_path, old, new, changed):
             } == changed
 
 
+def test_law_counts_for_the_preload_with_friction(tmp_path):
+    """Its friction limit is that of the static solution; without friction the preload does not depend on the law."""
+    changed = {}
+    for friction in ("true", "false"):
+        one, other = (load_study(corner_study.write(tmp_path, change=[TUNE, (
+            "[respond]", f"[preload]\nfriction = {friction}\n[respond]\nlaw = '{law}'")]))
+            for law in ("DryFriction2T", "IsotropicFriction"))
+        store = Store(tmp_path / "results")
+        changed[friction] = {name for name in run.STAGES
+                             if run.stage_key(name, one, store) != run.stage_key(name, other, store)}
+    assert changed == {"true": {"preload", "tune", "respond", "report"}, "false": {"respond", "report"}}
+
+
 def test_springs_count_for_a_wanted_error(tmp_path):
     """Modes that are chosen by the error of stuck frequencies depend on the stiffness of the contact."""
     keys = []
