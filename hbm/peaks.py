@@ -45,10 +45,14 @@ def find_peaks(curve: ForcedResponse, problem: ContactProblem, name: str, kind: 
     problem : the ContactProblem that the curve was made with; kind : as in ForcedResponse.amplitude
     parameter : as given to `follow_parameter`, where that was no name; then its values stand in place of Hz
     Ripples are left out: what is less than a thousandth of its height above the saddles beside it. Where a maximum
-    could not be solved the highest point found stands for it, with a warning. Raises InputError for an unknown output
-    or kind, and where the problem does not fit the curve.
+    could not be solved the highest point found stands for it, and of an incomplete curve the maxima between solved
+    points are given, each with a warning. Raises InputError for an unknown output or kind, and where the problem does
+    not fit the curve.
     """
     j = curve.column(name)
+    if not curve.complete:
+        warnings.warn(f"maxima of '{name}': the curve is incomplete, others may be missing: {curve.ended}",
+                      stacklevel=2)
     heights = curve.amplitude(kind)[:, j]
     equation, points = restored(curve, problem, parameter)
     row = curve.output_rows[[j]]

@@ -35,6 +35,7 @@ class ForcedResponse(ArrayRecord):
     dissipated : (n, P) J per cycle, over all components of the law
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
+    reached_end : the end of the band, perhaps past failed points; a curve that did not has no peak
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
     seconds, residual_calls : cost
     restarts : (k, 2) parameters at which a branch that folds without progress was left, and at which a solution further
@@ -81,6 +82,11 @@ class ForcedResponse(ArrayRecord):
     slider_start: np.ndarray = _none(0, 0)
     orientation: np.ndarray = _none(0)
     samples: int = 0
+    reached_end: bool = False
+
+    def __post_init__(self):
+        object.__setattr__(self, "reached_end", self.reached_end or self.complete)
+        super().__post_init__()
 
     def __repr__(self) -> str:
         f, failed = self.parameter, int((~self.converged).sum())
@@ -109,10 +115,14 @@ class ForcedResponse(ArrayRecord):
 
         Solved to 1e-8 of the amplitude where `peak_points` marks it, which holds for half peak to peak of a computed
         curve; else on the parabola through three points (`hbm.peaks` solves those). At the border of a frequency band
-        it is no resonance: it is returned with a warning (see `at_border`).
+        it is no resonance: it is returned with a warning (see `at_border`). A curve that stopped before the end of its
+        band, or whose largest amplitude lies beside a failed point, has no peak: (NaN, NaN), with a warning that gives
+        `at_least` and the reason.
         """
         a, j = self.amplitude(kind)[:, self.column(name)], self.column(name)
-        if not np.isfinite(a).any():
+        reason = self._why_no_peak(a)
+        if reason:
+            warnings.warn(f"no peak of '{name}': {reason}", stacklevel=2)
             return float("nan"), float("nan")
         i = int(np.nanargmax(a))
         if self.parameter_name == "frequency" and self.at_border(name, kind):
@@ -121,11 +131,35 @@ class ForcedResponse(ArrayRecord):
         f = self.parameter[max(i - 1, 0):i + 2]
         apart = np.abs(np.diff(f))
         solved = self.peak_points.size and self.peak_points[i, j] and kind == KINDS[0]
-        if solved or not 0 < i < len(a) - 1 or not np.isfinite(a[i - 1:i + 2]).all() or 20 * min(apart) <= max(apart):
+        if solved or not 0 < i < len(a) - 1 or 20 * min(apart) <= max(apart):
             return float(self.parameter[i]), float(a[i])
         top, value = parabola(f - f[1], a[i - 1:i + 2])
         inside = min(f) <= f[1] + top <= max(f)
         return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
+
+    def at_least(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
+        """(Hz, m) of the solved point with the largest amplitude of an output; over another parameter, (value, m).
+
+        A lower bound of the peak, whether the curve has one or not; (NaN, NaN) where no point is solved.
+        """
+        a = self.amplitude(kind)[:, self.column(name)]
+        if not np.isfinite(a).any():
+            return float("nan"), float("nan")
+        i = int(np.nanargmax(a))
+        return float(self.parameter[i]), float(a[i])
+
+    def _why_no_peak(self, a):
+        """Why the largest of the amplitudes a (n,) is no peak, with what it is at least; empty where it is one."""
+        if not np.isfinite(a).any():
+            return f"no point is solved, {self.ended}"
+        i = int(np.nanargmax(a))
+        gap = not np.isfinite(a[max(i - 1, 0):i + 2]).all()
+        if self.reached_end and not gap:
+            return ""
+        at = f"at {self.parameter[i]:g} Hz" if self.parameter_name == "frequency" else \
+            f"at {self.parameter_name} = {self.parameter[i]:g}"
+        return f"at least {a[i]:.6g} m {at}, " + (f"beside a point that failed: {self.ended}" if self.reached_end else
+                                                 self.ended)
 
     def at_border(self, name: str, kind: str = "half_peak_to_peak") -> bool:
         """Whether the largest amplitude of an output is that of an end of the curve: then `peak` is no resonance."""

@@ -148,12 +148,14 @@ def _run(arguments, name, study, store):
 
 def _partial(store) -> int:
     """Exit code by the curves of the forced response."""
-    from tipdamp.stages.respond import incomplete
+    from tipdamp.stages.respond import incomplete, without_peak
     from tipdamp.stages.results import RespondResult
 
     if store.record("respond") is None:
         return 0
-    partial, curves = incomplete(RespondResult.load(store))
+    found = RespondResult.load(store)
+    (partial, curves), peakless = incomplete(found), without_peak(found)
     if partial:
-        return _complain(f"{partial} of {curves} curves are incomplete, see the report", 1)
+        missing = f", {peakless} of them without a peak" if peakless else ""
+        return _complain(f"{partial} of {curves} curves are incomplete{missing}, see the warnings", 1)
     return 0

@@ -116,7 +116,6 @@ def _balance(what: str, sides: Mapping[str, SideForces]):
 
 def _respond(results):
     for case in results.cases:
-        yield from _incomplete(case)
         if case.facts.peak_hz is not None and not case.facts.peak_inside_band:
             yield f"The peak of {_name(case)} lies at the edge of the band: widen [respond] band."
         yield from _both_ways(case)
@@ -130,16 +129,9 @@ def _name(case: Case) -> str:
     return f"Fe = {case.Fe:g} N, H = {case.H}"
 
 
-def _incomplete(case: Case):
-    for way, one in (("", case.facts), (" followed from the other end", case.facts.back)):
-        if one is not None and (one.failed_points or not one.complete):
-            failed = f", {one.failed_points} points failed" if one.failed_points else ""
-            yield f"The curve {_name(case)}{way} is incomplete{failed}: {one.ended}."
-
-
 def _both_ways(case: Case):
     facts, back = case.facts, case.facts.back
-    if back is None or not (back.complete and facts.complete):
+    if back is None:
         return
     amplitude, frequency = _off(back.peak_m, facts.peak_m), _off(back.peak_hz, facts.peak_hz)
     if max(abs(amplitude), abs(frequency)) > LIMITS.both_ways:

@@ -39,13 +39,20 @@ def _kept(results) -> Iterator[str]:
 
 
 def _response(results) -> Iterator[str]:
-    cases = [c for c in results.cases if c.H == results.orders[-1] and c.has_peak]
-    if not cases:
-        return
-    low, high = cases[0], cases[-1]
+    of_order = results.of_order(results.orders[-1]) if results.cases else []
+    cases = [c for c in of_order if c.has_peak]
+    if cases:
+        yield _peaks(cases[0], cases[-1])
+    for c in of_order:
+        if not c.has_peak and c.facts.at_least_m is not None:
+            yield (f"At {c.Fe:g} N the curve has no peak: at least {micro(c.at_least_per_newton)} µm/N at "
+                   f"{hertz(c.facts.at_least_hz)} Hz, {c.facts.ended}.")
+
+
+def _peaks(low, high) -> str:
     text = (f"At {low.Fe:g} N the peak of blade 1 is {micro(low.peak_per_newton)} µm/N at {hertz(low.facts.peak_hz)} "
             f"Hz (H = {low.H})")
-    if len(cases) > 1:
+    if low is not high:
         text += (f", at {high.Fe:g} N {micro(high.peak_per_newton)} µm/N at {hertz(high.facts.peak_hz)} Hz, where "
                  f"{len(high.facts.slipping_pairs)} of {high.curve.share_slip.shape[1]} pairs slip")
-    yield text + "."
+    return text + "."

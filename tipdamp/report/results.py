@@ -45,13 +45,18 @@ class Case:
 
     @property
     def has_peak(self) -> bool:
-        """Whether the whole band was followed: only then its largest value is a peak."""
-        return self.facts.complete and self.facts.peak_m is not None
+        """Whether its largest value is a peak: the curve reached the end of the band, and no gap borders the value."""
+        return self.facts.peak_m is not None
 
     @property
     def peak_per_newton(self) -> float | None:
         """m/N."""
         return None if self.facts.peak_m is None else self.facts.peak_m / self.Fe
+
+    @property
+    def at_least_per_newton(self) -> float | None:
+        """m/N, largest amplitude that was solved of a curve without a peak."""
+        return None if self.facts.at_least_m is None else self.facts.at_least_m / self.Fe
 
     def patch(self, name: str) -> np.ndarray:
         """(n, k) m, half of peak-to-peak of the k nodes of a patch; NaN where a point failed."""

@@ -5,15 +5,16 @@ from tipdamp.report.results import Results
 from tipdamp.report.versions import versions
 from tipdamp.stages.results import CurveResult
 
-COPIED = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "points", "failed_points", "seconds", "complete", "ended",
-          "patches"}
+COPIED = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "at_least_hz", "at_least_m", "points", "failed_points",
+          "seconds", "complete", "ended", "patches"}
 
 
 def summarise(results: Results) -> dict:
     """The content of summary.json; keys of stages that the study has no section for are left out.
 
     peak_m - m, half of peak-to-peak along the force, largest over the patch of blade 1; slipping_pairs - their number;
-    back - the same curve followed from the other end of the band.
+    back - the same curve followed from the other end of the band. A curve that stopped, or whose highest point borders
+    a gap, has no peak: at_least_m is the largest amplitude that was solved, ended the reason.
     """
     summary: dict = {"title": results.study.title, "study": results.study.path.name,
                "pull_N": results.study.driver.pull}

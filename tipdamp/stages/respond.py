@@ -1,7 +1,7 @@
 """Stage respond: forced response of the kept pairs at every level and number of harmonics."""
 
 import warnings as python_warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -121,18 +121,28 @@ def curve_result(settings: Respond, kept: ContactTable, curve: ForcedResponse, b
 
 
 def patch_peak(curve: ForcedResponse, patch: str) -> Peak:
-    """Largest peak of the nodes of a patch with its frequency, and the smallest node's peak."""
+    """Largest peak of the nodes of a patch with its frequency, and the smallest node's peak; where a node has none, the
+    largest amplitude that was solved."""
+    names = [n for n in curve.output_names if n.rpartition(":")[0] == patch]
     with python_warnings.catch_warnings():
-        python_warnings.simplefilter("ignore")         # a peak at the border is told by `peak_inside_band`
-        peaks = [curve.peak(n) for n in curve.output_names if n.rpartition(":")[0] == patch]
-    hz, top = max(peaks, key=lambda p: p[1])
-    return Peak(peak_hz=hz, peak_m=top, min_peak_m=min(p[1] for p in peaks))
+        python_warnings.simplefilter("ignore")         # `peak_inside_band` and `warnings` tell them
+        peaks = np.array([curve.peak(n) for n in names])
+    if np.isfinite(peaks).all():
+        hz, top = peaks[peaks[:, 1].argmax()]
+        return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min())
+    hz, least = max((curve.at_least(n) for n in names), key=lambda p: p[1])
+    return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least)
 
 
 def incomplete(found: RespondResult) -> tuple[int, int]:
     """(curves that do not reach the end of the band or have failed points, all curves); each way counts as one."""
     curves = _both_ways(found)
     return sum(not c.complete or c.failed_points > 0 for c in curves), len(curves)
+
+
+def without_peak(found: RespondResult) -> int:
+    """Curves that have no peak, since they stopped or have a gap at their highest point."""
+    return sum(c.peak_m is None for c in _both_ways(found))
 
 
 def _both_ways(found):
@@ -145,9 +155,36 @@ def line(store: Store) -> str:
     (partial, curves), points = incomplete(found), sum(c.points for c in found.responses)
     failed = sum(c.failed_points for c in _both_ways(found))
     back = f" ({curves} with those followed back)" if curves > len(found.responses) else ""
+    missing = f", {peakless} without a peak" if (peakless := without_peak(found)) else ""
     return (f"{len(found.responses)} curves{back}, {points} points, {failed} points failed, {partial} curves "
-            "incomplete")
+            f"incomplete{missing}")
 
 
-STAGE = Stage(respond, line, outputs=("respond.json", "stuck.npz"), needs=("reduce", "tune"),
+def warnings(_: Study, store: Store) -> list[str]:
+    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends."""
+    return [text for c in RespondResult.load(store).responses for text in _incomplete(c)]
+
+
+def _incomplete(case: CurveResult) -> Iterator[str]:
+    ways = (("", case, case.back), (" followed from the other end", case.back, case))
+    for way, one, other in ways:
+        if one is None or one.complete and not one.failed_points:
+            continue
+        failed = f", {one.failed_points} points failed" if one.failed_points else ""
+        known = f"no peak, {at_least(one)}; " if one.peak_m is None else ""
+        whole = (f"; followed the other way it has a peak, {_micro(other.peak_m, other.peak_hz)}"
+                 if known and other is not None and other.peak_m is not None else "")
+        yield f"the curve Fe = {case.Fe_N:g} N, H = {case.H}{way} is incomplete{failed}: {known}{one.ended}{whole}"
+
+
+def at_least(peak: Peak) -> str:
+    """What is known of a peak that was not reached: 'at least 926.5 um at 809.4 Hz'."""
+    return "no point solved" if peak.at_least_m is None else f"at least {_micro(peak.at_least_m, peak.at_least_hz)}"
+
+
+def _micro(m, hz):
+    return f"{1e6 * m:.4g} um at {hz:.1f} Hz"
+
+
+STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"), needs=("reduce", "tune"),
               requires=("tune", "respond"), reads=("respond", "sides", "preload.friction"))

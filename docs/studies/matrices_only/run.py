@@ -14,7 +14,7 @@ def main():
     for level in LEVELS:
         curve = forced_response(model, pairs, DryFriction2T(), level * tip, BAND, harmonics=5, damping_ratio=0.01,
                                 outputs={"tip": tip})
-        hz, amplitude = curve.peak("tip")
+        hz, amplitude = curve.peak("tip")             # nan, with a warning, where the curve was cut off
         print(f"{level:7g} {hz:9.2f} {1e6 * amplitude / level:10.4f} {len(curve.slipping_pairs):16d}   {curve.ended}")
         curve.save(f"curve_{level:g}N.npz")
 

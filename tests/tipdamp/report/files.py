@@ -13,6 +13,7 @@ from hbm.result import ForcedResponse
 from tipdamp.report.results import Results, load_results
 from tipdamp.report.write import write_report
 from tipdamp.stages.report import said
+from tipdamp.stages.respond import patch_peak
 from tipdamp.store import Store, plain
 from tipdamp.study.study import load_study
 
@@ -73,7 +74,7 @@ def curve(Fe, H, failed=()):
                           parameter=hz, share_stick=1 - share, share_slip=share, share_open=0 * share,
                           dissipated=share, converged=good, iterations=np.ones(len(hz), int),
                           ended="reached the end of the band", complete=bool(good.all()), H=H, origin="preloaded",
-                          start="zero_slider", seconds=0.5, residual_calls=100)
+                          start="zero_slider", seconds=0.5, residual_calls=100, reached_end=True)
 
 
 def side_figures():
@@ -122,15 +123,13 @@ def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None, name
             name = f"responses/Fe_{Fe:g}N_H{H}.npz"
             with store.writing(name) as path:
                 replace(one, output_names=renamed(one.output_names, names)).save(path)
-            (hz_top, top), bottom = one.peak("patch_1:1"), one.peak("patch_1:2")[1]
+            peak = patch_peak(one, "patch_1").model_dump()
             files["responses"].append({
-                "file": name, "Fe_N": Fe, "H": H, "peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom, "points": 41,
-                "patches": {}, "residual_calls": 100,
+                "file": name, "Fe_N": Fe, "H": H, **peak, "points": 41, "patches": {}, "residual_calls": 100,
                 "failed_points": len(failed) if Fe > 1 else 0, "complete": one.complete, "ended": one.ended,
                 "slipping_pairs": ["left 0", "left 1", "right 4"] if Fe > 1 else [], "seconds": 0.5,
                 "origin": "preloaded", "start": "zero_slider", "peak_inside_band": True,
-                "back": {"peak_hz": hz_top, "peak_m": top, "min_peak_m": bottom, "complete": True, "ended": "",
-                         "failed_points": 0, "seconds": 0.5}})
+                "back": {**peak, "complete": True, "ended": "", "failed_points": 0, "seconds": 0.5}})
     if damage:
         damage(files)
     for name, pairs in (("preload.csv", table()), ("kept.csv", files["kept"])):
@@ -181,4 +180,13 @@ def damage(stage, *path, value):
         for key in path[:-1]:
             target = target[key]
         target[path[-1]] = value
+    return change
+
+
+def cut(hz=2700.0, at_least=1.5e-5):
+    """The curve of 20 N at H = 3 stopped and has no peak; the other way is complete."""
+    def change(files):
+        files["responses"][3].update(
+            peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=at_least, complete=False,
+            peak_inside_band=False, ended=f"stopped at {hz:g} Hz: the mean friction force is not balanced")
     return change

@@ -11,11 +11,23 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
-from tests.tipdamp.report.files import FULL, HOSTILE, HOSTILE_NAMES, artefacts, curve, damage, results_of, table, write
+from tests.tipdamp.report.files import (
+    FULL,
+    HOSTILE,
+    HOSTILE_NAMES,
+    artefacts,
+    curve,
+    cut,
+    damage,
+    results_of,
+    table,
+    write,
+)
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import figure, matplotlib, plotly
 from tipdamp.report.drawing.table import Table
-from tipdamp.report.figures import free_response, kept_preload, response_levels
+from tipdamp.report.figures import free_response, kept_preload, peak_trend, response_family, response_levels
+from tipdamp.report.introduction import introduction
 from tipdamp.report.summary import summarise
 
 ROOT = Path(__file__).parents[3]
@@ -159,6 +171,20 @@ def test_table_and_map_of_further_load_cases(tmp_path):
     assert sum(len(m.x) for m in marks) == len(light) and {float(y) for m in marks for y in m.y} == {2.0, -0.5}
     assert all(m.filled == (m.y > 0).all() for m in marks)
     assert pictures["preload_on_damper"].cases == ["the pull", "light"]
+
+
+def test_cut_curve_in_the_figures(tmp_path):
+    """No circle at a peak that is none, no place in the trend; the captions and the first page say what is known."""
+    results = results_of(*artefacts(tmp_path, damage=cut()))
+    said = "No peak, since the curve stops or has a gap at its highest point: 20 N, H = 3 (at least 0.7500 µm/N at 2700"
+    family, other = list(response_family.figures(results))[:2]
+    circles = [i for i in family.panels[0].items if isinstance(i, figure.Marks) and not i.name]
+    assert len(circles) == 1 and said in family.caption and "No peak" not in other.caption
+    trend = next(peak_trend.figures(results))
+    places = {i.name: i.x.tolist() for i in trend.panels[0].items if isinstance(i, figure.Marks)}
+    assert places == {"H = 1": [1.0, 20.0], "H = 3": [1.0]} and said in trend.caption
+    words = introduction(results)
+    assert "At 20 N the curve has no peak: at least 0.7500 µm/N at 2700.0 Hz, stopped at 2700 Hz: the mean" in words[-1]
 
 
 def test_a_curve_that_never_began(tmp_path):

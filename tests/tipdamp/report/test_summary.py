@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.tipdamp.report.files import artefacts, damage, results_of
+from tests.tipdamp.report.files import artefacts, cut, damage, results_of
 from tipdamp.report.summary import summarise
 
 # at least these, and so deep                                               [what a run promises to leave]
@@ -51,6 +51,8 @@ def open_pair(files):
     (damage("tune", "target_hz", value=2700.0), "misses the target of 2700 Hz by +3.7 %"),
     (open_pair, "1 of 8 kept pairs are open at rest: left 0"),
     (damage("responses", 1, "complete", value=False), "Fe = 20 N, H = 1 is incomplete: reached"),
+    (cut(), "H = 3 is incomplete: no peak, at least 15 um at 2700.0 Hz; stopped at 2700 Hz: the mean friction force is "
+            "not balanced; followed the other way it has a peak, 20 um at 2798.7 Hz"),
     (damage("responses", 1, "back", "failed_points", value=2), "from the other end is incomplete, 2 points failed"),
     (damage("responses", 1, "peak_inside_band", value=False), "at the edge of the band"),
     (damage("responses", 3, "back", "peak_m", value=1.9e-5), "two ways through the band disagree"),

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from tests.tipdamp.report.files import artefacts, damage, results_of
+from tests.tipdamp.report.files import artefacts, cut, damage, results_of
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.tables import assumptions, key_figures, peaks
+from tipdamp.report.text import NOTHING
 from tipdamp.study.study import load_study
 
 
@@ -40,3 +41,15 @@ def test_warnings_of_every_stage_are_there(tmp_path):
 def test_state_of_a_curve(tmp_path, key, value, state):
     table = next(peaks.tables(results_of(*artefacts(tmp_path, damage=damage("responses", 1, key, value=value)))))
     assert table.rows[1][table.columns.index("curve")] == state
+
+
+def test_cut_curve_has_no_peak_in_the_table(tmp_path):
+    """At least 15 um, and the peak of the other way; the complete curves keep theirs."""
+    table = next(peaks.tables(results_of(*artefacts(tmp_path, damage=cut()))))
+    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    last = rows[-1]
+    assert (last["peak (Hz)"], last["largest (\N{MICRO SIGN}m)"], last["smallest (\N{MICRO SIGN}m)"]) == (
+        NOTHING, "at least 15.00", NOTHING)
+    assert last["largest per force (\N{MICRO SIGN}m/N)"] == "at least 0.7500"
+    assert last["other way"] == "peak of 20.00 \N{MICRO SIGN}m at 2798.7 Hz" and "has no peak" in table.caption
+    assert rows[0]["other way"] == "equal" and rows[0]["peak (Hz)"] == "2798.7"

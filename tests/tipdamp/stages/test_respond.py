@@ -5,9 +5,10 @@ import pytest
 
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
+from hbm.continuation.settings import Settings
 from hbm.laws import SHIPPED
 from hbm.model import ReducedModel
-from hbm.response import forced_response
+from hbm.response import follow_band, forced_response
 from hbm.result import ForcedResponse
 from tests.tipdamp.rig_study import read, text
 from tipdamp.cli import main
@@ -60,6 +61,28 @@ def test_incomplete_curves_are_counted(tmp_path):
     assert respond.incomplete(found) == (2, 6)
     assert respond.line(store) == ("3 curves (6 with those followed back), 30 points, 2 points failed, 2 curves "
                                    "incomplete")
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_cut_curve_has_no_peak(matrices_study, monkeypatch, capsys, both):
+    """Twelve points upwards, and the same or all of them downwards: no peak where the curve stopped, and it is said."""
+    def stopped(problem, force, band, **options):
+        limit = Settings(max_points=12) if both or band[0] < band[1] else Settings()
+        return follow_band(problem, force, band, settings=limit, **options)
+
+    monkeypatch.setattr(respond, "follow_band", stopped)
+    _, store, found, curve = curve_of(matrices_study)
+    case, printed = found.responses[0], capsys.readouterr()
+    assert (case.peak_hz, case.peak_m, case.min_peak_m, case.peak_inside_band) == (None, None, None, False)
+    assert (case.at_least_hz, case.at_least_m) == max((curve.at_least(n) for n in curve.output_names
+                                                       if n.startswith("patch_1:")), key=lambda p: p[1])
+    assert case.patches["patch_2"].peak_m is None and case.patches["patch_2"].at_least_m > 0
+    missing = 2 if both else 1
+    assert respond.line(store).endswith(f"{missing} curves incomplete, {missing} without a peak")
+    assert f"{missing} of 2 curves are incomplete, {missing} of them without a peak" in printed.err
+    known = f"incomplete: no peak, at least {1e6 * case.at_least_m:.4g} um at {case.at_least_hz:.1f} Hz; stopped at "
+    assert known in printed.out and ("followed the other way it has a peak, " in printed.out) is not both
+    assert (case.back.peak_m is None) is both and (case.back.at_least_m is None) is not both
 
 
 def test_stuck_curve_is_the_linear_one(rig_results):

@@ -6,7 +6,7 @@ import numpy as np
 
 from tipdamp.report.drawing.figure import VERMILION, Curve, Item, Marks, Panel
 from tipdamp.report.results import Case, Results
-from tipdamp.report.text import listing
+from tipdamp.report.text import hertz, listing, micro
 
 
 def amplitude_panel(results: Results, title: str, label: str, items: Sequence[Item]) -> Panel:
@@ -19,8 +19,9 @@ def amplitude_panel(results: Results, title: str, label: str, items: Sequence[It
 def failures(case: Case, amplitude: np.ndarray) -> Iterator[Item]:
     """A mark on the gap of each failed point, at the height of its neighbours, and where a curve stops early."""
     hz, bad = case.curve.frequency, ~np.isfinite(amplitude)
-    if not case.facts.complete and not bad.any():
-        yield Marks(hz[-1:], amplitude[-1:], "curve stops", VERMILION, "diamond", filled=False, size=10)
+    if not case.facts.complete and not bad.all() and not (bad.any() and case.curve.reached_end):
+        last = np.flatnonzero(~bad)[-1:]
+        yield Marks(hz[last], amplitude[last], "curve stops", VERMILION, "diamond", filled=False, size=10)
     if bad.any():
         at = np.arange(len(hz))
         height = np.interp(at[bad], at[~bad], amplitude[~bad]) if not bad.all() else np.zeros(bad.sum())
@@ -30,3 +31,10 @@ def failures(case: Case, amplitude: np.ndarray) -> Iterator[Item]:
 def levels_of(cases: Sequence[Case]) -> str:
     """'Fe = 1, 6 and 20 N'."""
     return f"Fe = {listing(f'{c.Fe:g}' for c in cases)} N"
+
+
+def peakless(cases: Sequence[Case]) -> str:
+    """A sentence on the curves that have no peak; empty where all have one."""
+    parts = [f"{c.Fe:g} N, H = {c.H} (at least {micro(c.at_least_per_newton)} µm/N at {hertz(c.facts.at_least_hz)} Hz)"
+             for c in cases if not c.has_peak]
+    return f"No peak, since the curve stops or has a gap at its highest point: {listing(parts)}." if parts else ""

@@ -18,6 +18,7 @@ from tipdamp.report.drawing.figure import (
     Marks,
     Panel,
 )
+from tipdamp.report.figures.amplitudes import peakless
 from tipdamp.report.results import Results
 from tipdamp.report.text import MICRO, hertz, number
 
@@ -45,8 +46,8 @@ def figures(results: Results) -> Iterator[Figure]:
     if results.stuck:
         top = MICRO * float(results.stuck.m_per_N.max())
         height.append(_limit(top, f"linear, stuck {number(top, 3)} µm/N", height))
-    caption = ("Peak of blade 1 over the excitation level: amplitude per newton, and frequency. Curves that do not "
-               "cover the band are left out." + results.beside_paper("Corresponds to the trend of figure 7"))
+    caption = ("Peak of blade 1 over the excitation level: amplitude per newton, and frequency. "
+               + peakless(results.cases) + results.beside_paper("Corresponds to the trend of figure 7"))
     yield Figure("peaks", "Peak over the excitation level", caption, (
         Panel("", LEVEL, "peak per force (µm/N)", tuple(height)),
         Panel("", LEVEL, "peak frequency (Hz)", tuple(place))), row_height=300)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Item, Marks, level_colors
-from tipdamp.report.figures.amplitudes import amplitude_panel, failures, levels_of
+from tipdamp.report.figures.amplitudes import amplitude_panel, failures, levels_of, peakless
 from tipdamp.report.results import Case, Results
 from tipdamp.report.text import MICRO, hertz, micro
 
@@ -27,7 +27,7 @@ def figures(results: Results) -> Iterator[Figure]:
                                    "dot", 1.8))
         caption = (f"Response of blade 1 at {levels_of(cases)} with H = {H}, half of peak-to-peak: left per newton of "
                    "force, right absolute. Lines are the largest amplitude over the response patch, shaded down to "
-                   f"the smallest; circles mark the peaks. {_trend(cases)}"
+                   f"the smallest; circles mark the peaks. {_trend(cases)}{peakless(cases)}"
                    + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14"))
         yield Figure(f"family_H{H}", f"Forced response, H = {H}", caption, (
             amplitude_panel(results, "per newton", "amplitude per force (µm/N)", per_force),

@@ -1,10 +1,11 @@
 """Table: the peak of every curve."""
 
+import re
 from collections.abc import Iterator
 
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Case, Results
-from tipdamp.report.text import hertz, micro, names_of_pairs, number
+from tipdamp.report.text import NOTHING, hertz, micro, names_of_pairs, number
 
 CLOSE = 1e-6             # difference of two peaks below which they are equal
 
@@ -18,6 +19,9 @@ def tables(results: Results) -> Iterator[Table]:
                "patch. Other way: relative change of the peak when the band is followed from its other end. "
                "Pairs that slip or open are named by side and station, with the row where a side has several"
                + kept)
+    if not all(case.has_peak for case in results.cases):
+        caption += (" A curve that stopped before the end of the band, or whose highest point borders a gap, has no "
+                    "peak; it is at least the largest amplitude that was solved.")
     yield Table(caption, ("H", "Fe (N)", "peak (Hz)", "largest (µm)", "smallest (µm)", "largest per force (µm/N)",
                           "points", "curve", "other way", "slipping pairs"),
                 tuple(_row(case) for case in results.cases), left=(7, 9))
@@ -25,22 +29,30 @@ def tables(results: Results) -> Iterator[Table]:
 
 def _row(case: Case):
     facts = case.facts
-    return (f"{case.H}", f"{case.Fe:g}", hertz(facts.peak_hz), micro(facts.peak_m), micro(facts.min_peak_m),
-            micro(case.peak_per_newton), f"{facts.points}", _state(facts), _other_way(facts),
-            names_of_pairs(facts.slipping_pairs))
+    largest, per_newton = ((micro(facts.peak_m), micro(case.peak_per_newton)) if case.has_peak else
+                           (_at_least(facts.at_least_m), _at_least(case.at_least_per_newton)))
+    return (f"{case.H}", f"{case.Fe:g}", hertz(facts.peak_hz), largest, micro(facts.min_peak_m), per_newton,
+            f"{facts.points}", _state(case), _other_way(facts), names_of_pairs(facts.slipping_pairs))
 
 
-def _state(facts) -> str:
-    failed = f"{facts.failed_points} points failed" if facts.failed_points else ""
+def _at_least(value: float | None) -> str:
+    return NOTHING if value is None else f"at least {micro(value)}"
+
+
+def _state(case: Case) -> str:
+    facts, failed = case.facts, f"{case.facts.failed_points} points failed" if case.facts.failed_points else ""
     if facts.complete:
         return failed or "complete"
-    return f"incomplete, {failed}" if failed else "incomplete"
+    stopped = "" if case.curve.reached_end else re.split("[:;]", facts.ended)[0]
+    return ", ".join(filter(None, ("incomplete", failed, stopped)))
 
 
 def _other_way(facts) -> str:
     if facts.back is None:
         return "not followed"
-    if facts.back.peak_m is None or facts.peak_m is None:
-        return "no peak"
+    if facts.back.peak_m is None:
+        return "no peak" if facts.back.at_least_m is None else f"no peak, {_at_least(facts.back.at_least_m)} µm"
+    if facts.peak_m is None:
+        return f"peak of {micro(facts.back.peak_m)} µm at {hertz(facts.back.peak_hz)} Hz"
     off = abs(facts.back.peak_m / facts.peak_m - 1)
     return "equal" if off < CLOSE else number(off, 1)
