@@ -275,6 +275,14 @@ def test_bodies_held_or_pressed_while_open(changes):
     assert ContactProblem(**given, contacts=Contacts(one, zero, zero, zero)).receptance()
 
 
+def test_law_without_stuck_stiffness_restrains_nothing():
+    zero, one = np.zeros(2), np.ones(2)
+    free = ContactProblem(np.eye(2), None, np.zeros((2, 2)), np.eye(2), CubicSpring(1.0),
+                          Contacts(one, zero, zero, zero), damping_ratio=0.01)
+    with pytest.raises(InputError, match="mostly dof .*; law CubicSpring has no stuck stiffness: support the body"):
+        free.receptance()
+
+
 def test_masses_without_any_spring():
     given = dict(M=np.eye(2), C=None, K=np.zeros((2, 2)), B=np.eye(2), law=UnilateralSpring(), damping_ratio=0.01)
     zero, one = np.zeros(2), np.ones(2)
