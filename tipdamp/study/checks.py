@@ -53,8 +53,8 @@ def check_contact(where: str, contact: Contact) -> None:
         if key in contact.model_fields_set and contact.stiffness == "given":
             raise InputError(f"{where} {key}: leave it out, stiffness = \"given\" uses no model")
     if contact.stiffness == "rough_series" and contact.kind == "secant":
-        raise InputError(f"{where} kind = \"secant\": rough surfaces have no first touch, stiffness = \"rough_series\" "
-                         "has a tangent only")
+        raise InputError(f"{where} kind = \"secant\": rough surfaces have no defined onset of contact, stiffness = "
+                         "\"rough_series\" has a tangent only")
 
 
 def check_side(where: str, side: Side, contact: Contact) -> None:

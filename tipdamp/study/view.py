@@ -67,7 +67,7 @@ PARTS = tuple(name for name in Study.__annotations__ if name not in ("path", "re
 
 
 class Undeclared(AttributeError):
-    """A stage reads what its declaration does not name: a fault of the program."""
+    """A stage reads what its declaration does not name: a bug."""
 
 
 class _Keys:
