@@ -268,7 +268,7 @@ def test_matrices_without_a_bounded_response_are_refused(changes, message):
     dict(law=UnilateralSpring()),                                                       # touches from K = 4 N/m
     dict(law=UnilateralSpring(), K=np.zeros((2, 2)), B=np.eye(2), preloaded=False, static=np.ones(2)),
     dict(law=CubicSpring(1.0), K=np.diag([1e-3, 1e-3]))])
-def test_bodies_held_or_pressed_while_open(changes):
+def test_supported_or_pressed_bodies_while_open(changes):
     """A mass on its own spring, one that a load presses into contact, and a law that knows no opening."""
     given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4]), B=np.array([[1.0, 0]])) | changes
     zero, one = np.zeros(len(given["B"])), np.ones(len(given["B"]))

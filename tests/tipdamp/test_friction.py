@@ -110,7 +110,7 @@ def test_preload_in_the_cone_of_the_law(tmp_path, law):
     ('[preload]\nfriction = true\nhistory = ["heavi"]\n[loads.heavy]\npull = 2\n', "did you mean 'heavy'"),
     ("[preload]\nfriction = 1\n", "must be true or false"),
     ("[preload]\nfriction = true\nsteps = 0\n", "must lie between 1 and 10000")])
-def test_refused_at_the_door(tmp_path, text, words):
+def test_bad_friction_input_is_refused(tmp_path, text, words):
     with pytest.raises(InputError, match=words):
         load_study(corner_study.write(tmp_path, change=[("[respond]", text + "[respond]")]))
 
