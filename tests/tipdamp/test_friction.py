@@ -9,7 +9,7 @@ from hbm.model import ReducedModel
 from hbm.result import ForcedResponse
 from tests.tipdamp import corner_study
 from tipdamp import friction
-from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.stages.run import STAGES, results_folder, run_stage
 from tipdamp.study.study import load_study
 
 SLIPPING = 10 / np.sqrt(2) / 1.3        # N = Fc / (sqrt 2 (1 + mu)) on each side: the other one's friction helps
@@ -46,6 +46,7 @@ def test_cube_slips_into_its_corner(whole_run):
         assert found["balance_error"] < 1e-8
     closed = pairs.preload > 0
     assert np.abs(T[closed]).max(axis=1) == pytest.approx(0.3 * pairs.preload[closed], rel=1e-6)
+    assert all(STAGES[name].writes(o) for name in ("preload", "tune", "respond") for o in store.outputs(name))
     facts = store.read_json("preload.json")
     assert facts["friction"]["slipping_pairs"] == closed.sum()
     assert facts["friction"]["without_friction_N"] == pytest.approx({"one": 10 / np.sqrt(2), "two": 10 / np.sqrt(2)})

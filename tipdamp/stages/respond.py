@@ -149,5 +149,6 @@ def line(store: Store) -> str:
             "incomplete")
 
 
-STAGE = Stage(respond, line, outputs=("respond.json", "stuck.npz"), needs=("reduce", "tune"),
-              requires=("tune", "respond"), reads=("respond", "sides", "preload.friction"))
+STAGE = Stage(respond, line, outputs=("respond.json", "stuck.npz"), may_write=("responses/*.npz",),
+              needs=("reduce", "tune"), requires=("tune", "respond"),
+              reads=("respond", "sides", "preload.friction"))
