@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from hbm.balance.named_motion import describe_motion
-from hbm.balance.receptance import Receptance, check_rest, stuck_receptance
+from hbm.balance.receptance import SUPPORT, Receptance, check_rest, stuck_receptance
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.errors import InputError
 from hbm.laws.base import ContactLaw
@@ -99,10 +99,12 @@ class ContactProblem:
 
     @cached_property
     def _receptance(self):
-        if self.law.stuck_stiffness(self.contacts).any() and not self.law.stiffness_at_rest(self.contacts).any():
+        springs = self.law.stuck_stiffness(self.contacts).any()
+        if springs and not self.law.stiffness_at_rest(self.contacts).any():
             check_rest(self.K, None if self.preloaded else self.static, self.describe)
         C = self.C if self.damping_ratio is None else None
-        return stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe)
+        remedy = SUPPORT if springs else f"law {self.law.name} has no stuck stiffness: support the body"
+        return stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe, remedy)
 
     def with_contacts(self, contacts: Contacts) -> "ContactProblem":
         """With other settings of the contacts; the receptance is kept where these do not change it."""

@@ -141,7 +141,7 @@ def check_support(body: Body) -> int:
     check_stiffness_diagonal(body)
     free = rigid_modes(body)
     if free and not body.free:
-        support = "nothing holds it" if free == 6 else "it is not held fast"
+        support = "nothing holds it" if free == 6 else "it is not fully supported"
         raise InputError(f"body '{body.name}': {support}, {free} rigid motions are free; name a clamp group whose "
                          "nodes fix it")
     if body.free and free != 6:

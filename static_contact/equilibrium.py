@@ -32,8 +32,9 @@ def side_forces(normals: dict[str, np.ndarray], pull: ArrayLike,
     if np.linalg.matrix_rank(A, tol=1e-6) < A.shape[1]:
         raise InputError(f"sides {', '.join(normals)}: their normals are not independent, the split is not determined")
     if np.linalg.norm(left) > settings.taken_up * size:
-        raise InputError(f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without friction: "
-                         f"{np.linalg.norm(left):.3g} N along {np.round(left / np.linalg.norm(left), 3).tolist()} stay")
+        raise InputError(f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without friction: a "
+                         f"residual of {np.linalg.norm(left):.3g} N along "
+                         f"{np.round(left / np.linalg.norm(left), 3).tolist()} remains")
     for name, value in zip(normals, force, strict=True):
         if value < 0:
             raise InputError(f"side '{name}' would have to pull the damper ({value:.3g} N): check the pull direction "

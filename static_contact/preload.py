@@ -78,8 +78,8 @@ class StaticContact:
     """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
 
     def __init__(self, model: ReducedModel, pairs: ContactTable, settings: StaticSettings = SETTINGS):
-        """settings.rigid.facing : what exact coordinates allow to lower. Raises InputError without pairs, and where a
-        motion that is not known to be rigid meets no stiffness."""
+        """settings.rigid.facing : may be lowered when coordinates are exact. Raises InputError without pairs, and
+        where a motion that is not known to be rigid meets no stiffness."""
         check_pairs(pairs)
         self.model, self.pairs, self.settings = model, pairs, settings
         self.B = relative_motion(model, pairs)[2::3].toarray()
@@ -95,8 +95,8 @@ class StaticContact:
             self.factor = sl.cho_factor(K + self.gauge)
         except np.linalg.LinAlgError:
             raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
-                             "precision, and is not a rigid motion of a body whose node positions are known that "
-                             "nothing holds: the model's K is singular") from None
+                             "precision. K is singular: an unrestrained motion is not a rigid-body motion of a free "
+                             "body with known node positions") from None
         self.split = RigidSplit.of(self.rigid, model.K)
         self.by_pair = sl.cho_solve(self.factor, self.B.T)
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)

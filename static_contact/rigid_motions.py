@@ -23,7 +23,7 @@ class RigidMotionSettings:
     noise: float = 30.0             # times the most negative stiffness of a rigid motion: what the digits of K leave
     on_axis: float = 1e-6           # of the body's size: nodes that near to an axis lie on it, turning moves nothing
     one_point: float = 1e-12        # of the distance from the origin: a body that small does not turn
-    facing: float = 3e-3            # of a motion: normals that face it by less do so by inexact coordinates
+    facing: float = 3e-3            # direction cosine below which a normal counts as orthogonal (coordinate round-off)
     taken_up: float = 1e-3          # of the load: what inexact coordinates leave along a motion that nothing resists
     mentioned: float = 1e-5         # of a motion: a normal that faces it by less is not worth a word
     rounding: float = 1e-10         # of what the whole load could do along a motion

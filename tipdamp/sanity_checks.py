@@ -85,7 +85,7 @@ def _mass(name, mass):
 
 def first_frequency(study: Study, mesh: Mesh) -> tuple[float, float]:
     """Hz: the first frequency of a solid of size L and thickness h lies between those of a slender cantilever and of
-    its lengthwise waves: 0.16 c h/L^2 (a third of it, for two blades on a soft fixture) and c/2L."""
+    longitudinal waves: 0.16 c h/L^2 (a third of it, for two blades on a soft fixture) and c/2L."""
     m = study.material
     speed, size = np.sqrt(m.E / m.density), np.ptp(mesh.position, axis=0).max()
     edge = min(np.linalg.norm(mesh.position[c[:, 1]] - mesh.position[c[:, 0]], axis=1).min()
@@ -146,4 +146,4 @@ def damping_warnings(study: Study) -> Iterator[str]:
     for section, ratios in {**sections, "free": study.free.damping_ratio}.items():
         large = max(ratios)
         if large >= LARGE_DAMPING:
-            yield f"[{section}] damping_ratio = {large:g}: is it in percent? A ratio, 0.02 for 2 %, is meant"
+            yield f"[{section}] damping_ratio = {large:g}: is it in percent? expected a ratio (2 % is 0.02)"

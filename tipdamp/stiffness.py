@@ -23,7 +23,7 @@ Moduli = tuple[float, float, float, float]   # E, nu of the blade, E, nu of the 
 
 def with_values(study: Study, pairs: ContactTable, materials: dict[str, Moduli],
                 pull: np.ndarray | None = None) -> ContactTable:
-    """The pairs with stiffness, friction and initial gap of the study; a table of one's own brings its own.
+    """The pairs with stiffness, friction and initial gap of the study; a user-supplied pair table brings its own.
 
     pull (3,) N: load on the damper, by default Fc.
     """

@@ -5,6 +5,7 @@ import json
 import logging
 import os
 import socket
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -99,12 +100,15 @@ class Store:
     def record(self, stage: str) -> Finished | None:
         """What the stage left when it last finished.
 
-        None when it has not, or when the record is damaged or names files outside the folder; the user is told.
+        None when it has not, or when the record is damaged, no file, or leads or names files outside the folder; the
+        user is told.
         """
-        path = self.path(f".stages/{stage}.json")
-        if not path.is_file():
+        path = self.path(".stages") / f"{stage}.json"
+        if not os.path.lexists(path):
             return None
         try:
+            if not self.path(f".stages/{stage}.json").is_file():
+                raise InputError("it is not a file")
             content = json.loads(path.read_bytes())
             check, record = content.pop("check"), Finished(**content)
             if check != record.check or not isinstance(record.outputs, dict):
@@ -137,8 +141,10 @@ class Store:
 
         Yields the outputs that it had. When it fails before any of them was touched, the record comes back.
         """
-        record, aside = self.path(f".stages/{stage}.json"), self.path(f".stages/{stage}.running")
+        record, aside = (self.path(".stages") / f"{stage}.{state}" for state in ("json", "running"))
         outputs = self.outputs(stage)
+        for planted in (record, aside):
+            _make_way(planted)
         if record.is_file():
             os.replace(record, aside)
         try:
@@ -153,14 +159,24 @@ class Store:
     def finish(self, stage: str, key: str, outputs: Iterable[str], seconds: float, before: dict | None = None) -> None:
         """Record the stage; files of its last run that it did not write again are removed.
 
-        before - {file: fingerprint} of the last run; a file that has changed since is not the program's, and stays
+        before - {file: fingerprint} of the last run, of names that the stage declares: a record may be forged. A file
+        that has changed since, or that is reached by a link, is not the program's, and stays
         """
         for stale, mark in (before or {}).items():
-            if stale not in outputs and self.path(stale).is_file() and fingerprint(self.path(stale)) == mark:
-                self.path(stale).unlink()
+            path, linked = self.path(stale), self.path(stale).resolve() != self.folder.resolve() / stale
+            if stale not in outputs and not linked and path.is_file() and fingerprint(path) == mark:
+                path.unlink()
         marks = {o: fingerprint(self.path(o)) for o in outputs}
         record = Finished(key, marks, round(seconds, 3))
         self.write_json(f".stages/{stage}.json", {**record._asdict(), "check": record.check})
+
+
+def _make_way(record: Path) -> None:
+    """Remove a link from the place of a record, and set a folder aside; the program makes neither."""
+    if record.is_symlink():
+        record.unlink()
+    elif record.is_dir():
+        record.rename(record.with_name(f"{record.name}.{time.time_ns()}"))
 
 
 @cache

@@ -22,6 +22,8 @@ from hbm.errors import InputError
 from hbm.model import BUCKLED, ReducedModel
 from hbm.validation import brief, check_forcing, check_outputs
 
+SUPPORT = "keep more contacts or support the body"
+
 
 @dataclass(frozen=True)
 class Receptance:
@@ -62,11 +64,11 @@ class Receptance:
 
 
 def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping_ratio: ArrayLike | None = None,
-                     describe: Callable | None = None) -> Receptance:
+                     describe: Callable | None = None, remedy: str = SUPPORT) -> Receptance:
     """Receptance of (K, M), which restrains every motion, with a damping matrix C or with damping ratios of its modes.
 
     damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes above.
-    describe : function of a motion (r,) that names it, for the error about an unrestrained motion.
+    describe : function of a motion (r,) that names it; remedy : what to do. Both for the error about a free motion.
     Raises InputError when K leaves a motion free, or when no damping or both kinds are given.
     """
     r = K.shape[0]
@@ -74,7 +76,7 @@ def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping
         both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
         raise InputError(f"damping: {both} given, exactly one is needed")
     given = _ratios(damping_ratio, r) if C is None else np.empty(0)
-    _check_restrained(K, describe)
+    _check_restrained(K, describe, remedy=remedy)
     period2, shapes = la.eigh(M, K)
     if period2[0] < -1e-10 * period2[-1]:
         dof = np.abs(shapes[:, 0]).argmax() + 1
@@ -109,7 +111,7 @@ def _ratios(damping_ratio, r):
 
 
 def _check_restrained(K, describe, when="even when every contact sticks",
-                remedy="keep more contacts or support the body"):
+                      remedy=SUPPORT):
     """InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole."""
     scale = _units(K)
     scaled = scale[:, None] * K * scale

@@ -7,7 +7,7 @@ from hbm.continuation.settings import Settings
 
 def next_step(step: float, errors: np.ndarray, iterations: int, shortened: bool,
               settings: Settings) -> tuple[int, float]:
-    """(order, arc length) of the step after an accepted point: those whose prediction would have erred as aimed.
+    """(order, arc length) of the step after an accepted point: those whose predicted error equals the target.
 
     step : that led to the point; errors : of the predictions of order 1, 2, ... of the point; iterations : of its
     corrector; shortened : whether a longer step had failed before

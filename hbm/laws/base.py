@@ -113,8 +113,8 @@ class ContactLaw:
         return t.force_u, t.force_v
 
     def sticks_surely(self, contacts: Contacts, amplitude: np.ndarray) -> np.ndarray:
-        """(P,) bool, contacts that stick through every motion within amplitude (P, nd) m of that at which their
-        sliders carry no force; False where that is not known."""
+        """(P,) bool, guaranteed to stay stuck for any motion with component amplitudes up to `amplitude` (P, nd)
+        m about that at which their sliders carry no force; False where that is not known."""
         return np.zeros(len(contacts), dtype=bool)
 
     def piecewise_linear(self, contacts: Contacts) -> PiecewiseLinear | None:

@@ -82,7 +82,8 @@ def definite_factor(body: Any, interior: np.ndarray, K_II: sp.csr_matrix, M_II: 
         factor, reason = None, error
     negative = modes_below(K_II, M_II, 0.0) if factor is None or len(body.dof_node) < SETTINGS.counted else 0
     if negative:
-        raise negative_stiffness(body, f"{negative} motion{'s' * (negative > 1)} with the masters held meet it"
+        meet = "motion meets" if negative == 1 else "motions meet"
+        raise negative_stiffness(body, f"{negative} {meet} it with the masters fixed"
                                        + _mostly(body, interior, K_II))
     if factor is None:
         raise reason

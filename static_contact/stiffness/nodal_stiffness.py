@@ -57,8 +57,8 @@ class StiffnessModel:
         if self.name == "rough_series" and not isinstance(self.roughness, Roughness):
             raise InputError(f"roughness = {self.roughness!r}: model = 'rough_series' needs Roughness(h_rms, gamma)")
         if self.name == "rough_series" and self.kind == "secant":
-            raise InputError("kind = 'secant' with model = 'rough_series': rough surfaces approach without a first "
-                             "touch, so only 'tangent' is defined")
+            raise InputError("kind = 'secant' with model = 'rough_series': rough surfaces have no defined onset of "
+                             "contact, so a secant stiffness does not exist")
 
 
 HALFSPACE = StiffnessModel()

@@ -14,12 +14,6 @@ from hbm.errors import InputError
 from static_contact.stiffness.elastic_constants import require
 
 
-def equal_weights(n_nodes: int) -> np.ndarray:
-    """Weights (n,) of n nodes, 1/n each."""
-    require("n_nodes", n_nodes, 1)
-    return np.full(int(n_nodes), 1 / int(n_nodes))
-
-
 def tributary_weights(axial: ArrayLike, across: ArrayLike | None = None) -> np.ndarray:
     """Weights (n,) by tributary area; node positions (n,) m along the axis, and across it where there are rows.
 

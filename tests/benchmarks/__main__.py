@@ -1,4 +1,6 @@
-"""Every benchmark whose figures stand in docs/validation.md, one after another; some hours, by hand.
+"""The benchmarks of docs/validation.md, one after another; some hours, by hand.
+
+A figure there that an ordinary test holds names the test.
 
     python -m tests.benchmarks [NAME ...]
 

@@ -268,11 +268,19 @@ def test_matrices_without_a_bounded_response_are_refused(changes, message):
     dict(law=UnilateralSpring()),                                                       # touches from K = 4 N/m
     dict(law=UnilateralSpring(), K=np.zeros((2, 2)), B=np.eye(2), preloaded=False, static=np.ones(2)),
     dict(law=CubicSpring(1.0), K=np.diag([1e-3, 1e-3]))])
-def test_bodies_held_or_pressed_while_open(changes):
+def test_supported_or_pressed_bodies_while_open(changes):
     """A mass on its own spring, one that a load presses into contact, and a law that knows no opening."""
     given = dict(M=np.eye(2), C=0.1 * np.eye(2), K=np.diag([1.0, 4]), B=np.array([[1.0, 0]])) | changes
     zero, one = np.zeros(len(given["B"])), np.ones(len(given["B"]))
     assert ContactProblem(**given, contacts=Contacts(one, zero, zero, zero)).receptance()
+
+
+def test_law_without_stuck_stiffness_restrains_nothing():
+    zero, one = np.zeros(2), np.ones(2)
+    free = ContactProblem(np.eye(2), None, np.zeros((2, 2)), np.eye(2), CubicSpring(1.0),
+                          Contacts(one, zero, zero, zero), damping_ratio=0.01)
+    with pytest.raises(InputError, match="mostly dof .*; law CubicSpring has no stuck stiffness: support the body"):
+        free.receptance()
 
 
 def test_masses_without_any_spring():

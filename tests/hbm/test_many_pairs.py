@@ -75,7 +75,7 @@ def test_an_orbit_beside_it_is_the_same_orbit():
     assert not left_orbit(balance, points[0], fourier.to_complex(moved), 1e-3, IntegrationSettings())
 
 
-def test_a_bar_that_walks_is_said_to():
+def test_rigid_body_drift_is_reported():
     """Pressed more at one end, it is driven along its axis once every pair slides, and nothing brings it back."""
     curve = curve_of_bar(40.0, skew=0.05)
     assert not curve.complete and curve.ended.count("rigid-body drift") == 1

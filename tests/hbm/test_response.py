@@ -147,7 +147,7 @@ def test_amplitude_kinds(rig):
     (dict(damping_ratio=-0.1), "damping_ratio"), (dict(damping_ratio=None), "damping"),
     (dict(start="somewhere"), "zero_force"), (dict(origin="loaded"), "preloaded"), (dict(outputs={}), "outputs"),
     (dict(outputs={"tip": [1.0]}), "length 120"), (dict(static=np.zeros(120)), "unloaded")])
-def test_bad_input_is_refused_at_the_door(rig, change, words):
+def test_bad_input_is_refused(rig, change, words):
     with pytest.raises(InputError, match=words):
         run(rig, 1.0, **change)
 

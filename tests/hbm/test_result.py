@@ -43,7 +43,7 @@ def test_copies_are_equal(curve, way, tmp_path):
     assert np.array_equal(find_peaks(again, PROBLEM, "x"), find_peaks(curve, PROBLEM, "x"))
 
 
-def test_differences_are_told(curve):
+def test_differences_are_named(curve):
     """Failed points are equal to themselves; the time that it took does not count."""
     X = np.array(curve.harmonics)
     X[2] = np.nan

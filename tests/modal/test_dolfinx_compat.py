@@ -1,19 +1,27 @@
-"""The layer over dolfinx: nodes keep their places, fields and forms are right.
+"""The layer over dolfinx: nodes keep their places, fields and forms are right, and it is the only place for versions.
 
 The same tests run under dolfinx 0.5.2 (Debian 12) and 0.9 (Debian 13).
 """
 
+import ast
 import logging
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
 from modal.elasticity import strain  # noqa: E402
-from modal.elements import dolfinx_compat
+from modal.elements import dolfinx_compat  # noqa: E402
 from modal.elements.dolfinx_compat import CELLS, Block  # noqa: E402
 
 from .blocks import block  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[2]
+# names of dolfinx, ufl and basix that only one of 0.5.2 and 0.9 has, or that mean another thing there
+ONE_VERSION_ONLY = {"VectorFunctionSpace", "functionspace", "VectorElement", "TensorElement", "FiniteElement",
+                    "MixedElement", "TensorFunctionSpace", "blocked_element", "petsc_vec", "form_compiler_params",
+                    "form_compiler_options", "apply_lifting", "set_bc", "create_vector", "input_global_indices"}
 
 
 @pytest.fixture(params=list(CELLS))
@@ -79,3 +87,36 @@ def test_what_it_takes(monkeypatch):
     assert dolfinx_compat.takes("tetra10") and not dolfinx_compat.takes("wedge")
     monkeypatch.setattr(dolfinx_compat, "find_spec", lambda name: None)
     assert not dolfinx_compat.takes("tetra10")
+
+
+def test_names_of_one_version_only_in_this_layer():
+    """No name that one version lacks, and no question for a version, outside of the layer."""
+    wrong = []
+    for package in ("hbm", "modal", "static_contact", "tipdamp", "meshes"):
+        for path in (ROOT / package).rglob("*.py"):
+            name = path.relative_to(ROOT).as_posix()
+            text = path.read_text(encoding="utf-8")
+            if name == "modal/elements/dolfinx_compat.py" or not {"dolfinx", "ufl", "basix"} & set(_imports(text)):
+                continue
+            wrong += [f"{name}: {used}" for used in _names(text) if used in ONE_VERSION_ONLY | {"__version__"}]
+    assert not wrong
+
+
+def _imports(text):
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield (node.module or "").split(".")[0]
+
+
+def _names(text):
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Attribute):
+            yield node.attr
+        elif isinstance(node, ast.Name):
+            yield node.id
+        elif isinstance(node, ast.ImportFrom):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value

@@ -121,7 +121,7 @@ def test_without_load_and_with_overlaps(kn):
     ("gap", np.full(5, np.nan), "gap: nan among them; allowed are 5 finite numbers, one for each of the pairs"),
     ("load", np.full(5, np.inf), "load: inf among them; allowed are 5 finite numbers, one for each of the dofs"),
     ("gap", np.zeros(3), r"gap: shape \(3,\)"), ("load", np.ones((5, 1)), r"load: shape \(5, 1\)")])
-def test_loads_and_gaps_at_the_door(what, values, message):
+def test_bad_loads_and_gaps(what, values, message):
     x = np.linspace(0, 0.07, 5)
     statics = StaticContact(beam(x, 5.0), supports(x, np.full(5, 1e6), np.zeros(5)))
     with pytest.raises(InputError, match=message):

@@ -160,5 +160,5 @@ def test_damage_of_any_kind_is_one_line(tmp_path, end):
             assert np.isfinite(read_mesh(path).position).all()
         except InputError as error:
             refusals += 1
-            assert "\n" not in str(error) and "cannot be made sense of" not in str(error)
+            assert "\n" not in str(error) and "cannot be parsed as" not in str(error)
     assert refusals > 50

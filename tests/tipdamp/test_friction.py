@@ -6,10 +6,12 @@ import pytest
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
+from hbm.response import solve_at
 from hbm.result import ForcedResponse
 from tests.tipdamp import corner_study
 from tipdamp import friction
-from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.stages.respond import _assembly
+from tipdamp.stages.run import STAGES, results_folder, run_stage
 from tipdamp.study.study import load_study
 
 SLIPPING = 10 / np.sqrt(2) / 1.3        # N = Fc / (sqrt 2 (1 + mu)) on each side: the other one's friction helps
@@ -46,6 +48,7 @@ def test_cube_slips_into_its_corner(whole_run):
         assert found["balance_error"] < 1e-8
     closed = pairs.preload > 0
     assert np.abs(T[closed]).max(axis=1) == pytest.approx(0.3 * pairs.preload[closed], rel=1e-6)
+    assert all(STAGES[name].writes(o) for name in ("preload", "tune", "respond") for o in store.outputs(name))
     facts = store.read_json("preload.json")
     assert facts["friction"]["slipping_pairs"] == closed.sum()
     assert facts["friction"]["without_friction_N"] == pytest.approx({"one": 10 / np.sqrt(2), "two": 10 / np.sqrt(2)})
@@ -105,12 +108,28 @@ def test_preload_in_the_cone_of_the_law(tmp_path, law):
         assert (size[on] / (pairs.mu * pairs.preload)[on]).max() == pytest.approx(1, rel=1e-6), name
 
 
+def test_one_tangent_starts_from_its_friction(whole_run, tmp_path):
+    """A law with one slider takes the friction of t1 alone, and rests where the statics left it."""
+    study, store = whole_run
+    pairs, T = state(store, study, "kept")
+    change = [("[respond]", f'{LOADS}{TUNE}\nlaw = "DryFriction1T"')]
+    assembly = _assembly(load_study(corner_study.write(tmp_path, change=change)), store)
+    assert -assembly.kept.kt[:, None] * assembly.start == pytest.approx(T[pairs.carrying][:, :1])
+    found = solve_at(assembly.problem, 1e-6 * assembly.force, 20000.0, harmonics=1, outputs=assembly.rows,
+                     start=assembly.start)
+    assert found.converged and np.abs(found.harmonics[:, 0]).max() < 1e-3 * np.abs(assembly.start).max()
+
+
 @pytest.mark.parametrize("text, words", [
     ('[preload]\nhistory = ["heavy"]\n', "set friction = true"),
     ('[preload]\nfriction = true\nhistory = ["heavi"]\n[loads.heavy]\npull = 2\n', "did you mean 'heavy'"),
     ("[preload]\nfriction = 1\n", "must be true or false"),
+    *((f"[preload]\nfriction = true\n[respond]\nlaw = {law}\n#",
+       rf"corner.toml: \[respond\] law = '{name}': has no sliders, and with \[preload\] friction = true .*laws with "
+       "sliders: .*IsotropicFriction") for name, law in (
+        ("UnilateralSpring", '"UnilateralSpring"'), ("CubicSpring", '{ name = "CubicSpring", cubic = 1.0 }'))),
     ("[preload]\nfriction = true\nsteps = 0\n", "must lie between 1 and 10000")])
-def test_refused_at_the_door(tmp_path, text, words):
+def test_bad_friction_input_is_refused(tmp_path, text, words):
     with pytest.raises(InputError, match=words):
         load_study(corner_study.write(tmp_path, change=[("[respond]", text + "[respond]")]))
 

@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -69,6 +70,78 @@ def test_links_out_of_the_folder_are_refused(matrices_study, tmp_path, capsys):
         assert "leads out of it" in capsys.readouterr().err
         path.unlink()
     assert victim.read_text() == "precious"
+
+
+def beside_its_input(study):
+    """Results in the folder of the study, inputs of other names than results; the store."""
+    for name in ("model.npz", "pairs.csv"):
+        (study.parent / name).rename(study.parent / f"my_{name}")
+    study.write_text('results = "."\n' + study.read_text().replace('"model.npz"', '"my_model.npz"')
+                     .replace('"pairs.csv"', '"my_pairs.csv"'))
+    return Store(study.parent)
+
+
+@pytest.mark.parametrize("name", ["study.toml", "my_model.npz", "my_pairs.csv", "notes.txt", "own/inspect.html",
+                                  "linked/a.csv", "./inspect.json"])
+def test_a_forged_record_deletes_no_file_of_others(matrices_study, name, capsys):
+    """Neither inputs nor other files, whatever the record states; nor through a link inside the folder."""
+    store = beside_its_input(matrices_study)
+    (store.folder / "own").mkdir()
+    for file in ("notes.txt", "own/inspect.html", "own/a.csv"):
+        store.path(file).write_text("precious")
+    store.path("linked").symlink_to(store.folder / "own")
+    assert main(["inspect", str(matrices_study), "--quiet"]) == 0
+    hostile(store, {name: fingerprint(store.path(name))})
+    assert main(["inspect", str(matrices_study), "--quiet", "--force"]) == 0
+    assert store.path(name).is_file() and "own/inspect.html" not in store.outputs("inspect")
+
+
+def test_linked_results_are_not_removed(store):
+    """A declared name whose folder is a link is not what the stage wrote."""
+    store.path("loads").rename(store.path("mine"))
+    store.path("loads").symlink_to(store.path("mine"))
+    store.finish("inspect", "key", ["inspect.json"], 1.0, {"loads/b.json": fingerprint(store.path("mine/b.json"))})
+    assert store.path("mine/b.json").is_file()
+
+
+@pytest.mark.parametrize("old, new, file, key", [
+    ("", "", "model.npz", r"\[model\] matrices"), ('"model.npz"', '"m.npz"', "pairs.csv", r"\[contact\] pairs"),
+    ('"model.npz"', '"export/m.npz"', "export/m.npz", r"\[model\] matrices"),
+    ('"model.npz"', '"linked.npz"', "linked.npz", r"\[model\] matrices")])
+def test_results_that_would_overwrite_an_input(matrices_study, old, new, file, key, capsys):
+    folder = matrices_study.parent
+    if file == "linked.npz":
+        (folder / file).symlink_to(folder / "model.npz")
+    elif new:
+        (folder / new.strip('"')).parent.mkdir(exist_ok=True)
+        (folder / "model.npz").rename(folder / new.strip('"'))
+    matrices_study.write_text('results = "."\n' + matrices_study.read_text().replace(old, new))
+    before = {p: fingerprint(p) for p in folder.rglob("*") if p.is_file()}
+    for verb in ("inspect", "run", "export"):
+        assert main([verb, str(matrices_study)]) == 2
+        said = capsys.readouterr().err
+        assert re.search(rf"study.toml: {key}, \S*{file}, would be overwritten .*--out", said) and said.count("\n") == 1
+    assert {p: fingerprint(p) for p in folder.rglob("*") if p.is_file()} == before
+
+
+@pytest.mark.parametrize("planted", ["folder", "filled folder", "link out", "link to itself"])
+@pytest.mark.parametrize("name", ["inspect.json", "inspect.running"])
+def test_a_record_that_is_no_file_counts_as_absent(matrices_study, tmp_path, name, planted, caplog):
+    store = Store(tmp_path / "results" / "study")
+    assert main(["inspect", str(matrices_study), "--quiet"]) == 0
+    victim, record = tmp_path / "victim.json", store.folder / ".stages" / name
+    store.path(".stages/inspect.json").rename(victim)
+    if "folder" in planted:
+        record.mkdir()
+        if planted == "filled folder":
+            (record / "a.txt").write_text("precious")
+    else:
+        record.symlink_to(victim if planted == "link out" else record)
+    content = victim.read_bytes()
+    assert main(["inspect", str(matrices_study), "--quiet"]) == 0
+    assert victim.read_bytes() == content and store.record("inspect") is not None
+    assert caplog.text.count("counts as not run") == (name == "inspect.json")
+    assert [p.read_text() for p in store.folder.rglob("a.txt")] == ["precious"] * (planted == "filled folder")
 
 
 def test_files_no_longer_written_are_removed(store):

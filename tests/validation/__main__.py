@@ -1,4 +1,4 @@
-"""The validation pages of a release: a page a subject; worst.md: the worst row against each kind of reference.
+"""The validation pages of a release: a page a subject; worst.md: what misses its limit, and the worst rows.
 
     OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [SUBJECT ...]
 
@@ -49,6 +49,20 @@ def table(subject, rows) -> list[str]:
     return lines
 
 
+def missed(subject, rows) -> list[str]:
+    """A line for each kind of reference with rows beyond the limit: asked, measured, and why."""
+    lines = []
+    for worst_row in worst(rows):
+        kind, limit = worst_row.against, subject.limit(worst_row.against)
+        if limit is None or worst_row.error <= limit:
+            continue
+        these = [row.error <= limit for row in rows if row.against == kind]
+        why = subject.misses[kind].why if kind in subject.misses else "not known"
+        lines.append(f"- **missed**: {subject.title}, {kind}: asked {limit:.2g}, measured {worst_row.error:.1e} "
+                     f"({worst_row.case}; {sum(these)} of {len(these)} rows are within); why: {why}")
+    return lines
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "validation")
@@ -57,15 +71,19 @@ def main(arguments=None):
     if unknown := set(asked.subjects) - set(SUBJECTS):
         parser.error(f"no subject '{unknown.pop()}'; there are: {', '.join(SUBJECTS)}")
     asked.out.mkdir(parents=True, exist_ok=True)
-    index = [f"Computed {made()}.", "", "| subject | against | worst case | error | limit |", "|---|---|---|---|---|"]
+    falls_short, index = [], ["| subject | against | worst case | error | limit |", "|---|---|---|---|---|"]
     for name in asked.subjects or SUBJECTS:
         print(name, flush=True)
         subject = importlib.import_module(f"tests.validation.{name}").SUBJECT
         rows = list(subject.rows())
-        page = [f"# {subject.title}", "", subject.text, "", f"{made()}.", "", *table(subject, rows)]
+        short = missed(subject, rows)
+        page = [f"# {subject.title}", "", subject.text, "", f"{made()}.", "", *short, *[""] * bool(short),
+                *table(subject, rows)]
         (asked.out / f"{name}.md").write_text("\n".join(page) + "\n", encoding="utf-8")
         index += [f"| {subject.title} | {row.against} | {row.case} | {row.error:.1e} | {allowed(subject, row)} |"
                   for row in worst(rows)]
+        falls_short += short
+    index = [f"Computed {made()}.", "", *(falls_short or ["- every limit is met"]), "", *index]
     (asked.out / "worst.md").write_text("\n".join(index) + "\n", encoding="utf-8")
 
 

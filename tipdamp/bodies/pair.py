@@ -65,7 +65,7 @@ def _check_stations(where, pairs, axis):
 
 
 def check_positions(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> None:
-    """A table of one's own must belong to these meshes: nodes exist and lie where the table says."""
+    """A user-supplied pair table must belong to these meshes: nodes exist and lie where the table says."""
     for name, numbers in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)):
         mesh = meshes[name]
         off = np.linalg.norm(mesh.position[mesh.index(numbers)] - pairs.position, axis=1)

@@ -31,7 +31,7 @@ def read_mesh(path: str | Path, length_unit: float = 1.0) -> Mesh:
     except InputError:
         raise
     except (ArithmeticError, LookupError, ValueError) as error:  # damage that no check of the reader foresaw
-        raise InputError(f"{path}: damaged: its {reader.name} text cannot be made sense of ({shown(error)})") from error
+        raise InputError(f"{path}: damaged: cannot be parsed as {reader.name} ({shown(error)})") from error
     return to_mesh(content, path.name, reader.name, length_unit)
 
 

@@ -68,7 +68,7 @@ def _sections(path, data, start, binary):
 
 
 def _end(data, start, name):
-    """Where $EndName stands at the begin of a line (in binary: right after the data)."""
+    """Where $EndName stands at the start of a line (in binary: right after the data)."""
     tag = b"$End" + name
     end = data.find(tag, start)
     while end >= 0 and data[end + len(tag):end + len(tag) + 1] not in (b"", b"\n", b"\r", b" "):

@@ -94,11 +94,11 @@ def _redistributed(results):
     yield from _balance("the preload of the kept stations", results.tune.preload_kept)
     if abs(done.moment_Nm or 0.0) > LIMITS.moment_Nm:
         yield (f"Moving the force of each station to its kept row leaves a moment of {amount(done.moment_Nm, 'N m')} "
-               "about the axis of the damper; it is taken up in the reference state.")
+               "about the axis of the damper; it is balanced by a constraint in the static solution.")
     for motion, load in done.reactions.items():
         if abs(load) > NEGLIGIBLE:
-            yield (f"A load of {force_along(motion, load)}, which no contact resists, is taken up by a constraint "
-                   "reaction in the reference state.")
+            yield (f"A load of {force_along(motion, load)}, which no contact resists, is balanced by a "
+                   "constraint in the static solution.")
     opened = pair_names(kept, kept.preload <= 0)
     if opened:
         yield f"{len(opened)} of {len(kept)} kept pairs are open at rest: {names_of_pairs(opened)}."
@@ -135,7 +135,7 @@ def _both_ways(case: Case):
         return
     amplitude, frequency = _off(back.peak_m, facts.peak_m), _off(back.peak_hz, facts.peak_hz)
     if max(abs(amplitude), abs(frequency)) > LIMITS.both_ways:
-        yield (f"The two ways through the band disagree on the peak of {_name(case)}: {100 * amplitude:+.2g} % in "
+        yield (f"Upward and downward sweeps give different peaks of {_name(case)}: {100 * amplitude:+.2g} % in "
                f"amplitude, {100 * frequency:+.2g} % in frequency; there may be two branches.")
 
 

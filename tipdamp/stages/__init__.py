@@ -7,7 +7,8 @@ STAGES = {
     "inspect": "what is in the meshes: groups, counts, masses, rigid modes",
     "reduce": "meshes to a reduced model and contact pairs; modes without damper",
     "preload": "unilateral static contact under the pull: the preload map",
-    "tune": "the stations that stay: detached until the stuck frequency meets its target, or given",
+    "tune": "selects the kept stations: detaches from the middle until the stuck frequency meets its target, or as "
+            "given",
     "respond": "forced response at every level and number of harmonics",
     "report": "the HTML page, the figures and summary.json",
 }

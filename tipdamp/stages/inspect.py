@@ -126,5 +126,5 @@ def warnings(study: Study, store: Store) -> list[str]:
     return [*found.warnings, *expectations(study, found)]
 
 
-STAGE = Stage(inspect, line, warnings=warnings, outputs=("inspect.json",), reads_files=True,
-              reads=("title", "loads", "contact.mu", *BODY_READS))
+STAGE = Stage(inspect, line, warnings=warnings, outputs=("inspect.json",), may_write=("inspect.html",),
+              reads_files=True, reads=("title", "loads", "contact.mu", *BODY_READS))

@@ -138,5 +138,6 @@ def _reads_more(study):
     return BODY_READS * study.preload.stress + friction.READS * study.preload.friction
 
 
-STAGE = Stage(preload, line, warnings=warnings, outputs=("preload.csv", "preload.json"), needs=("reduce",),
+STAGE = Stage(preload, line, warnings=warnings, outputs=("preload.csv", "preload.json"),
+              may_write=("preload_friction.csv", "loads/*.csv", "stress_*.vtu", "preload.vtu"), needs=("reduce",),
               reads=("driver", "contact", "sides", "preload", "loads", "model.matrices"), reads_more=_reads_more)

@@ -89,4 +89,5 @@ def _for_error(study):
 
 
 STAGE = Stage(reduce, line, warnings=warnings, outputs=("model.npz", "pairs.csv", "reduce.json"),
+              may_write=("truncation.npz", "surface.npz", "free_modes.npz", "free_modes.vtu"),
               reads=("free", "loads", *BODY_READS), reads_more=_for_error, reads_files=True)

@@ -26,4 +26,5 @@ def line(store: Store) -> str:
     return str(store.path("report.html"))
 
 
-STAGE = Stage(report, line, outputs=("report.html", "summary.json"), reads=PARTS, needs=tuple(BEFORE))
+STAGE = Stage(report, line, outputs=("report.html", "summary.json"), may_write=("figures/*.png",),
+              reads=PARTS, needs=tuple(BEFORE))

@@ -76,11 +76,13 @@ def _assembly(study, store):
     model, table = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
     model = with_springs(model, table, declared_springs(study, table))
     kept = table.select(table.carrying)
-    static, start = None, None
+    static, start, law = None, None, study.respond.law.make()
     if study.preload.friction:
         tangential = friction.load(store.path("kept_friction.csv"), table)[table.carrying]
-        static, start = friction.start(model, kept, tangential)
-    problem, _ = contact_problem(model, kept, study.respond.law.make(), static=static,
+        tangential[:, law.sliders:] = 0.0              # a tangent that the law does not know carries no friction
+        static, sliders = friction.start(model, kept, tangential)
+        start = sliders[:, :law.sliders]
+    problem, _ = contact_problem(model, kept, law, static=static,
                                  damping_ratio=ratio(study.respond.damping_ratio))
     return Assembly(model, kept, problem, excitation(study, model), outputs(study, model), start)
 
@@ -186,5 +188,6 @@ def _micro(m, hz):
     return f"{1e6 * m:.4g} um at {hz:.1f} Hz"
 
 
-STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"), needs=("reduce", "tune"),
-              requires=("tune", "respond"), reads=("respond", "sides", "preload.friction"))
+STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"), may_write=("responses/*.npz",),
+              needs=("reduce", "tune"), requires=("tune", "respond"),
+              reads=("respond", "sides", "preload.friction"))

@@ -185,8 +185,8 @@ class LoadCasePreload(Record):
 
 
 class PreloadResult(Result):
-    """preload.json. kn_kt_N_per_m {side: mean kn, mean kt}; stiffness {side: ...}, empty with a table of one's own;
-    friction - None without; reactions {motion: amount} of the constraints that stand in for missing contact."""
+    """preload.json. kn_kt_N_per_m {side: mean kn, mean kt}; stiffness {side: ...}, empty with a user-supplied pair
+    table; friction - None without; reactions {motion: amount} of the constraints that stand in for missing contact."""
     file: ClassVar[str] = "preload.json"
     sides: dict[str, SideForces]
     residual: float

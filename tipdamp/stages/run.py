@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 
@@ -18,6 +19,8 @@ from tipdamp.store import Store, fingerprint
 from tipdamp.study.view import Study, View
 
 STAGES: dict[str, Stage] = {name: load_stage(name) for name in stages.STAGES}
+# names and patterns of all that the program writes into a results folder
+WRITTEN = (".stages/*", "export/*", *(file for stage in STAGES.values() for file in (*stage.outputs, *stage.may_write)))
 
 
 def run_stage(name: str, study: Study, store: Store, *, force: bool = False, quiet: bool = False) -> str:
@@ -26,6 +29,7 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
     Raises InputError when the study lacks a section for it, or a stage that it needs is absent or out of date.
     """
     stage = STAGES[name]
+    refuse_overwriting(study, store)
     for section in missing_sections(name, study):
         raise InputError(f"{study.path}: section [{section}] is missing, the stage '{name}' needs it")
     needs = [n for n in stage.needs if applies(n, study)]
@@ -41,7 +45,8 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
         with store.running(name) as before, _named(study):
             with progress(name, quiet=quiet) as tick:
                 more = stage.work(_view(name, study), store, tick)
-            store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began, before)
+            own = {output: mark for output, mark in before.items() if stage.writes(output)}
+            store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began, own)
     return "done"
 
 
@@ -117,4 +122,16 @@ def results_folder(study: Study, out: str | None) -> Store:
     folder = Path(out) if out else study.results
     if folder.exists() and not folder.is_dir():
         raise InputError(f"results folder {folder}: is a file")
-    return Store(folder)
+    store = Store(folder)
+    refuse_overwriting(study, store)
+    return store
+
+
+def refuse_overwriting(study: Study, store: Store) -> None:
+    """InputError where the study or a file that it names has the name of a result in the results folder."""
+    for key, path in {"the study itself": study.path, **study.inputs()}.items():
+        for place in (path.parent.resolve() / path.name, path.resolve()):
+            for pattern in map(store.folder.joinpath, WRITTEN):
+                if pattern.parent.resolve() == place.parent and fnmatchcase(place.name, pattern.name):
+                    raise InputError(f"{study.path}: {key}, {path}, would be overwritten by results in {store.folder}; "
+                                     "choose a results folder of its own (key `results` or --out)")

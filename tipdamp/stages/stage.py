@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from importlib import import_module
 
 from tipdamp.progress import Tick
@@ -19,6 +20,7 @@ class Stage:
 
     work - of the study (what it reads of it), the results folder and the progress; returns the files that it wrote
     beside its `outputs`. Its results are in its files.
+    outputs - files that it always writes; may_write - those that it writes beside them, such as 'loads/*.csv'
     line, warnings - of a finished stage for the command line; they see the whole study, since they are made anew
     reads, reads_more - parts and keys of the study (see `View`), always or where the study asks for them
     reads_files - whether the content of meshes, matrices and pairs that the study names counts
@@ -29,11 +31,18 @@ class Stage:
     line: Callable[[Store], str]
     outputs: tuple[str, ...]
     reads: tuple[str, ...]
+    may_write: tuple[str, ...] = ()
     warnings: Callable[[Study, Store], Sequence[str]] = _nothing
     reads_more: Callable[[Study], tuple[str, ...]] = _nothing
     reads_files: bool = False
     needs: tuple[str, ...] = ()
     requires: tuple[str, ...] = ()
+
+    def writes(self, name: str) -> bool:
+        """Whether a file of this name in the results folder is one of the stage."""
+        folder, _, file = name.rpartition("/")
+        declared = (pattern.rpartition("/") for pattern in (*self.outputs, *self.may_write))
+        return any(folder == its and fnmatchcase(file, files) for its, _, files in declared)
 
 
 def load_stage(name: str) -> Stage:

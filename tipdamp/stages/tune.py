@@ -204,5 +204,6 @@ def _reads_more(study):
 
 
 STAGE = Stage(tune, line, warnings=warnings, reads_more=_reads_more, outputs=("kept.csv", "tune.json"),
+              may_write=("kept_friction.csv", "stuck_modes.npz", "stuck_modes.vtu"),
               needs=("reduce", "preload"), requires=("tune", "respond"), reads_files=True,
               reads=("tune", "sides", "driver", "preload", "loads", "contact.normal", *BODY_READS))

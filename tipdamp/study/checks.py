@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from hbm.errors import InputError, nearest
+from tipdamp.study.law import laws_with_sliders
 from tipdamp.study.schema import Contact, LoadCase, Respond, Section, Side, Tune
 from tipdamp.study.view import Study
 
@@ -42,6 +43,8 @@ def check_study(study: Study) -> None:
         check_contact(f"{path}: [contact]", contact)
     if "respond" in study:
         check_respond(f"{path}: [respond]", study.respond)
+        if study.preload.friction:
+            check_sliders(f"{path}: [respond]", study.respond)
     for name, side in study.sides.items():
         check_side(f"{path}: [contact.{name}]", side, contact)
     check_loads(study)
@@ -53,8 +56,8 @@ def check_contact(where: str, contact: Contact) -> None:
         if key in contact.model_fields_set and contact.stiffness == "given":
             raise InputError(f"{where} {key}: leave it out, stiffness = \"given\" uses no model")
     if contact.stiffness == "rough_series" and contact.kind == "secant":
-        raise InputError(f"{where} kind = \"secant\": rough surfaces have no first touch, stiffness = \"rough_series\" "
-                         "has a tangent only")
+        raise InputError(f"{where} kind = \"secant\": rough surfaces have no defined onset of contact, stiffness = "
+                         "\"rough_series\" has a tangent only")
 
 
 def check_side(where: str, side: Side, contact: Contact) -> None:
@@ -106,6 +109,13 @@ def check_respond(where: str, respond: Respond) -> None:
             raise InputError(f"{where} {key}: {double[0]} is given twice")
     if len(respond.patches) != 2:
         raise InputError(f"{where} patches = {list(respond.patches)}: two groups are needed, one on each blade")
+
+
+def check_sliders(where: str, respond: Respond) -> None:
+    """The response can start from friction forces only where its law has sliders."""
+    if not respond.law.make().sliders:
+        raise InputError(f"{where} law = '{respond.law}': has no sliders, and with [preload] friction = true the "
+                         f"response starts from friction forces; laws with sliders: {', '.join(laws_with_sliders())}")
 
 
 def check_loads(study: Study) -> None:

@@ -39,6 +39,13 @@ class LawChoice(BaseModel):
         return SHIPPED[self.name](**self.parameters)
 
 
+def laws_with_sliders() -> list[str]:
+    """Names of the laws that can start from friction forces."""
+    from hbm.laws import SHIPPED
+
+    return [name for name, law in SHIPPED.items() if law.sliders]
+
+
 def _read(value: Any, key: Key, _: float) -> LawChoice:
     from hbm.laws import SHIPPED
 
@@ -49,17 +56,22 @@ def _read(value: Any, key: Key, _: float) -> LawChoice:
     name = given["name"]
     if name not in SHIPPED:
         raise ValueError(f"no law '{name}'; {nearest(name, list(SHIPPED))}")
-    own = {f.name: f for f in fields(SHIPPED[name]) if f.init}
+    own = _parameters(SHIPPED[name])
     stated = {k: v for k, v in given.items() if k != "name"}
     for parameter in stated:
         if parameter not in own:
             raise ValueError(f"{name} has no parameter '{parameter}'; {nearest(parameter, list(own))}")
-    for parameter, f in own.items():
-        if parameter not in stated and f.default is MISSING and f.default_factory is MISSING:
+    for parameter, required in own.items():
+        if required and parameter not in stated:
             raise ValueError(f"the parameter '{parameter}' of {name} is missing")
     choice = LawChoice(name=name, parameters={k: _parameter(k, v, key) for k, v in stated.items()})
     choice.make()
     return choice
+
+
+def _parameters(law):
+    """{parameter: whether it must be given}"""
+    return {f.name: f.default is MISSING and f.default_factory is MISSING for f in fields(law) if f.init}
 
 
 def _parameter(name, value, key):
@@ -72,10 +84,11 @@ def _parameter(name, value, key):
 def _json() -> dict:
     from hbm.laws import SHIPPED
 
-    names = {"enum": list(SHIPPED)}
-    table = {"type": "object", "properties": {"name": names}, "required": ["name"],
-             "additionalProperties": {"type": "number"}}
-    return {"anyOf": [names, table]}
+    needed = {name: [p for p, required in _parameters(law).items() if required] for name, law in SHIPPED.items()}
+    tables = [{"type": "object", "additionalProperties": False, "required": ["name", *needed[name]],
+               "properties": {"name": {"const": name}, **dict.fromkeys(_parameters(law), {"type": "number"})}}
+              for name, law in SHIPPED.items()]
+    return {"oneOf": [{"enum": [name for name, parameters in needed.items() if not parameters]}, *tables]}
 
 
 LAW = Kind("text or table", _read, json=_json)

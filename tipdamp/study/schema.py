@@ -5,9 +5,9 @@ docs/study_files.md and the JSON schema for editors are made from them (study/ke
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
-from tipdamp.study.law import LAW, LawChoice
+from tipdamp.study.law import DEFAULT, LAW, LawChoice
 from tipdamp.study.values import (
     BAND,
     CHOICE,
@@ -269,7 +269,8 @@ class Respond(Section):
                                           "(the last one holds for all above)", low=0, high=0.9999)]
     both_ways: Annotated[bool, Key(FLAG, "follow every curve from the other end too and compare the peaks")] = True
     law: Annotated[LawChoice, Key(LAW, "contact law by name, or { name = \"...\", parameter = value } with parameters "
-                                  "in SI units; kn, kt, mu and preload come from the pairs")] = LawChoice()
+                                  "in SI units; kn, kt, mu and preload come from the pairs"),
+                   Field(json_schema_extra={"default": DEFAULT})] = LawChoice()
 
 
 SECTIONS: dict[str, type[Section]] = {

@@ -57,17 +57,22 @@ class Study:
         """A file named in the study, relative to the study's own folder."""
         return self.path.parent / relative
 
+    def inputs(self) -> dict[str, Path]:
+        """{key: file} that the study names: meshes, or matrices, and pairs."""
+        named = {"[model] matrices": self.model.matrices} if "model" in self else {
+            "[blades] mesh": self.blades.mesh, "[damper] mesh": self.damper.mesh}
+        return {key: self.file(name) for key, name in {**named, "[contact] pairs": self.contact.pairs}.items() if name}
+
     def input_files(self) -> list[Path]:
-        """Files that the study names: meshes, or matrices, and pairs."""
-        names = [self.model.matrices] if "model" in self else [self.blades.mesh, self.damper.mesh]
-        return [self.file(name) for name in (*names, self.contact.pairs) if name]
+        """The files of `inputs`."""
+        return list(self.inputs().values())
 
 
 PARTS = tuple(name for name in Study.__annotations__ if name not in ("path", "results"))    # all that can be declared
 
 
 class Undeclared(AttributeError):
-    """A stage reads what its declaration does not name: a fault of the program."""
+    """A stage reads what its declaration does not name: a bug."""
 
 
 class _Keys:

@@ -234,8 +234,7 @@ def determinant(A):
 
 @njit(cache=True)
 def settle(u, w, contact, newton, steps, J):
-    """Repeat the period until the slider comes back to where it was: periods, whether it did, whether by Newton,
-    whether it ever slid.
+    """Iterate the period map until the slider path is periodic; returns (periods, converged, by Newton, slipped).
 
     In the plane a slider only creeps to where it repeats. Newton on the map of a period takes it there.
     """

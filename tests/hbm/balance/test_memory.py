@@ -38,7 +38,7 @@ def test_forecast_of_a_curve():
     assert moving == 10 and 0.5 < newton_bytes(moving, 3, 15) / peak < 2, newton_bytes(moving, 3, 15) / peak
 
 
-def test_too_many_harmonics_are_refused_at_the_door(monkeypatch):
+def test_too_many_harmonics_are_refused_at_input(monkeypatch):
     """128 pairs in three dimensions at H = 200: a warning with 16 GB, whose number fits; refused before the modes with
     so little that not one pair can slip."""
     columns = {name: np.resize(getattr(PAIRS, name), (128, *getattr(PAIRS, name).shape[1:]))

@@ -82,6 +82,27 @@ class _OtherTangents(Dahl):
         return force, state, replace(t, force_state=0 * t.force_state)
 
 
+class _OneStepsTangent(Dahl):
+    """Wrong in a single step of a single contact."""
+
+    def tangents(self, *given):
+        force, state, t = super().tangents(*given)
+        wrong = t.force_u.copy()
+        wrong[-1:] *= 1.01
+        return force, state, replace(t, force_u=wrong)
+
+
+class _OneContactsDerivative(Dahl):
+    """Wrong in the contact that slips most."""
+
+    def harmonics(self, *given):
+        f = super().harmonics(*given)
+        wrong = f.D.copy()
+        if len(wrong):
+            wrong[np.abs(wrong).reshape(len(wrong), -1).max(axis=1).argmax()] *= 1.001
+        return replace(f, D=wrong)
+
+
 class _OtherRest(laws.UnilateralSpring):
     def stuck_force(self, contacts):
         return 0.9 * super().stuck_force(contacts)
@@ -128,7 +149,8 @@ class _NotOfRate(Viscous):
     (_OtherFriction(), "harmonics differ from those of step"), (_OtherTable(), "table gives another force"),
     (_OtherDerivative(), "derivatives of harmonics by the motion"),
     (_OtherPreload(), "derivatives of harmonics by the preload"), (_NotOfRate(0.3), "by omega"),
-    (_OtherTangents(), "tangents by the state before"), (_OtherRest(), "harmonics differ"),
+    (_OtherTangents(), "tangents by the state before"), (_OneStepsTangent(), "tangents by the motion"),
+    (_OneContactsDerivative(), "derivatives of harmonics by the motion"), (_OtherRest(), "harmonics differ"),
     (_SticksTooSurely(), "does not stick"), (_Directed(), "mirrored"), (_Drifting(), "does not repeat")],
     ids=lambda v: getattr(v, "name", ""))
 def test_a_broken_contract_is_found(law, message):

@@ -37,7 +37,7 @@ def test_pressure_is_the_closed_form(b):
 
 
 @pytest.mark.parametrize("b", [0.0, 1e-6, 1e-3])
-def test_pressure_carries_the_load_and_peaks_where_told(b):
+def test_pressure_integral_and_place_of_its_peak(b):
     a = punch_half_width(P, b, 5e-3, E)
     pieces = ((0, b), (b, a)) if b else ((0, a),)
     total = sum(quad(punch_pressure, *piece, args=(P, b, 5e-3, E), epsabs=0, epsrel=1e-9, limit=200)[0]

@@ -34,7 +34,7 @@ def test_a_body_that_nothing_holds(copy, capsys):
     path = edit(copy, 'clamp = "clamp"', 'clamp = "excitation"')
     path = edit(copy, "[respond]", '[respond]\nexcitation = "patch_1"')
     assert main(["inspect", path, "--quiet"]) == 2
-    assert "body 'blades': it is not held fast, 3 rigid motions are free" in capsys.readouterr().err
+    assert "body 'blades': it is not fully supported, 3 rigid motions are free" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("old, new, words", [

@@ -55,7 +55,7 @@ def open_pair(files):
             "not balanced; followed the other way it has a peak, 20 um at 2798.7 Hz"),
     (damage("responses", 1, "back", "failed_points", value=2), "from the other end is incomplete, 2 points failed"),
     (damage("responses", 1, "peak_inside_band", value=False), "at the edge of the band"),
-    (damage("responses", 3, "back", "peak_m", value=1.9e-5), "two ways through the band disagree"),
+    (damage("responses", 3, "back", "peak_m", value=1.9e-5), "sweeps give different peaks"),
     (damage("responses", 0, "peak_hz", value=2760.0), "from the stuck frequency: another mode is near"),
     (lambda files: [files["responses"][k].update(slipping_pairs=["left 0"]) for k in (0, 2)], "lowest level, 1 N"),
 ])

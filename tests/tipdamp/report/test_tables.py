@@ -27,7 +27,7 @@ def test_given_stations_are_not_called_tuned(tmp_path):
 
 def test_rounding_of_a_moment_is_nothing(tmp_path):
     values = dict(next(assumptions.tables(results_of(*artefacts(tmp_path)))).rows)
-    assert values["moment taken up in the reference state"].startswith("0 N m about")
+    assert values["moment balanced by a constraint in the static solution"].startswith("0 N m about")
 
 
 def test_warnings_of_every_stage_are_there(tmp_path):

@@ -11,7 +11,7 @@ from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import edit, files
 from tipdamp.cli import main
-from tipdamp.stages.run import results_folder, run_stage, sources
+from tipdamp.stages.run import STAGES, results_folder, run_stage, sources
 from tipdamp.store import Store
 from tipdamp.study.study import load_study
 
@@ -44,6 +44,13 @@ def test_the_lock_is_released_after_a_failure(tmp_path):
         raise ValueError("failed")
     with store.lock(), pytest.raises(BlockingIOError, match="in use by process"), store.lock():
         pass
+
+
+def test_stages_declare_what_they_write(rig_results):
+    """Only declared files are removed when a stage no longer writes them."""
+    written = [(stage, o) for name, stage in STAGES.items() for o in rig_results.outputs(name)]
+    assert "responses/Fe_1N_H1.npz" in [o for _, o in written]
+    assert [o for stage, o in written if not stage.writes(o)] == []
 
 
 def test_nothing_is_computed_twice(copy, capsys):

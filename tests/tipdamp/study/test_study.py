@@ -97,8 +97,8 @@ def test_b33_damping_ratios(tmp_path):
         with pytest.raises(InputError, match=rf"\[respond\] damping_ratio = {bad}: must be at least 0"):
             load_study(write(tmp_path, STUDY.replace("damping_ratio = 0.022", f"damping_ratio = {bad}")))
     large = load_study(write(tmp_path, STUDY.replace("damping_ratio = 0.022", "damping_ratio = [0.02, 0.3]")))
-    assert [w for w in damping_warnings(large)] == ["[respond] damping_ratio = 0.3: is it in percent? A ratio, 0.02 "
-                                                    "for 2 %, is meant"]
+    assert [w for w in damping_warnings(large)] == ["[respond] damping_ratio = 0.3: is it in percent? expected a "
+                                                    "ratio (2 % is 0.02)"]
     assert not [*damping_warnings(load_study(write(tmp_path, STUDY)))]
 
 

@@ -80,13 +80,13 @@ def _kept(results):
     if done.scale:
         scale = ", ".join(f"{k:.3f} on side '{s}'" for s, k in done.scale.items())
         yield "preload of the kept stations", f"scaled to the whole load: {scale}"
-        yield ("moment taken up in the reference state",
+        yield ("moment balanced by a constraint in the static solution",
                f"{amount(done.moment_Nm, 'N m')} about the axis of the damper: the force of each station is moved to "
                "its kept row")
     else:
         yield "preload of the kept stations", "static contact solved again on them"
     for motion, load in done.reactions.items():
-        yield "constraint reaction in the reference state", force_along(motion, load)
+        yield "load balanced by a constraint in the static solution", force_along(motion, load)
 
 
 def _response(results):
@@ -97,8 +97,8 @@ def _response(results):
     yield "damping ratio without damper", listing(f"{z:g}" for z in free.damping_ratio)
     if results.cases:
         first = results.cases[0].facts
-        yield "displacements count from", ORIGIN[first.origin]
-        yield "sliders start", START.get(first.start, first.start)
+        yield "displacements measured from", ORIGIN[first.origin]
+        yield "initial slider positions", START.get(first.start, first.start)
     yield "harmonics", f"orders 0 to H, H = {listing(settings.harmonics)}"
     if results.respond is not None:
         law = results.respond.law

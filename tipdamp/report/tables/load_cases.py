@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from tipdamp.loads import case_pull
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import listing, number
@@ -16,8 +17,7 @@ def tables(results: Results) -> Iterator[Table]:
     rest = (f"{case} (of the response)", "") if case else ("the pull", f"{results.study.driver.pull:g}")
     rows = [(*rest, *_sides(preload.sides, names))]
     for name, facts in preload.cases.items():
-        load = results.study.loads[name]
-        pull = results.study.driver.pull if load.pull is None else load.pull
+        load, pull = results.study.loads[name], case_pull(results.study, name)
         rows.append((f"{name}: {_content(load)}", f"{pull:g}", *_sides(facts.sides, names)))
     columns = ("load case", "pull (N)", *(what for n in names for what in (f"'{n}', sum (N)", "largest (N)", "open")))
     yield Table("Preload of the whole patch in every load case: sum and largest of the nodes of each side, and the "

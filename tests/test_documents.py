@@ -1,0 +1,56 @@
+"""Modules, files and links that the documents name are there."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = [*sorted((ROOT / "docs").rglob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+PACKAGES = ("hbm", "modal", "static_contact", "tipdamp", "meshes", "tests")
+FOLDERS = (*PACKAGES, "docs", "constraints")
+each_page = pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+
+
+def _text(page):
+    return page.read_text(encoding="utf-8")
+
+
+def _names(source):
+    """Names in a module, those of a lazy package that stand as text among them."""
+    fields = {ast.Name: "id", ast.Attribute: "attr", ast.FunctionDef: "name", ast.ClassDef: "name", ast.alias: "name",
+              ast.Constant: "value", ast.arg: "arg"}
+    return {getattr(node, fields[type(node)]) for node in ast.walk(ast.parse(source)) if type(node) in fields}
+
+
+@each_page
+def test_modules_and_their_names(page):
+    """`hbm.testing.check_law`: the module is a file, what follows is a name in it (or in its package)."""
+    for dotted in re.findall(rf"(?<![\w./-])(?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+", _text(page)):
+        place, names = ROOT, dotted.split(".")
+        while names and (place / names[0]).is_dir():
+            place /= names.pop(0)
+        if names and names[-1] in ("md", "py", "toml"):
+            continue                                        # a file, see below
+        if names and (place / f"{names[0]}.py").exists():
+            place /= f"{names.pop(0)}.py"
+        source = place if place.is_file() else place / "__init__.py"
+        words = _names(_text(source)) if source.exists() else ()
+        assert [name for name in names if name not in words] == [], dotted
+
+
+@each_page
+def test_files_and_folders(page):
+    """A path from the root or beside the page; a bare name of a Python file is one of the repository."""
+    text = _text(page)
+    for path in re.findall(rf"(?<![\w./-])(?:{'|'.join(FOLDERS)})/[\w./-]*\w", text):
+        assert (ROOT / path).exists() or (page.parent / path).exists(), path
+    for name in re.findall(r"(?<![\w.-])([\w/]+\.py)\b", text):
+        assert (ROOT / name).exists() or any(found for folder in FOLDERS for found in (ROOT / folder).rglob(name)), name
+
+
+@each_page
+def test_links(page):
+    for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", _text(page)):
+        assert "://" in link or (page.parent / link).exists(), link
