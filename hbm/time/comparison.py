@@ -13,7 +13,7 @@ from hbm.parameter import Parameter
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
 from hbm.solutions import points_at
-from hbm.time import shooting
+from hbm.time import floquet, shooting
 from hbm.time.base import Integrator
 from hbm.time.exact import ExactIntegrator
 from hbm.time.sampled import SampledIntegrator
@@ -27,6 +27,9 @@ class Comparison:
     difference : of the amplitude of harmonic 1, the largest over the outputs and relative to the largest output
     steady : Steady state of the integration; left : whether that is another orbit, told by where the balance leads from
         it
+    multiplier : largest modulus of the Floquet multipliers of the orbit of the solution, not of another one to which
+        the integration left (see `floquet`); NaN where a period of the integration does not finish
+    stable : whether it is at most 1, within `settings.marginal`; None where it is NaN
     said : one sentence; hz : frequency; H : harmonics of the balance; origin, start : as in ForcedResponse
     method : 'event-driven' or 'sampled', as in Steady
     """
@@ -34,6 +37,8 @@ class Comparison:
     difference: float
     steady: shooting.Steady
     left: bool
+    multiplier: float
+    stable: bool | None
     said: str
     hz: float
     H: int
@@ -58,7 +63,8 @@ def compare(curve: ForcedResponse, problem: ContactProblem, value: float, which:
     which : the place there, needed where the curve has several solutions
     The integration starts at displacement, velocity and sliders of the solution and runs until the period map repeats.
     Where the transient dies slowly, Newton on the period map finds where it leads; where Newton fails, up to
-    `settings.max_periods` are integrated. Raises InputError where there is no such solution.
+    `settings.max_periods` are integrated. The largest Floquet multiplier tells stability: at the periodic orbit, or on
+    the motion of the balance where none is found beside it. Raises InputError where there is no such solution.
     """
     balance, points = points_at(curve, problem, value, parameter)
     if which is None and len(points) > 1:
@@ -75,18 +81,29 @@ def compare_point(balance: HarmonicBalance, point, rows, settings: IntegrationSe
     settings = settings or IntegrationSettings()
     integrator = integrator_of(balance, point.parameter, settings)
     begin = integrator.on_orbit(point)
-    steady = shooting.integrate(integrator, begin, rows, min(settings.patience, settings.max_periods))
-    if not steady.periodic and steady.finished and settings.max_periods > settings.patience:
-        more = settings.max_periods - steady.periods
-        steady = shooting.shoot(integrator, begin, rows)
-        found = _difference(balance, point, rows, steady)
-        if not steady.periodic or left_orbit(balance, point, steady.motion, found, settings):
-            steady = shooting.integrate(integrator, begin, rows, more)
-    difference = _difference(balance, point, rows, steady)
-    left = steady.periodic and left_orbit(balance, point, steady.motion, difference, settings)
-    said = _said(steady, left, difference, balance, settings)
-    return Comparison(difference, steady, left, said, float(point.parameter) / (2 * np.pi), balance.H, steady.origin,
-                      steady.start, steady.method)
+
+    def judged(steady):
+        """(steady, its difference, whether it is on another orbit)."""
+        difference = _difference(balance, point, rows, steady)
+        return steady, difference, steady.periodic and left_orbit(balance, point, steady.motion, difference, settings)
+
+    found = near = judged(shooting.integrate(integrator, begin, rows, min(settings.patience, settings.max_periods)))
+    if found[0].finished and not _on_orbit(found):
+        near = judged(shooting.shoot(integrator, begin, rows))
+        if not found[0].periodic and settings.max_periods > settings.patience:
+            more = settings.max_periods - found[0].periods
+            found = near if _on_orbit(near) else judged(shooting.integrate(integrator, begin, rows, more))
+    steady, difference, left = found
+    multiplier, _ = floquet.largest_multiplier(integrator, near[0].state if _on_orbit(near) else begin)
+    stable = None if np.isnan(multiplier) else multiplier <= 1 + settings.marginal
+    said = _said(steady, left, difference, (multiplier, stable), balance, settings)
+    return Comparison(difference, steady, left, multiplier, stable, said, float(point.parameter) / (2 * np.pi),
+                      balance.H, steady.origin, steady.start, steady.method)
+
+
+def _on_orbit(judged):
+    steady, _, left = judged
+    return steady.periodic and not left
 
 
 def integrator_of(balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None) -> Integrator:
@@ -142,21 +159,25 @@ def _padded(x, finer):
     return full.ravel()
 
 
-def _said(steady, left, difference, balance, settings):
+def _said(steady, left, difference, stability, balance, settings):
+    multiplier, stable = stability
+    verdict = f"{'stable' if stable else 'unstable'} (Floquet multiplier {multiplier:.4f})"
     if not steady.finished:
         said = "the integration did not finish a period: events follow each other faster and faster"
     elif not steady.periodic:
         said = f"the integration is not periodic after {steady.periods} periods (change {steady.period_change:.1e})"
     elif left:
         said = f"the integration left for another orbit, {difference:.1%} away"
-    elif steady.multiplier > 1 + 1e-6:
-        said = (f"the orbit exists, {difference:.2e} away, but it is unstable (Floquet multiplier "
-                f"{steady.multiplier:.4f}): any disturbance makes the integration leave it")
-    elif steady.by_newton and np.isnan(steady.multiplier):
-        said = (f"the orbit exists, {difference:.2e} away, found by Newton on the period map; its stability was not "
-                "computed for so many unknowns")
+    elif stable is False:
+        said = (f"the orbit exists, {difference:.2e} away, but it is {verdict}: any disturbance makes the integration "
+                "leave it")
     else:
         said = f"the integration stays on the orbit, {difference:.2e} away"
+        said += "" if stable is None else f", which is {verdict}"
+    if stable is not None and (left or not steady.periodic):
+        said += f"; the orbit of the solution is {verdict}"
+    if stable is None:
+        said += "; its stability is not known, as a disturbed period did not finish"
     if steady.periodic and not left and difference > settings.small:
         said += f"; more harmonics than H = {balance.H} bring it closer"
     if steady.method == "sampled":

@@ -32,11 +32,19 @@ class IntegrationSettings:
     max_periods : integrated until the state repeats
     newton_on_map : steps of Newton on the period map; on a piecewise-linear map it ends after a few
     periods_after_newton : integrated after Newton until the state repeats; where it converged one is enough
-    max_columns : unknowns up to which the monodromy is computed column by column, one period each
+    max_columns : unknowns up to which the derivative of the map is computed column by column
     difference : of the differences of the map, relative to the motion; the root of the error of a period
     krylov : residual of Newton's step by GMRES; the map is known to `difference` only
-    resting : distance of a multiplier from 1 that makes it that of a slider at rest; above the error of the differences
     fractions : of Newton's step that are tried, the largest first
+    Stability
+    disturbance : of the differences for the multipliers, relative to the motion; rounding and steps
+        chosen differently count the more the smaller it is, sliders close to their limits the larger it is
+    resting : motion of a slider over a disturbed period, relative to the disturbance, that counts as none
+    multipliers : leading ones sought by Arnoldi's method; more than a complex pair, or the first found may not lead
+    arnoldi : vectors of the Krylov space; a third of a hundred multipliers of similar modulus is enough
+    arnoldi_restarts : of it; where more are needed every column is computed
+    multiplier_error : relative residual at which Arnoldi's method ends; below the error of the differences
+    marginal : modulus above 1 up to which a multiplier counts as 1, that of a motion that nothing holds or drives
     Comparison
     patience : periods integrated from the orbit before Newton helps to find where they lead
     elsewhere : relative difference from which on two solutions are not compared, but said to be two
@@ -67,8 +75,14 @@ class IntegrationSettings:
     max_columns: int = 80
     difference: float = 1e-6
     krylov: float = 1e-3
-    resting: float = 1e-4
     fractions: tuple[float, ...] = (1.0, 0.5, 0.2, 0.05)
+    disturbance: float = 1e-5
+    resting: float = 1e-6
+    multipliers: int = 2
+    arnoldi: int = 30
+    arnoldi_restarts: int = 10
+    multiplier_error: float = 1e-4
+    marginal: float = 1e-4
     patience: int = 40
     elsewhere: float = 0.2
     small: float = 1e-3

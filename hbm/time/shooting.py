@@ -1,12 +1,12 @@
 """Steady states of time integration: integrated until the period map repeats, or by Newton's method on that map.
 
-The unknowns of the shooting are the motion and the memory of the contacts at the begin of a period. The monodromy
-matrix comes from differences, column by column for small systems, so that the Floquet multipliers are known too, else
-in a Krylov space.
+The unknowns of the shooting are the motion and the memory of the contacts at the begin of a period. The derivative of
+the map comes from differences, column by column for small systems, else in a Krylov space.
 """
 
 import inspect
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
@@ -25,8 +25,7 @@ class Steady:
     period_change : change of the state over the last period, relative to the vibration
     periodic : whether that is below the tolerance; periods : how many were integrated
     dissipated : (P,) J per cycle that each contact takes out of the motion
-    multiplier : largest modulus of the Floquet multipliers of the motion that are not 1 of a slider at rest, NaN where
-        the monodromy was not computed
+    state : at the begin of a period, of the kind that the integrator takes
     by_newton : whether Newton on the period map led there; integration alone leaves unstable orbits
     finished : False where the events of a period were too many (chatter)
     method : of the integration: 'event-driven', or 'sampled' where a law is not piecewise linear
@@ -39,7 +38,7 @@ class Steady:
     periodic: bool
     periods: int
     dissipated: np.ndarray
-    multiplier: float
+    state: Any
     by_newton: bool
     finished: bool
     method: str
@@ -48,8 +47,7 @@ class Steady:
 
     def __repr__(self) -> str:
         return (f"<Steady: {'periodic' if self.periodic else 'not periodic'} after {self.periods} periods (change "
-                f"{self.period_change:.1e}), {len(self.harmonics)} outputs, multiplier {self.multiplier:.4g}, "
-                f"{self.method} integration>")
+                f"{self.period_change:.1e}), {len(self.harmonics)} outputs, {self.method} integration>")
 
 
 def integrate(integrator: Integrator, state, rows, max_periods: int | None = None) -> Steady:
@@ -61,19 +59,19 @@ def integrate(integrator: Integrator, state, rows, max_periods: int | None = Non
 def shoot(integrator: Integrator, state, rows) -> Steady:
     """Newton on the period map from a state, then integration until the map repeats; rows (m, r) are the outputs."""
     settings, size = integrator.settings, integrator.size
-    v, used, multiplier, by_newton = integrator.vector(state), 0, np.nan, False
+    v, used, by_newton = integrator.vector(state), 0, False
     for _ in range(settings.newton_on_map):
         base, finished = period_map(integrator, v)
         used += 1
         if not finished or np.abs(base - v).max() <= 0.1 * settings.repeats * size:
             break
         newton = newton_by_columns if len(v) <= settings.max_columns else newton_by_krylov
-        (step, more, multiplier), by_newton = newton(integrator, v, base, size), True
+        (step, more), by_newton = newton(integrator, v, base, size), True
         used += more
         v, more = _shortened(integrator, v, step, base)
         used += more
     cycle, change, more = _until_periodic(integrator, integrator.from_vector(v), settings.periods_after_newton)
-    return _steady(integrator, rows, cycle, change, used + more, multiplier, by_newton)
+    return _steady(integrator, rows, cycle, change, used + more, by_newton)
 
 
 def period_map(integrator: Integrator, v: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -83,20 +81,18 @@ def period_map(integrator: Integrator, v: np.ndarray) -> tuple[np.ndarray, bool]
 
 
 def newton_by_columns(integrator: Integrator, v, base, size):
-    """(Newton's step, periods integrated, largest multiplier) from the whole monodromy; base = period_map(v)."""
+    """(Newton's step, periods integrated) from the whole derivative of the map; base = period_map(v)."""
     J, h = np.empty((len(v), len(v))), integrator.settings.difference * size
     for c in range(len(v)):
         moved = v.copy()
         moved[c] += h
         J[:, c] = (period_map(integrator, moved)[0] - base) / h
     step = np.linalg.lstsq(np.eye(len(v)) - J, base - v, rcond=1e-9)[0]
-    moduli = np.abs(np.linalg.eigvals(J))
-    resting = np.abs(moduli - 1) < integrator.settings.resting
-    return step, len(v), float(moduli[~resting].max(initial=0.0))
+    return step, len(v)
 
 
 def newton_by_krylov(integrator: Integrator, v, base, size):
-    """(Newton's step, periods integrated, NaN) by GMRES on the differences of the map; base = period_map(v)."""
+    """(Newton's step, periods integrated) by GMRES on the differences of the map; base = period_map(v)."""
     used = 0
 
     def apply(p):
@@ -109,7 +105,7 @@ def newton_by_krylov(integrator: Integrator, v, base, size):
     error = np.abs(base - v).max()             # of the order of 1, or GMRES takes it for solved
     tolerance = {GMRES_TOLERANCE: integrator.settings.krylov}
     step, _ = gmres(operator, (base - v) / error, restart=40, maxiter=1, atol=0.0, **tolerance)
-    return step * error, used, np.nan
+    return step * error, used
 
 
 def _shortened(integrator, v, step, base):
@@ -134,10 +130,10 @@ def _until_periodic(integrator, state, max_periods):
         state = cycle.state
 
 
-def _steady(integrator, rows, cycle, change, n, multiplier=np.nan, by_newton=False):
+def _steady(integrator, rows, cycle, change, n, by_newton=False):
     stuck, repeats = integrator.stuck, integrator.settings.repeats
     sliders, from_position = stuck.balance.start
     return Steady(stuck.harmonics(rows, cycle.force), stuck.relative_motion(cycle.force), change,
-                  bool(change <= repeats), n, cycle.dissipated, multiplier, by_newton, bool(cycle.finished),
+                  bool(change <= repeats), n, cycle.dissipated, cycle.state, by_newton, bool(cycle.finished),
                   integrator.method, "preloaded" if stuck.balance.problem.preloaded else "unloaded",
                   "zero_force" if from_position else "given" if sliders.any() else "zero_slider")

@@ -94,7 +94,7 @@ def state(c):
         return "not periodic"
     if c.left:
         return "left"
-    return "unstable" if c.steady.multiplier > 1 + 1e-6 else "stable"
+    return "stable" if c.stable else "unstable"
 
 
 def one(i, settings) -> list:

@@ -116,7 +116,7 @@ def test_comparison_of_each_solution(tmp_path):
         assert len(sizes) == 3
         for i, size in enumerate(sizes):
             found = compare(curve, problem, value, which=i)
-            assert found.agrees and (found.steady.multiplier > 1 + 1e-3) == (i == middle), found.said
+            assert found.agrees and found.stable == (i != middle), found.said
             assert i == middle or abs(found.steady.harmonics[0, 1]) == pytest.approx(size, rel=2e-2)
         with pytest.raises(InputError, match="3 solutions at .* say which = 0 to 2"):
             compare(curve, problem, value)
@@ -126,15 +126,15 @@ def test_comparison_of_each_solution(tmp_path):
     assert loaded == band and compare(loaded, problem, hz, 0).difference == compare(band, problem, hz, 0).difference
 
 
-def test_no_stability_without_monodromy():
-    """The middle solution of C1 is unstable: Newton in a Krylov space finds it without any multiplier."""
+def test_stability_after_newton_in_a_krylov_space():
+    """The middle solution of C1 is unstable, also where Newton finds its orbit without a whole derivative."""
     settings = IntegrationSettings(max_columns=0)
     problem, force = unilateral(load("C1")["parameters"])
     hz = 1.15 / (2 * np.pi)
     curve = follow_band(problem, force, (0.8 * hz, 1.4 * hz), harmonics=5, outputs={"x": [1.0]}, at=[hz])
     order = np.argsort(np.abs(solutions_at(curve, problem, hz)[:, 0, 1]))
     said = [compare(curve, problem, hz, i, settings).said for i in order]
-    assert "stability was not computed" in said[1]
+    assert ["unstable" in words for words in said] == [False, True, False]
 
 
 def test_more_harmonics_advised():
