@@ -228,7 +228,8 @@ def _step_from(evaluate, a, b, metric, settings):
             plane = metric.plane(end.x + way * step * tx, end.parameter + way * step * tp, tx, tp)
             new = correct(evaluate, plane, metric, settings)
             calls += new.iterations
-            if new.converged and distance(end, new, metric) <= 1.5 * step:
+            # a far correction would lead to another part of the branch
+            if new.converged and metric.norm(new.x - plane.x, new.parameter - plane.parameter) <= 0.5 * step:
                 new = leaving(new, plane.row, plane.corner)
                 if new.orientation == a.orientation:
                     return new, calls

@@ -10,6 +10,8 @@ from hbm.continuation.corrector import oriented
 from hbm.continuation.point import Evaluate, Metric, Point
 from hbm.continuation.settings import Settings
 
+TIP = 3.0        # of the distance between two points: how far beyond them the tip of their fold is looked for
+
 
 def crossings(evaluate: Evaluate, points: list[Point], parameter: float, weights: np.ndarray,
               settings: Settings) -> list[tuple[Point, int, int]]:
@@ -77,7 +79,8 @@ def _tip(evaluate, a, b, parameter, metric, settings):
         return arc.Measured(point, toward * point.parameter, toward * point.tangent[1] / metric.norm(*point.tangent))
 
     ends = measure(a), measure(b)
-    if not ends[0].slope > 0 > ends[1].slope:
+    beyond = toward * parameter - max(end.value for end in ends)
+    if not ends[0].slope > 0 > ends[1].slope or beyond > TIP * metric.length * arc.distance(a, b, metric):
         return [a, b], 0
     found = arc.maximum(evaluate, ends, measure, metric, settings, enough=toward * parameter)
     return found.points, found.calls
