@@ -16,12 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hbm import fourier
+from hbm.balance.recorded import RecordedBalance
 from hbm.balance.residual import HarmonicBalance
 from hbm.contact import ContactTable
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
 from hbm.errors import InputError, nearest
+from hbm.journal import Journal
 from hbm.laws.base import ContactLaw
 from hbm.model import ReducedModel
 from hbm.parameter import Equation, Frequency, Parameter, as_parameter
@@ -60,6 +62,7 @@ class CurveOptions:
     progress : function (value, step, calls), called at each point with the residual calls that it took, and at
         every 20 calls between points with step 0 and the calls since
     settings : of the continuation: steps, points, budget; None takes `hbm.continuation.settings.DEFAULT`
+    journal : of a curve that may be interrupted, to continue it later (`hbm.journal`)
     """
 
     outputs: dict
@@ -70,6 +73,7 @@ class CurveOptions:
     contact: bool = False
     progress: Callable | None = None
     settings: Settings | None = None
+    journal: Journal | None = None
 
 
 def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, forcing: Forcing,
@@ -178,7 +182,8 @@ class _Case:
         """The harmonic balance: the first thing that takes time."""
         default = "zero_slider" if problem.preloaded else "zero_force"
         start = default if options.start is None else options.start
-        return HarmonicBalance(problem, self.forces, self.H, start, options.samples)
+        arguments = problem, self.forces, self.H, start, options.samples
+        return RecordedBalance(options.journal, *arguments) if options.journal else HarmonicBalance(*arguments)
 
 
 def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: CurveOptions) -> ForcedResponse:

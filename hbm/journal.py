@@ -1,0 +1,89 @@
+"""The journal of a curve: an interrupted curve goes on where it was, with the same numbers."""
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+
+EVERY = 5.0              # s between two blocks: with the time of a step, less than 10 s of work can be lost
+
+
+class Block(NamedTuple):
+    """Steps as two plain arrays: numbers (n,) float64, and layout (k,) int64, for each step its mark, the number of its
+    arrays, and for each of these whether it is complex, its number of dimensions, and these."""
+
+    numbers: np.ndarray
+    layout: np.ndarray
+
+
+class StaleJournal(Exception):
+    """The journal is not that of this curve, or damaged."""
+
+
+class Journal:
+    """Results of the costly steps of a curve in their order, handed over in blocks every few seconds.
+
+    The points of a curve follow from these results: made once more with the blocks of an interrupted one, it takes them
+    from there, and is solved from where they end. Raises StaleJournal where they are those of another curve: then the
+    curve is to be made without them.
+
+    blocks : of the interrupted curve; keep(block) : is called with each further one; clock : returns seconds
+    """
+
+    def __init__(self, keep: Callable[[Block], None], blocks: Iterable[Block] = (),
+                 clock: Callable[[], float] = time.monotonic):
+        self.keep, self.clock, self.due = keep, clock, clock() + EVERY
+        self.known = chain.from_iterable(map(unpacked, blocks))
+        self.fresh: list[tuple[int, tuple[np.ndarray, ...]]] = []
+
+    def result(self, mark: int, compute: Callable[[], tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+        """The arrays of the next step: those of the journal, or computed; mark : tells it from other steps."""
+        known = next(self.known, None)
+        if known is not None:
+            if known[0] != mark:
+                raise StaleJournal
+            return known[1]
+        arrays = compute()
+        self.fresh.append((mark, tuple(np.array(a) for a in arrays)))      # copies: a solver may use its arrays again
+        if self.clock() >= self.due:
+            self.flush()
+        return arrays
+
+    def flush(self) -> None:
+        """Hand over what is not yet."""
+        if self.fresh:
+            self.keep(packed(self.fresh))
+        self.fresh, self.due = [], self.clock() + EVERY
+
+
+def packed(steps: Iterable[tuple[int, tuple[np.ndarray, ...]]]) -> Block:
+    """Steps (mark, real or complex arrays) as one block."""
+    numbers, layout = [], []
+    for mark, arrays in steps:
+        layout += [mark, len(arrays)]
+        for a in arrays:
+            layout += [int(np.iscomplexobj(a)), a.ndim, *a.shape]
+            numbers.append(np.ascontiguousarray(a).ravel().view(float))
+    return Block(np.concatenate([np.empty(0), *numbers]), np.array(layout, dtype=np.int64))
+
+
+def unpacked(block: Block) -> Iterator[tuple[int, tuple[np.ndarray, ...]]]:
+    """The steps of a block; raises StaleJournal where its two arrays do not fit."""
+    numbers, layout, at = np.asarray(block.numbers, dtype=float), iter(block.layout.tolist()), 0
+    try:
+        for mark in layout:
+            arrays = []
+            for _ in range(next(layout)):
+                parts, dimensions = 1 + next(layout), next(layout)
+                shape = [next(layout) for _ in range(dimensions)]
+                if min(shape, default=0) < 0:
+                    raise ValueError
+                part = numbers[at:at + parts * math.prod(shape)].copy()
+                at += len(part)
+                arrays.append((part.view(complex) if parts == 2 else part).reshape(shape))
+            yield mark, tuple(arrays)
+    except (StopIteration, ValueError, TypeError):
+        raise StaleJournal from None
