@@ -16,8 +16,8 @@ import time
 
 from tests.benchmarks.record import ROOT
 
-RUNS = ("speed", "rig", "robustness", "robustness_integration", "calculix", "calculix_modes", "cost_floor",
-        "growth")
+RUNS = ("speed", "point_floor", "rig", "robustness", "robustness_integration", "calculix", "calculix_modes",
+        "cost_floor", "growth")
 
 
 def main():
