@@ -10,6 +10,7 @@ from importlib import import_module
 _HOME = {
     "ReducedModel": "model", "ContactTable": "contact", "InputError": "errors",
     **dict.fromkeys(("ContactProblem", "contact_problem"), "problem"),
+    **dict.fromkeys(("Hold", "HeldMotion", "held_motions"), "hold"),
     **dict.fromkeys(("ContactLaw", "ContactState", "Contacts"), "laws.base"),
     **dict.fromkeys(("forced_response", "follow_band", "follow_parameter", "solve_at", "CurveOptions"), "response"),
     **dict.fromkeys(("linear_response", "natural_frequencies"), "balance.receptance"),

@@ -1,7 +1,7 @@
 """The contact problem: matrices, contacts and their law, as the harmonic balance takes them."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -10,10 +10,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from hbm.balance.named_motion import describe_motion
-from hbm.balance.receptance import SUPPORT, Receptance, check_rest, stuck_receptance
+from hbm.balance.named_motion import describe_motion, mostly
+from hbm.balance.receptance import Receptance, stuck_receptance
+from hbm.balance.restraint import SUPPORT, check_rest, floating_motions, with_gauge
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.errors import InputError
+from hbm.hold import HeldMotion, Hold, held_motions, springs, with_springs
 from hbm.laws.base import ContactLaw
 from hbm.laws.records import Contacts
 from hbm.laws.shipped import check_law
@@ -34,6 +36,7 @@ class ContactProblem:
         static loads
     damping_ratio : of the modes of the stuck system; None takes C
     describe : motion (r,) -> NamedMotion for messages (see `hbm.balance.named_motion.describe_motion`), or None
+    held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see `hbm.hold.held_motions`)
     Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or damping feeds energy in.
     """
 
@@ -47,6 +50,7 @@ class ContactProblem:
     preloaded: bool = True
     damping_ratio: ArrayLike | None = None
     describe: Callable | None = None
+    held: tuple[HeldMotion, ...] = ()
 
     def __post_init__(self):
         matrices = {name: vars(self)[name] for name in "MCK" if vars(self)[name] is not None}
@@ -82,11 +86,16 @@ class ContactProblem:
             check_damping(self.C)
 
     @property
+    def stiffness(self) -> np.ndarray:
+        """(r, r) K with the springs of what is held."""
+        return with_springs(self.K, [one for one in self.held if not one.mean])
+
+    @property
     def stuck_stiffness(self) -> np.ndarray:
-        """(r, r) K + B' K_c B."""
+        """(r, r) K + B' K_c B, with the springs of what is held."""
         k = self.law.stuck_stiffness(self.contacts).ravel()
         B = sp.csr_matrix(self.B).toarray()
-        return self.K + (B.T * k) @ B
+        return self.stiffness + (B.T * k) @ B
 
     def rest_force(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or with other settings."""
@@ -99,12 +108,45 @@ class ContactProblem:
 
     @cached_property
     def _receptance(self):
-        springs = self.law.stuck_stiffness(self.contacts).any()
-        if springs and not self.law.stiffness_at_rest(self.contacts).any():
-            check_rest(self.K, None if self.preloaded else self.static, self.describe)
+        has_springs, stuck = self.law.stuck_stiffness(self.contacts).any(), self.stuck_stiffness
+        free = floating_motions(self.M, self.stiffness, stuck, self.B)
+        if has_springs and not self.law.stiffness_at_rest(self.contacts).any():
+            check_rest(with_gauge(self.M, self.stiffness, free), None if self.preloaded else self.static, self.describe)
         C = self.C if self.damping_ratio is None else None
-        remedy = SUPPORT if springs else f"law {self.law.name} has no stuck stiffness: support the body"
-        return stuck_receptance(self.M, C, self.stuck_stiffness, self.damping_ratio, self.describe, remedy)
+        remedy = SUPPORT if has_springs else f"law {self.law.name} has no stuck stiffness: support the body"
+        means = [one.row for one in self.held if one.mean]
+        remedy += "; mean = true holds no vibration, leave it out" * bool(means)
+        found = stuck_receptance(self.M, C, stuck, self.damping_ratio, self.describe, remedy, free)
+        return found.constrained(np.array(means)) if means else found
+
+    @cached_property
+    def reaction_rows(self) -> np.ndarray:
+        """(h, m) that take the modal coordinates of the receptance to the forces on what holds, N or N m."""
+        receptance = self.receptance()
+        shapes, means = receptance.shapes, [i for i, one in enumerate(self.held) if one.mean]
+        rows = np.array([one.stiffness * one.row for one in self.held]).reshape(-1, len(shapes)) @ shapes
+        rows[means] = 0.0
+        rows[np.ix_(means, range(shapes.shape[1] - len(means), shapes.shape[1]))] = receptance.constraint_forces
+        return rows
+
+    def check_mean(self, force: np.ndarray | None = None) -> None:
+        """InputError where a constant force, `static` or `force` (r,) N of order 0, acts along a free motion."""
+        receptance = self.receptance()
+        for motion in receptance.shapes[:, receptance.modes.shape[1]:][:, :receptance.free].T:
+            for load in (self.static, force):
+                if load is not None and abs(motion @ load) > 1e-9 * (np.abs(motion) @ np.abs(load)):
+                    named = self.describe(motion) if self.describe else None
+                    raise InputError(f"a constant force acts along a motion that nothing restrains: "
+                                     f"{named or mostly(motion)}; leave it out, or "
+                                     f"{named.remedy if named else 'support the body, however softly'}")
+
+    def with_stiffer_holds(self, factor: float) -> "ContactProblem":
+        """With so many times the stiffness of every spring that holds a motion."""
+        return replace(self, held=tuple(replace(one, stiffness=factor * one.stiffness) for one in self.held))
+
+    def with_springs_alone(self) -> "ContactProblem":
+        """With a spring where only the mean of a motion is held, as time integration takes it."""
+        return replace(self, held=springs(self.held)) if any(one.mean for one in self.held) else self
 
     def with_contacts(self, contacts: Contacts) -> "ContactProblem":
         """With other settings of the contacts; the receptance is kept where these do not change it."""
@@ -126,12 +168,13 @@ class ContactProblem:
 
 
 def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, origin: str = "preloaded",
-                    static: np.ndarray | None = None,
-                    damping_ratio: ArrayLike | None = None) -> tuple[ContactProblem, np.ndarray]:
+                    static: np.ndarray | None = None, damping_ratio: ArrayLike | None = None,
+                    hold: Hold | Sequence[Hold] = ()) -> tuple[ContactProblem, np.ndarray]:
     """(ContactProblem of the carrying pairs, mask (P,) of these in the table).
 
     model, pairs, law, origin, damping_ratio : as in `hbm.response.forced_response`
     static : (r,) N - constant loads: all of them with the unloaded origin, those beside the preload's else
+    hold : rigid motions of bodies that no contact resists, and that are held (`hbm.hold.Hold`)
     Raises InputError on unusable input; warns where the model cannot move along the normal of a pair.
     """
     if origin not in ("preloaded", "unloaded"):
@@ -153,4 +196,5 @@ def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, o
         rows = ["t1", "t2", "n"]
         B = B[np.concatenate([[3 * i + rows.index(c) for c in law.components] for i in range(len(used))])]
     return ContactProblem(model.M, model.C if damping_ratio is None else None, model.K, B, law, settings, static,
-                          origin == "preloaded", damping_ratio, partial(describe_motion, model)), kept
+                          origin == "preloaded", damping_ratio, partial(describe_motion, model),
+                          held_motions(model, used, hold)), kept

@@ -8,6 +8,7 @@ and at the peaks, and the arrays of the curve (`hbm.result`).
 """
 
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -23,6 +24,8 @@ from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
 from hbm.errors import InputError, nearest
+from hbm.hold import Hold
+from hbm.hold_check import change_in_words, stiffer_change
 from hbm.journal import Journal
 from hbm.laws.base import ContactLaw
 from hbm.model import ReducedModel
@@ -78,7 +81,7 @@ class CurveOptions:
 
 def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, forcing: Forcing,
                     band: Sequence[float], *, damping_ratio: ArrayLike | None = None, origin: str = "preloaded",
-                    **options: Any) -> ForcedResponse:
+                    hold: Hold | Sequence[Hold] = (), **options: Any) -> ForcedResponse:
     """Curve of periodic responses over a frequency band.
 
     model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of `hbm.laws`
@@ -87,13 +90,16 @@ def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, f
     damping_ratio : of the modes of the stuck system, a number or one per mode; None takes the model's C
     origin : 'preloaded' - q = 0 is the preloaded state, N = max(0, preload + kn u_n); 'unloaded' - q = 0 is the
         unloaded state, N = max(0, kn (u_n - gap)), and the option `static` (r,) N carries the static loads
+    hold : rigid motions that no contact resists and that are held, such as Hold("y") of the damper; the peak and the
+        mean force that this takes are solved again with ten times the stiffness, and a change of more than 1e-4 is
+        warned of (`ForcedResponse.held_change`)
     options : `static`, and those of CurveOptions; `outputs` must be given
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays in the result.
     """
     static = options.pop("static", None)
     if origin == "preloaded" and static is not None:
         raise InputError("static: the preloaded state holds the static loads already; use origin = 'unloaded'")
-    problem, kept = contact_problem(model, pairs, law, origin, static, damping_ratio)
+    problem, kept = contact_problem(model, pairs, law, origin, static, damping_ratio, hold)
     start = options.get("start")
     if start is not None and not isinstance(start, str):
         start = numbers("start", start, "must be 'zero_force', 'zero_slider' or slider positions (P, 2) in m")
@@ -198,7 +204,10 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     if len(branch.points) > 2:
         insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings)
         peak_points = refine_largest(equation, branch, case.rows, settings)
-    return record(branch, equation, (case.names, case.rows), options.contact, peak_points,
+    change = stiffer_change(equation, branch, case.rows, settings)
+    if in_words := change_in_words(change, (one.name for one in problem.held)):
+        warnings.warn(in_words, stacklevel=4)
+    return record(branch, equation, (case.names, case.rows), options.contact, (peak_points, change),
                   time.perf_counter() - began)
 
 
@@ -219,13 +228,16 @@ def _solution(point, balance, hz, case, calls):
     """The PeriodicSolution of a point; NaN where it did not converge."""
     P, nd, orders = len(balance.problem.contacts), balance.nd, balance.H + 1
     shapes = {"harmonics": (len(case.rows), orders),
+              "reaction": (len(balance.problem.held), orders),
               **dict.fromkeys(("contact_force", "contact_motion"), (P, nd, orders)),
               **dict.fromkeys(("share_stick", "share_slip", "share_open", "dissipated"), (P,))}
     found = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
     if point.converged:
         u, forces = point.x.reshape(P, nd, balance.nh), point.detail.forces
         found |= {"harmonics": point.detail.outputs(case.rows), "contact_force": point.detail.contact_force(),
+                  "reaction": balance.problem.reaction_rows @ point.detail.modal,
                   "contact_motion": fourier.to_complex(u), "dissipated": fourier.work(forces.g, u),
                   **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True))}
-    return PeriodicSolution(frequency=hz, output_names=tuple(case.names), converged=point.converged, iterations=calls,
-                            unknowns=point.x, **found)
+    held = tuple(one.name for one in balance.problem.held)
+    return PeriodicSolution(frequency=hz, output_names=tuple(case.names), held=held, converged=point.converged,
+                            iterations=calls, unknowns=point.x, **found)

@@ -42,6 +42,10 @@ class ForcedResponse(ArrayRecord):
         ahead was taken up; between them there may be points solved one from the other, or none; empty for one branch
     contact_force : (n, P, nd, H+1) complex, N - force of the damper on the blade in the order of the law; empty unless
         asked for
+    held : (h,) str, the rigid motions that are held
+    reaction : (n, h, H+1) complex, N or N m - force on what holds them, beside the one of the preload
+    held_change : largest relative change of the peak and the mean reactions at it when the springs that hold are ten
+        times as stiff; 0 without such springs, NaN where that was not solved
     peak_points : (n, m) bool, the points solved at the largest half peak to peak of an output; empty in other curves
 
     What the functions of a curve and its problem need (`solutions_at`, `find_peaks`, `compare`):
@@ -73,6 +77,9 @@ class ForcedResponse(ArrayRecord):
     residual_calls: int
     restarts: np.ndarray = _none(0, 2)
     contact_force: np.ndarray = _none(0, 0, 0, 0, dtype=complex)
+    held: np.ndarray = _none(0, dtype=str)
+    reaction: np.ndarray = _none(0, 0, 0, dtype=complex)
+    held_change: float = 0.0
     peak_points: np.ndarray = _none(0, 0, dtype=bool)
     unknowns: np.ndarray = _none(0, 0)
     carrying: np.ndarray = _none(0, dtype=bool)
@@ -215,6 +222,7 @@ class PeriodicSolution(ArrayRecord):
     The arrays are copies that cannot be written to; two solutions are equal where all fields are.
 
     harmonics : (m, H+1) complex, m; contact_force, contact_motion : (P, nd, H+1) complex, N and m, as in ForcedResponse
+    held : names of the motions that are held; reaction : (h, H+1) complex, N or N m, as in ForcedResponse
     share_stick, share_slip, share_open : (P,) share of the cycle; dissipated : (P,) J per cycle
     converged : whether it was found; iterations : evaluations of the residual
     unknowns : (N,) m, a `guess` for another call
@@ -222,7 +230,9 @@ class PeriodicSolution(ArrayRecord):
 
     frequency: float
     output_names: tuple
+    held: tuple
     harmonics: np.ndarray
+    reaction: np.ndarray
     contact_force: np.ndarray
     contact_motion: np.ndarray
     share_stick: np.ndarray

@@ -107,15 +107,18 @@ class Outputs:
 
 
 def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray], contact: bool,
-           peak_points: np.ndarray, seconds: float) -> ForcedResponse:
-    """ForcedResponse of a branch; outputs : (names, rows (m, r)); contact : whether to keep the contact forces."""
+           checked: tuple[np.ndarray, float], seconds: float) -> ForcedResponse:
+    """ForcedResponse of a branch; outputs : (names, rows (m, r)); contact : whether to keep the contact forces;
+    checked : (peak_points, held_change)."""
     balance, parameter, (names, rows) = equation.balance, equation.parameter, outputs
     n, P = len(branch.points), len(balance.problem.contacts)
     shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
+    reaction = np.full((n, len(balance.problem.held), balance.H + 1), np.nan, dtype=complex)
     force = np.full((n, P, balance.nd, balance.H + 1) if contact else (0, 0, 0, 0), np.nan, dtype=complex)
     for i, point in enumerate(branch.points):
         if point.converged:
             shares[i] = point.detail.forces.shares
+            reaction[i] = point.detail.balance.problem.reaction_rows @ point.detail.modal
             # of all components: springs take nothing, and which of them rub is the law's affair
             work[i] = fourier.work(point.detail.forces.g, point.x.reshape(-1, balance.nd, balance.nh))
             if contact:
@@ -131,7 +134,9 @@ def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray],
         complete=bool(branch.complete and all(p.converged for p in branch.points)), H=balance.H,
         origin="preloaded" if balance.problem.preloaded else "unloaded",
         start=start if isinstance(start, str) else "given", seconds=seconds, residual_calls=branch.calls,
-        restarts=np.reshape(branch.restarts, (-1, 2)) / parameter.scale, contact_force=force, peak_points=peak_points,
+        restarts=np.reshape(branch.restarts, (-1, 2)) / parameter.scale, contact_force=force, peak_points=checked[0],
+        held_change=checked[1],
+        held=np.array([one.name for one in balance.problem.held], dtype=str), reaction=reaction,
         unknowns=np.array([p.x for p in branch.points]), carrying=np.ones(P, dtype=bool),
         force_orders=np.array(list(balance.forces), dtype=int), output_rows=rows,
         forces=np.array(list(balance.forces.values()), dtype=complex).reshape(-1, balance.problem.K.shape[0]),
@@ -173,5 +178,5 @@ def _unrestrained(last, problem):
     motion = q[:, 0].real
     named = problem.describe(motion) if problem and problem.describe else None
     verb = "the damper rolls" if named and named.turns else "nothing restrains a mean motion"
-    return (f"; {verb} ({named or mostly(motion)}): no periodic state exists there, give that motion a stiffness that "
-            "restrains it")
+    remedy = named.remedy if named else "give that motion a stiffness that restrains it"
+    return f"; {verb} ({named or mostly(motion)}): no periodic state exists there; {remedy}"

@@ -17,9 +17,8 @@ from scipy.sparse.csgraph import connected_components
 from hbm.errors import InputError
 from hbm.io.dof_table import ROTATIONS
 from hbm.model import ReducedModel
+from hbm.rigid import RIGID_MOTIONS
 from static_contact.rigid_motions import SETTINGS, RigidMotionSettings, floating
-
-_LABELS = [(f"slide along {a}", "N") for a in "xyz"] + [(f"roll about {a}", "N m") for a in "xyz"]
 
 
 @dataclass(frozen=True)
@@ -151,7 +150,7 @@ def name_motions(rigid: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarra
         left = [i for i in range(len(rows)) if i not in names]
         i, j = np.unravel_index(np.abs(rows[left] * weight).argmax(), (len(left), rows.shape[1]))
         i = left[i]
-        names[i] = _LABELS[j % 6]
+        names[i] = RIGID_MOTIONS[j % 6]
         rows[i] /= rows[i, j]
         for other in range(len(rows)):
             if other != i:
@@ -169,4 +168,4 @@ def name_of_drift(rigid: np.ndarray, K: np.ndarray, B: np.ndarray, drift: np.nda
     rolls = np.tile(np.repeat([False, True], 3), len(amount) // 6)
     if amount[rolls].max(initial=0.0) > settings.roll * amount.max(initial=0.0):
         amount[~rolls] = 0.0
-    return _LABELS[amount.argmax() % 6][0] if amount.any() else "motion of its own"
+    return RIGID_MOTIONS[amount.argmax() % 6][0] if amount.any() else "motion of its own"

@@ -86,7 +86,7 @@ class StaticContact:
         self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
         k0 = reference_stiffness(model.K, self.B, self.kn)
         K = model.K + self.B.T * k0 @ self.B
-        self.rigid = rigid_motions(model, settings.rigid)
+        self.rigid = rigid_motions(model)
         self.motions = free_motions(self.rigid, model, self.B[k0 > 0], settings.rigid)
         self.idle = np.linalg.qr(self.motions.shape)[0]
         try:

@@ -10,8 +10,8 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from hbm.io.dof_table import ROTATIONS
 from hbm.model import ReducedModel
+from hbm.rigid import ON_AXIS, body_motions
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,7 @@ class RigidMotionSettings:
     free_stiffness: float = 1e-11   # of the stiffness of single dofs: less is rounding of K, 5e-14 of 80 000 dofs
     weak: float = 3e-7              # of the same: far below elastic stiffness
     noise: float = 30.0             # times the most negative stiffness of a rigid motion: what the digits of K leave
-    on_axis: float = 1e-6           # of the body's size: nodes that near to an axis lie on it, turning moves nothing
-    one_point: float = 1e-12        # of the distance from the origin: a body that small does not turn
+    on_axis: float = ON_AXIS
     facing: float = 3e-3            # direction cosine below which a normal counts as orthogonal (coordinate round-off)
     taken_up: float = 1e-3          # of the load: what inexact coordinates leave along a motion that nothing resists
     mentioned: float = 1e-5         # of a motion: a normal that faces it by less is not worth a word
@@ -33,7 +32,7 @@ class RigidMotionSettings:
 SETTINGS = RigidMotionSettings()
 
 
-def rigid_motions(model: ReducedModel, settings: RigidMotionSettings = SETTINGS) -> np.ndarray:
+def rigid_motions(model: ReducedModel) -> np.ndarray:
     """(r, 6 b): unit translations along and rotations about x, y, z of every body whose node positions are known.
 
     Rotations are about the mean position of the body's nodes; where that puts all of them on an axis of x, y, z its
@@ -42,21 +41,8 @@ def rigid_motions(model: ReducedModel, settings: RigidMotionSettings = SETTINGS)
     blocks = []
     for body in dict.fromkeys(model.body.tolist()):
         rows = np.flatnonzero((model.body == body) & model.moves)
-        if not len(rows) or not np.isfinite(model.position[rows]).all():
-            continue
-        axis = np.array([("x", "y", "z").index(d) for d in model.direction[rows]])
-        arm = model.position[rows] - model.position[rows].mean(axis=0)
-        size = np.abs(arm).max()
-        if size <= settings.one_point * np.abs(model.position[rows]).max():
-            size = np.inf
-        motions = np.zeros((model.size, 6))
-        motions[rows, axis] = 1.0
-        for k in range(3):
-            turn = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
-            if np.abs(turn).max() > settings.on_axis * size:
-                motions[rows, 3 + k] = turn
-            motions[(model.body == body) & (model.direction == ROTATIONS[k]), 3 + k] = 1.0
-        blocks.append(motions)
+        if len(rows) and np.isfinite(model.position[rows]).all():
+            blocks.append(body_motions(model, body))
     return np.hstack(blocks) if blocks else np.zeros((model.size, 0))
 
 

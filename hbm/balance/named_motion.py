@@ -5,16 +5,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm.balance.settings import DEFAULT
+from hbm.rigid import body_motions
 
 
 @dataclass(frozen=True)
 class NamedMotion:
-    """A motion in words: the body that it belongs to, whether that moves as a whole, and whether it turns then."""
+    """A motion in words: the body that it belongs to, whether that moves as a whole, whether it turns then, and the
+    rigid motion that it is mostly, as `hold` takes it; empty where it has no such name."""
 
     text: str
     body: str
     rigid: bool
     turns: bool
+    motion: str = ""
+
+    @property
+    def remedy(self) -> str:
+        """How to hold it."""
+        if not self.motion:
+            return "give that motion a stiffness that restrains it"
+        study = "[damper] or [model] of a study, and " if self.body == "damper" else ""
+        return f"hold it: hold = {self.motion} in {study}Hold({self.motion}, body='{self.body}') in Python"
 
     def __str__(self) -> str:
         return self.text
@@ -27,12 +38,7 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     rows = np.flatnonzero((model.body == body) & model.moves & np.isfinite(model.position[:, 0]))
     if len(rows) < 3:
         return NamedMotion(f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False)
-    axis = np.array(["xyz".index(d) for d in model.direction[rows]])
-    arm = model.position[rows] - model.position[rows].mean(axis=0)
-    rigid = np.zeros((len(rows), 6))
-    rigid[np.arange(len(rows)), axis] = 1.0
-    for k in range(3):
-        rigid[:, 3 + k] = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
+    rigid = body_motions(model, body)[rows]
     size = np.linalg.norm(rigid, axis=0)
     size[size == 0] = 1.0
     part = np.linalg.lstsq(rigid / size, motion[rows], rcond=None)[0]
@@ -43,7 +49,10 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     vector = vector / (np.linalg.norm(vector) * np.sign(vector[np.abs(vector).argmax()]) or 1.0)
     verb = "rotates about" if turns else "slides along"
     words = ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in vector)
-    return NamedMotion(f"body '{body}' {verb} ({words})", body, bool(left < DEFAULT.rigid), turns)
+    k = int(np.abs(vector).argmax())
+    oblique = np.abs(np.delete(vector, k)).max() > DEFAULT.rigid
+    name = f"'about {'xyz'[k]}'" if turns else f"[{words}]" if oblique else f"'{'xyz'[k]}'"
+    return NamedMotion(f"body '{body}' {verb} ({words})", body, bool(left < DEFAULT.rigid), turns, name)
 
 
 def mostly(motion: np.ndarray) -> str:

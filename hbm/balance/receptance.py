@@ -6,23 +6,26 @@ The receptance is q = shapes diag(d(w)) shapes' f. With damping ratios of the mo
 
 scaled to k_r = 1 so that massless dofs do no harm (to m_r = 1 where rigid motions are left free); with a general
 damping matrix d_r(w) = 1/(i w - s_r) over the poles of the state-space pencil, diagonalised once.
+
+Two kinds of shapes stand behind the modes. Free motions, which neither K nor the contacts resist: -1/w^2 with a unit of
+mass, and at w = 0, where no force acts along them, 0. And constraints a' q = 0 of order 0 alone: with z = K^-1 a and
+-1/(a' K^-1 a) the response is that of the constrained system, as if a stood on a stop; 0 at other orders.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike
 
 from hbm.balance.named_motion import describe_motion, mostly
+from hbm.balance.restraint import SUPPORT, check_restrained, with_gauge
 from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
-from hbm.model import BUCKLED, ReducedModel
+from hbm.model import ReducedModel
 from hbm.validation import brief, check_forcing, check_outputs
-
-SUPPORT = "keep more contacts or support the body"
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,9 @@ class Receptance:
     shapes : (r, m), real with damping ratios, complex with a general damping matrix
     stiffness, mass, ratio : (m,) modal k_r and m_r, and damping ratios; empty with a general damping matrix
     poles : (m,) 1/s with a general damping matrix, else empty
+    free : number of shapes behind the modes that are free motions
+    constraint_forces : (h, h) of the h constraints of order 0, the last shapes: takes their coordinates to the forces
+        on what holds
     """
 
     shapes: np.ndarray
@@ -39,6 +45,13 @@ class Receptance:
     mass: np.ndarray = field(default_factory=lambda: np.empty(0))
     ratio: np.ndarray = field(default_factory=lambda: np.empty(0))
     poles: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=complex))
+    free: int = 0
+    constraint_forces: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+
+    @property
+    def modes(self) -> np.ndarray:
+        """(r, m) the shapes of the modes."""
+        return self.shapes[:, :self.shapes.shape[1] - self.free - len(self.constraint_forces)]
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -46,11 +59,21 @@ class Receptance:
         if self.poles.size:
             return np.sort(np.abs(self.poles)) / (2 * np.pi)
         with np.errstate(divide="ignore"):
-            return np.sort(np.sqrt(self.stiffness / self.mass)) / (2 * np.pi)
+            return np.sort(np.r_[np.zeros(self.free), np.sqrt(self.stiffness / self.mass)]) / (2 * np.pi)
 
     def factors(self, w: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
         """d and dd/dw, each (m, n) complex, at the angular frequencies w (n,)."""
-        w = np.atleast_1d(np.asarray(w, dtype=float))
+        at = np.atleast_1d(np.asarray(w, dtype=float))
+        d, rate = self._of_modes(at)
+        if len(d) == self.shapes.shape[1]:
+            return d, rate
+        moving = at != 0
+        more, more_rate = np.zeros((2, self.shapes.shape[1] - len(d), len(at)))
+        more[:self.free, moving], more_rate[:self.free, moving] = -1 / at[moving]**2, 2 / at[moving]**3
+        more[self.free:, ~moving] = -1.0
+        return np.concatenate([d, more]), np.concatenate([rate, more_rate])
+
+    def _of_modes(self, w):
         if self.poles.size:
             d = 1 / (1j * w - self.poles[:, None])
             return d, -1j * d * d
@@ -58,25 +81,38 @@ class Receptance:
         d = 1 / (self.stiffness[:, None] - a * w**2 + b * w)
         return d, (2 * a * w - b) * d * d
 
+    def constrained(self, rows: np.ndarray) -> "Receptance":
+        """With rows (h, r) q = 0 in order 0; InputError where that takes hold of a free motion."""
+        if self.free and np.abs(rows @ self.shapes[:, -self.free:]).max() > 0:
+            raise InputError("hold with mean = true: no contact resists the motion even where it sticks; hold it by a "
+                             "spring, without mean")
+        reach = (self.shapes @ (self.factors(0.0)[0] * (self.shapes.T @ rows.T))).real     # K^-1 rows'
+        back = np.linalg.inv(np.linalg.cholesky(rows @ reach).T)
+        return replace(self, shapes=np.hstack([self.shapes, reach @ back]), constraint_forces=-back)
+
     def respond(self, rows: np.ndarray, force: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(n, k) response of the rows (k, r) to a force (r,) at the angular frequencies w (n,)."""
         return ((rows @ self.shapes) @ (self.factors(w)[0] * (self.shapes.T @ force)[:, None])).T
 
 
 def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping_ratio: ArrayLike | None = None,
-                     describe: Callable | None = None, remedy: str = SUPPORT) -> Receptance:
+                     describe: Callable | None = None, remedy: str = SUPPORT,
+                     free: np.ndarray | None = None) -> Receptance:
     """Receptance of (K, M), which restrains every motion, with a damping matrix C or with damping ratios of its modes.
 
     damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes above.
     describe : function of a motion (r,) that names it; remedy : what to do. Both for the error about a free motion.
-    Raises InputError when K leaves a motion free, or when no damping or both kinds are given.
+    free : (r, e) motions of `floating_motions`, which K need not restrain
+    Raises InputError when K leaves another motion free, or when no damping or both kinds are given.
     """
     r = K.shape[0]
     if (C is None) == (damping_ratio is None):
         both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
         raise InputError(f"damping: {both} given, exactly one is needed")
     given = _ratios(damping_ratio, r) if C is None else np.empty(0)
-    _check_restrained(K, describe, remedy=remedy)
+    if free is not None and free.shape[1]:
+        return _beside_free(M, C, K, given, describe, remedy, free)
+    check_restrained(K, describe, remedy=remedy)
     period2, shapes = la.eigh(M, K)
     if period2[0] < -1e-10 * period2[-1]:
         dof = np.abs(shapes[:, 0]).argmax() + 1
@@ -90,6 +126,20 @@ def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping
     if np.abs(off).max() <= 1e-12 * np.abs(modal).max():
         return Receptance(shapes, np.ones(r), period2, ratio)
     return _pencil(shapes, period2, modal)
+
+
+def _beside_free(M, C, K, ratio, describe, remedy, free):
+    """Receptance of the motions beside the free ones (M-orthogonal to them), then the free ones."""
+    check_restrained(with_gauge(M, K, free), describe, remedy=remedy)
+    e = free.shape[1]
+    if C is not None and np.abs(C @ free).max() > DEFAULT.loose * len(K) * np.abs(C).max() * np.abs(free).max():
+        raise InputError(f"a motion meets damping but no stiffness, even when every contact sticks: "
+                         f"{describe(free[:, 0]) if describe else mostly(free[:, 0])}; support the body, however "
+                         "softly, or take that damping out of C")
+    N = la.qr(M @ free)[0][:, e:]
+    inside = stuck_receptance(N.T @ M @ N, None if C is None else N.T @ C @ N, N.T @ K @ N,
+                              ratio[e:] if C is None else None)
+    return replace(inside, shapes=np.hstack([N @ inside.shapes, free]), free=e)
 
 
 def free_receptance(M: np.ndarray, K: np.ndarray, damping_ratio: ArrayLike) -> Receptance:
@@ -108,44 +158,6 @@ def _ratios(damping_ratio, r):
             or (ratio >= 1).any():
         raise InputError(f"damping_ratio = {damping_ratio}: must be a number or up to {r} numbers, each 0 <= ratio < 1")
     return np.r_[ratio, np.full(r - len(ratio), ratio[-1])]
-
-
-def _check_restrained(K, describe, when="even when every contact sticks",
-                      remedy=SUPPORT):
-    """InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole."""
-    scale = _units(K)
-    scaled = scale[:, None] * K * scale
-    values, vectors = la.eigh(scaled, subset_by_index=[0, 0])
-    softest = np.abs(vectors[:, 0])
-    noise = DEFAULT.noise * np.finfo(float).eps * (softest @ np.abs(scaled) @ softest)
-    if values[0] >= max(noise, DEFAULT.loose * K.shape[0]):
-        return
-    motion = scale * vectors[:, 0]
-    named = describe(motion) if describe else None
-    if values[0] < -BUCKLED:
-        raise InputError(f"K is indefinite {when}: a motion has a negative stiffness, "
-                         f"{-values[0]:.1e} of its diagonal: {named or mostly(motion)}; a sign is wrong, or it buckles")
-    if values[0] <= noise or named is not None and named.rigid:
-        raise InputError(f"a motion is unrestrained {when}: {named or mostly(motion)}; {remedy}")
-
-
-def check_rest(K: np.ndarray, static: np.ndarray | None, describe: Callable | None) -> None:
-    """InputError where K leaves a motion free that no load presses on: of a model whose contacts are all open at rest.
-
-    static : (r,) N or None. Where it moves what is free, contact may restrain that.
-    """
-    if static is not None and static.any():
-        scale = _units(K)
-        vectors = la.eigh(scale[:, None] * K * scale, subset_by_value=(-np.inf, DEFAULT.loose * len(K)))[1]
-        if np.linalg.norm(vectors.T @ (scale * static)) > 1e-9 * np.linalg.norm(scale * static):
-            return
-    _check_restrained(K, describe, "at rest, where every contact is open", "close contacts by a preload or by a static "
-                      "load (origin = 'unloaded'), or support the body, however softly")
-
-
-def _units(K):
-    """(r,) unit of each dof, in which the diagonal of K is 1."""
-    return 1 / np.sqrt(np.maximum(np.abs(np.diag(K)), np.abs(K).max() * 1e-30 or 1.0))
 
 
 def _pencil(shapes, period2, C):

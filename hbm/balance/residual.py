@@ -68,6 +68,7 @@ class HarmonicBalance:
         self.grid = aft.sample_grid(H, check_samples(samples, H) or law.default_samples(H))
         check_harmonics_fit(P, self.nd, H)
         self.receptance = problem.receptance()                      # the first thing that takes time
+        problem.check_mean(forces.get(0))
         self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
         self.contact_receptance = ContactReceptance(self.receptance, self.shapes, H)
         modes = self.receptance.shapes

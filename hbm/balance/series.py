@@ -55,18 +55,19 @@ class ContactReceptance:
         return self._kept[1:]
 
     def _of_modes(self, high):
-        P, zeta, s = self.shapes[:, high], self.receptance.ratio[high], np.sqrt(self.receptance.mass[high])
+        P, zeta = self.shapes[:, np.flatnonzero(high)], self.receptance.ratio[high]
+        s = np.sqrt(self.receptance.mass[high])
         powers = np.empty((DEFAULT.series_terms, len(P), len(P)))
         before, now = np.zeros_like(zeta), np.ones_like(zeta)
         for n in range(DEFAULT.series_terms):
             powers[n] = (P * (now * s**n)) @ P.T
             before, now = now, -2 * zeta * now - before
-        return np.flatnonzero(~high), powers
+        return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), powers
 
     def _of_poles(self, high):
-        fast, P = 1 / self.receptance.poles[high], self.shapes[:, high]
+        fast, P = 1 / self.receptance.poles[high], self.shapes[:, np.flatnonzero(high)]
         powers, weight = [], -fast
         for _ in range(DEFAULT.series_terms):
             powers.append(((P * weight) @ P.T).real)
             weight = weight * fast
-        return np.flatnonzero(~high), np.array(powers)
+        return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), np.array(powers)

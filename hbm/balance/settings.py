@@ -17,7 +17,12 @@ class BalanceSettings:
     loose: float = 1e-13             # share of the stiffness, for each dof, that a rigid motion must store: reduction
                                      # rounds too
     static_pole: float = 1e18        # of a motion without mass and damping, in units of the slowest frequency
+    unseen: float = 1e-9             # of the motion of a node: relative motion at the contacts that is rounding
     rigid: float = 0.05              # share of a motion that is left beside the rigid one of its body
+    hold: float = 1e-5               # of the stiffness of the sticking pairs along a motion: a hold that is soft
+    faced: float = 3e-3              # direction cosine from which contact normals resist a motion that is held
+    stiffer: float = 10.0            # times the stiffness of a hold: the solution that shows whether it is soft
+    hold_differs: float = 1e-4       # of the peak, or of the force: more change by a stiffer hold is worth a warning
 
 
 DEFAULT = BalanceSettings()

@@ -35,14 +35,14 @@ class Poles:
 def poles(receptance: Receptance, fastest: float = np.inf) -> Poles:
     """First-order form of a receptance; modes above `fastest` (rad/s) and those without mass follow statically."""
     if receptance.poles.size:
-        s, A = receptance.poles, receptance.shapes
+        s, A = receptance.poles, receptance.modes
         kept = s.imag >= 0
         s, out, into = s[kept], A[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept], A[:, kept]
     else:
         w = np.sqrt(receptance.stiffness / np.maximum(receptance.mass, 1e-28 * receptance.mass.max()))
         damped = w * np.sqrt(1 - receptance.ratio**2)
         s = -receptance.ratio * w + 1j * damped
-        into = receptance.shapes.astype(complex)
+        into = receptance.modes.astype(complex)
         out = into * (w**2 / (1j * damped * receptance.stiffness))
     slow = (np.abs(s) <= fastest) & (np.abs(s) < 1e10 * np.abs(s).min())
     fast = ~slow

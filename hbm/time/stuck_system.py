@@ -93,7 +93,10 @@ class StuckSystem:
 
 
 def stuck_system(balance: HarmonicBalance, w: float, settings: IntegrationSettings) -> StuckSystem:
-    """The stuck system of a balance; modes far above w follow statically (`massless_above`)."""
+    """The stuck system of a balance; modes far above w follow statically (`massless_above`), springs hold what only
+    the mean of is held."""
+    held = balance.problem.with_springs_alone()
+    balance = balance if held is balance.problem else balance.rebuilt(held, balance.forces)
     problem, B, w = balance.problem, balance.problem.B, float(w)
     stiffness = problem.law.stuck_stiffness(problem.contacts).ravel()
     P = split(balance.receptance, B, stiffness, settings.massless_above * w, settings.foreign_share)

@@ -13,7 +13,7 @@ import pytest
 
 import hbm.problem
 from hbm.balance import receptance as linear
-from hbm.balance import residual
+from hbm.balance import residual, restraint
 from hbm.balance.named_motion import describe_motion
 from hbm.balance.receptance import free_receptance
 from hbm.contact import relative_motion
@@ -218,10 +218,10 @@ def beam_matrices(n):
 def test_slender_body_clamped_and_free(elements):
     """The softest motion of the clamped beam of 768 elements stores 1.5e-12 of its stiffness, rounding 4e-16."""
     K = beam_matrices(elements)
-    linear._check_restrained(K[2:, 2:], None)
+    restraint.check_restrained(K[2:, 2:], None)
     for free in (K, K[1:, 1:], np.delete(np.delete(K, 1, 0), 1, 1)):
         with pytest.raises(InputError, match="unrestrained even when every contact sticks: mostly dof"):
-            linear._check_restrained(free, None)
+            restraint.check_restrained(free, None)
 
 
 def test_motions_in_words():

@@ -1,0 +1,124 @@
+"""A hold: what keeps a rigid motion that no contact resists from drifting, and the force that this takes.
+
+The spring acts on the coordinate s = row' q of the motion (`rigid.rigid_coordinate`), K + k row row': a pure force or
+couple on the body, that bends nothing. Soft beside the contacts and the inertia it changes no vibration, and its mean
+force is the mean friction force that a stop would have to balance.
+"""
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hbm.balance.settings import DEFAULT
+from hbm.contact import ContactTable, relative_motion
+from hbm.errors import InputError, nearest
+from hbm.model import ReducedModel
+from hbm.rigid import parse_motion, rigid_coordinate
+from hbm.validation import brief, positive
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A rigid motion of a body that is to be held.
+
+    motion : direction (3,), 'x', 'y', 'z', or 'about x', 'about y', 'about z' (through the centre of mass)
+    stiffness : N/m, of rotations N m/rad; None: 1e-5 of what the sticking pairs resist the motion with
+    mean : only the mean of the motion is held, and rigidly: the vibration along it is free
+    """
+
+    motion: str | ArrayLike
+    stiffness: float | None = None
+    mean: bool = False
+    body: str = "damper"
+
+
+@dataclass(frozen=True, eq=False)
+class HeldMotion:
+    """A hold on the dofs of a model.
+
+    name : 'damper: slide along y'; unit : of its force, 'N' or 'N m'
+    row, motion : (r,) amount of the motion in q, and the motion itself; stiffness : N/m or N m/rad, of the amount
+    mean : order 0 alone is held, rigidly
+    """
+
+    name: str
+    unit: str
+    row: np.ndarray
+    motion: np.ndarray
+    stiffness: float
+    mean: bool = False
+
+
+def held_motions(model: ReducedModel, pairs: ContactTable, holds: Hold | Sequence[Hold]) -> tuple[HeldMotion, ...]:
+    """The holds on the dofs of a model whose pairs carry.
+
+    Raises InputError for an unknown body or motion, a stiffness that is not positive, a motion that the body cannot do,
+    that its own stiffness holds, or that is held twice; warns where contact normals resist it.
+    """
+    found: list[HeldMotion] = []
+    for hold in [holds] if isinstance(holds, Hold) else holds:
+        try:
+            found.append(_held(model, pairs, hold))
+        except InputError as error:
+            raise InputError(f"hold = {brief(hold.motion)}: {error}") from None
+    rows = np.array([held.row / np.linalg.norm(held.row) for held in found])
+    if len(found) > 1 and np.linalg.matrix_rank(rows, tol=1e-6) < len(found):
+        raise InputError(f"hold = {[held.name for held in found]}: a motion is held twice; leave one of them out")
+    return tuple(found)
+
+
+def with_springs(K: np.ndarray, held: Sequence[HeldMotion]) -> np.ndarray:
+    """(r, r) K + sum k row row'."""
+    rows = np.array([np.sqrt(one.stiffness) * one.row for one in held])
+    return K + rows.T @ rows if len(rows) else K
+
+
+def springs(held: Sequence[HeldMotion]) -> tuple[HeldMotion, ...]:
+    """The same, with a spring where only the mean is held."""
+    return tuple(replace(one, mean=False) for one in held)
+
+
+def _held(model, pairs, hold):
+    name, unit, coefficients = parse_motion(hold.motion)
+    bodies = list(dict.fromkeys(model.body.tolist()))
+    if hold.body not in bodies:
+        raise InputError(f"the model has no body '{hold.body}'; {nearest(str(hold.body), bodies)}")
+    row, motion = rigid_coordinate(model, hold.body, coefficients)
+    if not row.any():
+        raise InputError(f"the {hold.body} has no such motion in the model: its nodes have no dofs along it, lie on "
+                         "one line, or their positions are unknown")
+    used = pairs.select(pairs.carrying)
+    B = relative_motion(model, used)
+    resisted, given = _stuck_stiffness(B, used, motion), hold.stiffness
+    if given is None:
+        if not resisted > 0:
+            raise InputError("no pair resists this motion even where it sticks, so that no stiffness follows: give it")
+        given = DEFAULT.hold * resisted
+    given = positive("stiffness", given, f" {unit}/{'m' if unit == 'N' else 'rad'}")
+    if not isinstance(hold.mean, bool):
+        raise InputError(f"mean = {brief(hold.mean)}: must be True or False")
+    _refuse_supported(model, hold.body, motion, given)
+    faced = np.abs(B[2::3] @ motion).max(initial=0.0) / np.abs(motion).max()
+    if faced > DEFAULT.faced:
+        warnings.warn(f"hold = {brief(hold.motion)}: contact normals face the {name} of the {hold.body} by {faced:.2g} "
+                      "of its size and hold it already while they are closed; leave it out unless they open",
+                      stacklevel=5)
+    return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean)
+
+
+def _stuck_stiffness(B, pairs, motion):
+    """N/m: what sticking pairs resist the motion with; hard contact, which has no spring, counts as none."""
+    k = (pairs.weight[:, None] * np.stack([pairs.kt, pairs.kt, pairs.kn], axis=1)).ravel()
+    return float(np.where(np.isfinite(k), k, 0.0) @ (B @ motion) ** 2)
+
+
+def _refuse_supported(model, body, motion, stiffness):
+    """InputError where K resists the motion by more than the hold would, beyond rounding."""
+    own = motion @ model.K @ motion
+    noise = DEFAULT.noise * np.finfo(float).eps * (np.abs(motion) @ np.abs(model.K) @ np.abs(motion))
+    if own > max(stiffness, noise):
+        raise InputError(f"the {body} is supported: its own stiffness resists this motion with {own:.3g}, and the hold "
+                         f"would with {stiffness:.3g}; there is nothing to hold, leave it out")
