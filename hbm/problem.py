@@ -68,7 +68,8 @@ class ContactProblem:
         if np.shape(self.B) != (len(self.contacts) * nd, r):
             raise InputError(f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.contacts)} contacts of a "
                              f"model with {r} dofs needs ({len(self.contacts) * nd}, {r})")
-        numbers("B", self.B, "must be a real matrix")
+        B = numbers("B", self.B, "must be a real matrix")
+        object.__setattr__(self, "B", self.B if sp.issparse(self.B) else B)
         self.law.check(self.contacts)
         if self.static is not None:
             static = numbers("static", self.static, f"must be {r} real numbers in N")

@@ -19,10 +19,12 @@ from numpy.typing import ArrayLike
 from hbm import fourier
 from hbm.balance.recorded import RecordedBalance
 from hbm.balance.residual import HarmonicBalance
+from hbm.balance.settings import DEFAULT as SETTINGS
 from hbm.contact import ContactTable
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
+from hbm.equilibrium import check_carried, settle, with_residuals
 from hbm.errors import InputError, nearest
 from hbm.hold import Hold
 from hbm.hold_check import change_in_words, stiffer_change
@@ -33,7 +35,7 @@ from hbm.parameter import Equation, Frequency, Parameter, as_parameter
 from hbm.peaks import refine_largest
 from hbm.problem import ContactProblem, contact_problem
 from hbm.result import ForcedResponse, PeriodicSolution
-from hbm.starts import starts
+from hbm.starts import first_of, starts
 from hbm.tracing import record, trace
 from hbm.validation import (
     check_forcing,
@@ -140,20 +142,19 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
     chosen = _options(options)
     case = _Case.checked(problem, forcing, chosen)
     hz = positive("hz", hz, " Hz")
-    balance, settings, w = case.balance(problem, chosen), case.settings, 2 * np.pi * hz
-    calls, point = 0, None
+    w = 2 * np.pi * hz
+    check_carried(problem, case.forces, w)
+    balance, settings = case.balance(problem, chosen), case.settings
     if guess is None:
-        for point in starts(balance, w, settings):
-            calls += point.iterations
-            if point.converged:
-                break
+        point = first_of(starts(balance, w, settings))
     else:
         x = numbers("guess", guess, f"must be {len(balance.weights)} numbers in m")
         if x.shape != balance.weights.shape:
             raise InputError(f"guess: has the shape {x.shape}, must be ({len(balance.weights)},)")
         point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
-        calls = point.iterations
-    return _solution(point, balance, hz, case, calls)
+    points = [point]
+    residual = float(settle(Equation(balance, Frequency()), points)[0])
+    return _solution(replace(points[0], converged=residual <= SETTINGS.equilibrium), balance, hz, case, residual)
 
 
 def _options(given: dict) -> CurveOptions:
@@ -198,6 +199,9 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     first, last = interval(argument, ends, parameter.unit)
     case = _Case.checked(problem, forcing, options)
     at = check_values(options.at, argument, first, last, parameter.unit)
+    for value in (first, last):
+        there, forces = parameter.rebuild(problem, case.forces, value)
+        check_carried(there, forces, parameter.angular_frequency(2 * np.pi * hz, parameter.scale * value))
     equation, settings = Equation(case.balance(problem, options), parameter, hz), case.settings
     scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
     branch = trace(equation, scale * first, scale * last, settings, options.progress)
@@ -207,8 +211,10 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     change = stiffer_change(equation, branch, case.rows, settings)
     if in_words := change_in_words(change, (one.name for one in problem.held)):
         warnings.warn(in_words, stacklevel=4)
-    return record(branch, equation, (case.names, case.rows), options.contact, (peak_points, change),
-                  time.perf_counter() - began)
+    residuals = settle(equation, branch.points)
+    curve = record(branch, equation, (case.names, case.rows), options.contact, (peak_points, change),
+                   time.perf_counter() - began)
+    return with_residuals(curve, residuals, equation, branch.points)
 
 
 def _with_all_pairs(curve, kept):
@@ -224,7 +230,7 @@ def _with_all_pairs(curve, kept):
     return replace(curve, **columns)
 
 
-def _solution(point, balance, hz, case, calls):
+def _solution(point, balance, hz, case, residual):
     """The PeriodicSolution of a point; NaN where it did not converge."""
     P, nd, orders = len(balance.problem.contacts), balance.nd, balance.H + 1
     shapes = {"harmonics": (len(case.rows), orders),
@@ -240,4 +246,4 @@ def _solution(point, balance, hz, case, calls):
                   **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True))}
     held = tuple(one.name for one in balance.problem.held)
     return PeriodicSolution(frequency=hz, output_names=tuple(case.names), held=held, converged=point.converged,
-                            iterations=calls, unknowns=point.x, **found)
+                            iterations=point.iterations, unknowns=point.x, force_residual=residual, **found)

@@ -37,7 +37,9 @@ class ForcedResponse(ArrayRecord):
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
     reached_end : the end of the band, perhaps past failed points; a curve that did not has no peak
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
-    seconds, residual_calls : cost
+    force_residual : (n,) residual of the equation of motion with the contact law on the motion of each point, over the
+        force scale (see `hbm.equilibrium`); at most 1e-8, NaN where a point failed
+    seconds, residual_calls : cost; the calls are those of the continuation
     restarts : (k, 2) parameters at which a branch that folds without progress was left, and at which a solution further
         ahead was taken up; between them there may be points solved one from the other, or none; empty for one branch
     contact_force : (n, P, nd, H+1) complex, N - force of the damper on the blade in the order of the law; empty unless
@@ -90,6 +92,7 @@ class ForcedResponse(ArrayRecord):
     orientation: np.ndarray = _none(0)
     samples: int = 0
     reached_end: bool = False
+    force_residual: np.ndarray = _none(0)
 
     def __post_init__(self):
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)
@@ -226,6 +229,7 @@ class PeriodicSolution(ArrayRecord):
     share_stick, share_slip, share_open : (P,) share of the cycle; dissipated : (P,) J per cycle
     converged : whether it was found; iterations : evaluations of the residual
     unknowns : (N,) m, a `guess` for another call
+    force_residual : as in ForcedResponse
     """
 
     frequency: float
@@ -242,6 +246,7 @@ class PeriodicSolution(ArrayRecord):
     converged: bool
     iterations: int
     unknowns: np.ndarray
+    force_residual: float
 
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(m,) amplitude, m: of the kinds of ForcedResponse.amplitude."""

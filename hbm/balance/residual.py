@@ -73,7 +73,8 @@ class HarmonicBalance:
         self.contact_receptance = ContactReceptance(self.receptance, self.shapes, H)
         modes = self.receptance.shapes
         self.static = np.zeros(modes.shape[1]) if problem.static is None else modes.T @ problem.static
-        self.static = self.static - self.shapes.T @ self.offset(problem.contacts).ravel()
+        self.own_offset = self.offset(problem.contacts)             # (P, nd) N
+        self.static = self.static - self.shapes.T @ self.own_offset.ravel()
         self.force = np.zeros((modes.shape[1], H + 1), dtype=complex)
         for k, F in forces.items():
             self.force[:, k] = modes.T @ F
@@ -133,7 +134,7 @@ class HarmonicBalance:
         stiffness = law.stuck_stiffness(contacts) - law.stuck_stiffness(own)
         if stiffness.any():
             forces = forces.with_springs(stiffness, u)
-        forces.g[:, :, 0] += self.offset(contacts) - self.offset(own)
+        forces.g[:, :, 0] += self.offset(contacts) - self.own_offset
         return forces
 
     def offset(self, contacts: Contacts) -> np.ndarray:

@@ -29,7 +29,8 @@ class Settings:
     progress_interval: int = 20   # residual calls without a new point after which progress is reported
     max_gaps: int = 3             # places without a solution before the branch counts as lost
     max_restarts: int = 12
-    runaway: float = 1e8          # unknowns this many times those of the start: no bounded solution exists further on
+    runaway: float = 1e12         # unknowns this many times those of the start, where stiff contacts may have stuck: no
+                                  # bounded solution exists further on
     patience: int = 250           # points without progress before the branch is left
     progress: float = 3e-3        # share of the range by which a branch must advance to be worth following
     outside: float = 0.5          # how far out of the band a branch is followed, relative to the parameter at its start

@@ -1,0 +1,120 @@
+"""Every stored point solves the plain equation of motion, or says why not; contacts stiffer than double precision."""
+
+import numpy as np
+import pytest
+
+from hbm import fourier
+from hbm.errors import InputError
+from hbm.laws import Contacts, DryFriction2T, Jenkins1D
+from hbm.parameter import ModelParameter
+from hbm.problem import ContactProblem, contact_problem
+from hbm.response import follow_band, follow_parameter, solve_at
+from hbm.testing import forces, total_force
+from tests.hbm.cases import beam, load, unilateral, with_damping_matrix
+from tests.hbm.oscillator import FORCE, oscillator
+from tests.hbm.small_rig import small_rig
+from tests.hbm.test_sharp_peaks import duffing
+
+LIMIT = 1e-8
+F = np.array([10.0, 0, 0, 0])
+
+
+def four_dofs(kt, c=1e-5, limit=10.0):
+    """Two masses of 1 kg on springs of 4e5 N/m, a light one held softly and rubbing on the first, and one beside."""
+    k = 4e5
+    K = np.array([[2 * k, -k, 0, 0], [-k, 2 * k, 0, 0], [0, 0, 0.1 * k, 0], [0, 0, 0, 0.1 * k]])
+    return ContactProblem(np.diag([1, 1, 0.2, 0.2]), c * K, K, np.array([[1.0, 0, -1, 0]]), Jenkins1D(),
+                          Contacts([0], [kt], [1], [limit]))
+
+
+def every_dof(problem):
+    return {f"q{i}": row for i, row in enumerate(np.eye(len(problem.K)))}
+
+
+def largest_residual(curve, problem, force):
+    """Of the plain equation at every point, over the force or the contact's: from the harmonics of every dof alone."""
+    worst, contacts, law = 0.0, problem.contacts, problem.law
+    for w, q in zip(2 * np.pi * curve.frequency[curve.converged], curve.harmonics[curve.converged], strict=True):
+        u = np.ascontiguousarray(fourier.to_real(problem.B @ q).reshape(len(contacts), len(law.components), -1))
+        f = total_force(law, contacts, u, forces(law, contacts, u, w, curve.start, curve.samples))
+        f[:, :, 0] -= problem.rest_force(contacts)
+        contact = problem.B.T @ fourier.to_complex(f.reshape(-1, u.shape[2]))
+        k = w * np.arange(q.shape[1])
+        applied = np.zeros(q.shape, complex)
+        applied[:, 1] = force
+        if problem.static is not None:
+            applied[:, 0] = problem.static
+        r = problem.K @ q - k**2 * (problem.M @ q) + 1j * k * (problem.C @ q) + contact - applied
+        unit = 1 / np.sqrt(np.abs(np.diag(problem.K)) + w**2 * np.diag(problem.M))[:, None]
+        size, *scale = (np.linalg.norm(unit * a) for a in (r, applied, contact))
+        worst = max(worst, size / max(scale))
+    return worst
+
+
+CASES = {
+    "stiff 1e8": (four_dofs(1e8), F, (50, 160), 5), "stiff 1e10": (four_dofs(1e10), F, (50, 160), 5),
+    "stiff 1e11": (four_dofs(1e11), F, (160, 50), 5), "I1": (duffing(0.03), np.array([0.2]), (0.08, 0.5), 5),
+    "C1": (*unilateral(load("C1")["parameters"]), (0.1, 0.3), 7),
+    "C8": (beam("C8")[0], 40 * beam("C8")[1], (700, 1200), 5),
+    "oscillator": (oscillator(0.4, 2e6, 5e7), FORCE, (150, 300), 5),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_stored_point_is_in_equilibrium(case):
+    problem, force, band, H = CASES[case]
+    curve = follow_band(problem, force, band, harmonics=H, outputs=every_dof(problem))
+    assert curve.complete
+    assert largest_residual(curve, problem, force) <= LIMIT
+    assert curve.force_residual.max() == pytest.approx(largest_residual(curve, problem, force), rel=0.3, abs=1e-11)
+
+
+@pytest.mark.parametrize("kt", [1e13, 1e16, 1e20, 1e30])
+def test_stiffness_beyond_double_precision_is_refused(kt):
+    """1e16 N/m times the rounding of a motion, 2e-16 of it, is no longer small; the limit that is named is."""
+    said = r"contact 1: a stiffness of \S+ N/m along t1 is more than double .* at most"
+    with pytest.raises(InputError, match=said) as caught:
+        follow_band(four_dofs(kt), F, (50, 160), outputs=every_dof(four_dofs(1.0)))
+    with pytest.raises(InputError, match="at most"):
+        solve_at(four_dofs(kt), F, 50.0, outputs=every_dof(four_dofs(1.0)))
+    most = float(str(caught.value).split("at most ")[1].split()[0])
+    curve = follow_band(four_dofs(most), F, (50, 160), outputs=every_dof(four_dofs(1.0)))
+    assert curve.complete and largest_residual(curve, four_dofs(most), F) <= LIMIT
+
+
+def test_a_stiff_contact_that_nothing_moves_is_not_refused():
+    """Force and contact on separate bodies: the response is linear, however stiff the contact."""
+    q4 = solve_at(four_dofs(1e16), F[::-1], 50.0, outputs=every_dof(four_dofs(1.0))).harmonics[3, 1]
+    w = 100 * np.pi
+    assert q4 == pytest.approx(10 / (4e4 - 0.2 * w**2 + 1j * w * 0.4), rel=1e-12)
+
+
+def test_points_that_do_not_balance_are_left_out():
+    """Hardly damped, the resonance moves hundreds of times as far as the statics: too far for so stiff a contact."""
+    problem = four_dofs(2e11, c=3e-6, limit=1e-3)
+    curve = follow_band(problem, F, (99, 101.5), outputs=every_dof(problem))
+    assert not curve.complete and not curve.converged.all()
+    assert "left out, as the forces do not balance to 1e-08 of their scale" in curve.ended
+    assert "more than double precision can carry" in curve.ended
+    assert np.isnan(curve.harmonics[~curve.converged]).all() and np.isnan(curve.unknowns[~curve.converged]).all()
+    assert largest_residual(curve, problem, F) <= LIMIT
+
+
+@pytest.mark.parametrize("parameter", ["level", "kt", "mu", "damping", "spring"])
+def test_residual_over_other_parameters(parameter):
+    problem = oscillator(0.4, 2e6, 5e6)
+    if parameter == "spring":
+        parameter = ModelParameter("spring", lambda p, s: oscillator(0.4, 2e6, 5e6 * s))
+    curve = follow_parameter(problem, FORCE, 180.0, parameter, (0.8, 1.2), outputs=every_dof(problem))
+    assert curve.complete and curve.force_residual.max() <= LIMIT
+
+
+def test_damping_ratios_and_the_same_damping_as_a_matrix():
+    """The residual knows the damping of either kind."""
+    model, pairs, tip = small_rig(stations=3)
+    ratios, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=[0.01, 0.02, 0.03])
+    matrix = with_damping_matrix(ratios, dashpot=0.0)
+    one, other = (solve_at(p, 150 * tip, 1250.0, outputs={"tip": tip}) for p in (ratios, matrix))
+    assert one.share_slip.max() > 0.1
+    assert max(one.force_residual, other.force_residual) <= LIMIT
+    assert one.harmonics == pytest.approx(other.harmonics, rel=1e-8)
