@@ -1,6 +1,10 @@
 """Meshes of the two-blade rig at a small size, made once per test session."""
 
+import os
+
 import pytest
+
+os.environ.setdefault("TIPDAMP_JOBS", "1")       # tests of several processes say so
 
 STUDY = """
 [material]

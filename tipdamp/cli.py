@@ -1,11 +1,12 @@
 """Command line: `tipdamp VERB STUDY`. The only place that prints results and sets exit codes.
 
 0 done; 1 done, but a curve is incomplete; 2 the input cannot be used; 3 a solver gave up; 4 another run uses the
-results folder; 130 interrupted.
+results folder; 130 interrupted (Ctrl-C), 143 terminated (SIGTERM).
 """
 
 import argparse
 import logging
+import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -15,9 +16,27 @@ from hbm.errors import InputError, shown
 from tipdamp.kernel_cache import choose_kernel_cache
 from tipdamp.stages import STAGES
 
+KEPT = "finished stages and curves are kept, and what running curves have; run the same command to continue"
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: what is begun is put aside, as after Ctrl-C."""
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
+    before = signal.signal(signal.SIGTERM, _terminate)
+    try:
+        return _main(argv)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _terminate(*_):
+    raise Terminated
+
+
+def _main(argv):
     choose_kernel_cache()
     parser = _parser()
     if not (sys.argv[1:] if argv is None else argv):
@@ -38,8 +57,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(f"{error.name} is not installed, and this job needs it; run: tipdamp doctor", 2)
     except RuntimeError as error:
         return _complain(f"could not be solved: {' '.join(str(error).split())}", 3)
+    except Terminated:
+        return _complain(f"terminated; {KEPT}", 143)
     except KeyboardInterrupt:
-        return _complain("interrupted; finished stages are kept, run the same command to continue", 130)
+        return _complain(f"interrupted; {KEPT}", 130)
 
 
 def _complain(text: str, code: int) -> int:
@@ -66,6 +87,9 @@ def _parser() -> argparse.ArgumentParser:
         stage = verb(name, text, run)
         stage.add_argument("--force", action="store_true", help="run even when nothing has changed")
         stage.add_argument("--quiet", action="store_true", help="no progress")
+        if name in ("respond", "run"):
+            stage.add_argument("--jobs", type=int, metavar="N", help="curves that are computed side by side, with one "
+                               "BLAS thread each (default: TIPDAMP_JOBS, or all cores)")
     export = verb("export", "the reduced model of a study (reduced before) as .npz, .mat or Matrix Market", _export)
     export.add_argument("--format", default="mtx", help="npz, mat or mtx (default)")
     verb("doctor", "what is missing or wrong on this machine, with the repair", _doctor, on_study=False)
@@ -116,7 +140,8 @@ def _opened(arguments):
 
 def _one_stage(arguments) -> int:
     study, store = _opened(arguments)
-    _run(arguments, arguments.verb, study, store)
+    with _workers(arguments) as workers:
+        _run(arguments, arguments.verb, study, store, workers)
     return _partial(store) if arguments.verb == "respond" else 0
 
 
@@ -125,20 +150,41 @@ def _all_stages(arguments) -> int:
 
     study, store = _opened(arguments)
     began = time.perf_counter()
-    for name in STAGES:
-        if missing := missing_sections(name, study):
-            print(f"{name:8s}    nothing to do: the study has no [{'], ['.join(missing)}]")
-        else:
-            _run(arguments, name, study, store)
+    with store.lock(), _workers(arguments) as workers:
+        _compile_beside(workers, study, store)
+        for name in STAGES:
+            if missing := missing_sections(name, study):
+                print(f"{name:8s}    nothing to do: the study has no [{'], ['.join(missing)}]")
+            else:
+                _run(arguments, name, study, store, workers)
     print(f"report: {store.path('report.html')}  ({time.perf_counter() - began:.1f} s)")
     return _partial(store)
 
 
-def _run(arguments, name, study, store):
+def _workers(arguments):
+    """The processes that the command line allows."""
+    from tipdamp.workers import Workers, default_jobs
+
+    jobs = vars(arguments).get("jobs")
+    if jobs is not None and jobs < 1:
+        raise InputError(f"--jobs {jobs}: must be 1 or more")
+    return Workers(default_jobs() if jobs is None else jobs)
+
+
+def _compile_beside(workers, study, store):
+    """Before the first forced response, its kernels are compiled while the stages before it run."""
+    from tipdamp.curves import compile_kernels
+
+    if workers.jobs > 1 and "respond" in study and store.record("respond") is None:
+        workers.begin(compile_kernels, study.respond.law.make())
+
+
+def _run(arguments, name, study, store, workers):
     """One stage with its line and warnings."""
     from tipdamp.stages import run
 
-    how = run.run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet)
+    how = run.run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet, workers=workers,
+                        locked=arguments.verb == "run")
     record = store.record(name)
     when = "up to date" if how == "skipped" or record is None else f"{record.seconds:.1f} s"
     print(f"{name:8s} {when:>10s}  {run.STAGES[name].line(store)}", flush=True)

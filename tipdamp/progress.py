@@ -3,14 +3,15 @@
     with display().job("respond") as tick:
         tick(0.58, "2850.1 Hz  step 34  3 it")
 
-Several jobs may be open at once, each with a bar of its own. A job that ends within PATIENCE leaves no trace; a longer
-one closes with a line that says how long it took. Everything goes to stderr, so that results on stdout stay clean.
+Several jobs may be open at once, each with a bar of its own: `tick.beside(title)` opens a further one. A job that ends
+within PATIENCE leaves no trace; a longer one closes with a line that says how long it took. Everything goes to stderr,
+so that results on stdout stay clean.
 """
 
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import TextIO
 
 PATIENCE = 2.0  # s before a job is shown
@@ -107,29 +108,41 @@ class Display:
         self.sink, self.clock = sink, clock
 
     @contextmanager
-    def job(self, title: str, total: float = 1.0, *, patience: float = PATIENCE) -> Iterator[Tick]:
+    def job(self, title: str, total: float = 1.0, *, patience: float = PATIENCE) -> Iterator["Ticker"]:
         """Yield `tick(done, figures)`: how far the work is, of `total` (None: unknown), and what to show beside it.
 
         patience - s before the job is shown; 0 announces work that cannot tick, a factorisation say, at once
         """
         job = Job(title, self.clock)
-
-        def show() -> None:
-            if job.elapsed >= patience:
-                self.sink.update(job)
-
-        def tick(done: float | None, figures: str = "") -> None:
-            job.share = None if done is None else min(max(done / total, 0.0), 1.0)
-            job.figures = figures
-            show()
-
-        show()
+        tick = Ticker(self, job, total, patience)
+        tick.show()
         try:
             yield tick
         except BaseException as error:
             self.sink.close(job, job.last_line("interrupted" if isinstance(error, KeyboardInterrupt) else "stopped"))
             raise
         self.sink.close(job, job.last_line("done") if job.elapsed >= min(patience, PATIENCE) else "")
+
+
+class Ticker:
+    """`tick(done, figures)` of a job on a display."""
+
+    def __init__(self, display: Display, job: Job, total: float, patience: float) -> None:
+        self.display, self.job, self.total, self.patience = display, job, total, patience
+
+    def __call__(self, done: float | None, figures: str = "") -> None:
+        self.job.share = None if done is None else min(max(done / self.total, 0.0), 1.0)
+        self.job.figures = figures
+        self.show()
+
+    def show(self) -> None:
+        """Show the job, once it takes longer than a moment."""
+        if self.job.elapsed >= self.patience:
+            self.display.sink.update(self.job)
+
+    def beside(self, title: str) -> AbstractContextManager["Ticker"]:
+        """A further job on the same display."""
+        return self.display.job(title)
 
 
 def display(*, quiet: bool = False, stream: TextIO | None = None,
@@ -145,7 +158,7 @@ def display(*, quiet: bool = False, stream: TextIO | None = None,
 
 
 @contextmanager
-def progress(title: str, *, quiet: bool = False) -> Iterator[Tick]:
+def progress(title: str, *, quiet: bool = False) -> Iterator[Ticker]:
     """A single job on a display of its own."""
     with display(quiet=quiet).job(title) as tick:
         yield tick

@@ -159,16 +159,23 @@ class Store:
     def finish(self, stage: str, key: str, outputs: Iterable[str], seconds: float, before: dict | None = None) -> None:
         """Record the stage; files of its last run that it did not write again are removed.
 
-        before - {file: fingerprint} of the last run, of names that the stage declares: a record may be forged. A file
-        that has changed since, or that is reached by a link, is not the program's, and stays
+        before - as in `remove`
         """
-        for stale, mark in (before or {}).items():
-            path, linked = self.path(stale), self.path(stale).resolve() != self.folder.resolve() / stale
-            if stale not in outputs and not linked and path.is_file() and fingerprint(path) == mark:
-                path.unlink()
+        self.remove({name: mark for name, mark in (before or {}).items() if name not in outputs})
         marks = {o: fingerprint(self.path(o)) for o in outputs}
         record = Finished(key, marks, round(seconds, 3))
         self.write_json(f".stages/{stage}.json", {**record._asdict(), "check": record.check})
+
+    def remove(self, before: dict[str, str]) -> None:
+        """Remove files of an earlier run.
+
+        before - {file: fingerprint} of names that a stage declares: a record may be forged. A file that has changed
+        since, or that is reached by a link, is not the program's, and stays
+        """
+        for stale, mark in before.items():
+            path, linked = self.path(stale), self.path(stale).resolve() != self.folder.resolve() / stale
+            if not linked and path.is_file() and fingerprint(path) == mark:
+                path.unlink()
 
 
 def _make_way(record: Path) -> None:
@@ -182,15 +189,17 @@ def _make_way(record: Path) -> None:
 @cache
 def _tell_damaged(path: Path, reason: str) -> None:
     """Once a process, however often the record is asked for."""
-    logging.getLogger("tipdamp").warning("%s is damaged (%s); the stage counts as not run", path, reason)
+    logging.getLogger("tipdamp").warning("%s is damaged (%s); what it records counts as not run", path, reason)
 
 
 def fingerprint(*parts: Any) -> str:
-    """One hash of files (Path) and plain values."""
+    """One hash of files (Path), arrays and plain values."""
     digest = hashlib.sha256()
     for part in parts:
         if isinstance(part, Path):
             digest.update(hashlib.sha256(part.read_bytes()).digest())
+        elif isinstance(part, np.ndarray):
+            digest.update(f"{part.dtype.str}{part.shape}".encode() + np.ascontiguousarray(part).tobytes())
         else:
             digest.update(json.dumps(plain(part), sort_keys=True).encode())
         digest.update(b"\0")

@@ -2,6 +2,7 @@
 
 import warnings as python_warnings
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,18 +12,19 @@ from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
-from hbm.response import follow_band
 from hbm.result import ForcedResponse
 from static_contact.roll_springs import with_springs
 from tipdamp import friction
+from tipdamp.curves import Case, Curves, forget, sweep
 from tipdamp.pair_checks import pair_names
-from tipdamp.progress import Tick
+from tipdamp.progress import Ticker
 from tipdamp.stages.model_inputs import declared_springs, excitation, outputs, ratio
 from tipdamp.stages.results import BackCurve, CurveResult, Peak, RespondResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study
+from tipdamp.workers import Workers
 
 POINTS = 801             # of the linear stuck response
 ALL_SPRINGS = ("t1", "t2", "n")      # of the linear response: laws with fewer have another one where nothing slips
@@ -30,46 +32,68 @@ ALL_SPRINGS = ("t1", "t2", "n")      # of the linear response: laws with fewer h
 
 @dataclass(frozen=True)
 class Assembly:
-    """What vibrates: the model with its roll springs, the kept pairs, the problem; force (r,) for 1 N; rows of the
-    outputs; start of the sliders, None for the default."""
+    """What vibrates: the model with its roll springs, the kept pairs, and the curves of the study."""
 
     model: ReducedModel
     kept: ContactTable
-    problem: Any
-    force: np.ndarray
-    rows: dict[str, np.ndarray]
-    start: np.ndarray | None
+    curves: Curves
 
     def linear(self, settings: Respond, hz: np.ndarray, level: float) -> np.ndarray:
         """(n, outputs) m: response with all kept pairs stuck."""
-        return linear_response(self.model, self.kept, level * self.force, hz, ratio(settings.damping_ratio), self.rows)
+        return linear_response(self.model, self.kept, level * self.curves.force, hz, ratio(settings.damping_ratio),
+                               self.curves.rows)
 
 
-def respond(study: Study, store: Store, tick: Tick) -> list[str]:
+def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[str]:
     """Forced response of the kept pairs at every excitation level and every number of harmonics."""
     settings, assembly = study.respond, _assembly(study, store)
-    cases = [(H, Fe) for H in settings.harmonics for Fe in settings.levels]
     ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
+    cases = [[Case(Fe, H, way) for way in ways] for H in settings.harmonics for Fe in settings.levels]
+    _make([case for both in cases for case in both], assembly.curves, tick, workers)
     found, difference = [], {}
-    for i, (H, Fe) in enumerate(cases):
-        shown = [_progress(tick, Fe, H, way, (i + k / len(ways)) / len(cases), 1 / len(ways) / len(cases))
-                 for k, way in enumerate(ways)]
-        curve, *back = (follow_band(assembly.problem, Fe * assembly.force, way, harmonics=H, outputs=assembly.rows,
-                                    start=assembly.start, progress=report)
-                        for way, report in zip(ways, shown, strict=True))
-        file = f"responses/Fe_{Fe:g}N_H{H}.npz"
-        with store.writing(file) as path:
-            curve.save(path)
-        found.append(curve_result(settings, assembly.kept, curve, back, file=file, Fe_N=Fe, H=H))
-        if not found[-1].slipping_pairs and assembly.problem.law.components == ALL_SPRINGS:
-            difference[file] = stuck_difference(settings, assembly, curve, Fe)
+    for there, *back in cases:
+        curve, *others = map(assembly.curves.load, (there, *back))
+        found.append(curve_result(settings, assembly.kept, curve, others, file=there.file, Fe_N=there.Fe_N, H=there.H))
+        if not found[-1].slipping_pairs and assembly.curves.problem.law.components == ALL_SPRINGS:
+            difference[there.file] = stuck_difference(settings, assembly, curve, there.Fe_N)
     with store.writing("stuck.npz") as path:
         hz = np.linspace(*settings.band, POINTS)
         np.savez(path, frequency=hz, response=assembly.linear(settings, hz, 1.0),
-                 output_names=np.array(list(assembly.rows)))
+                 output_names=np.array(list(assembly.curves.rows)))
     RespondResult(responses=tuple(found), law=settings.law, zeta=settings.damping_ratio,
                   stuck_difference=difference).save(store)
-    return [case.file for case in found]
+    return [case.file for both in cases for case in both]
+
+
+def _make(cases, curves, tick, workers):
+    """Make the curves that the store does not have, each with a bar of its own; the longest first."""
+    missing = sorted((case for case in cases if not curves.finished(case)), key=lambda case: (-case.H, -case.Fe_N))
+    if missing:
+        curves.problem.receptance()                   # once for all curves and processes
+    with ExitStack() as all_bars:
+        bars: dict[int, tuple[ExitStack, Ticker]] = {}
+
+        def report(i, share, figures):
+            if i not in bars:
+                bar = all_bars.enter_context(ExitStack())
+                bars[i] = bar, bar.enter_context(tick.beside(missing[i].title))
+            bars[i][1](share, figures)
+        done = len(cases) - len(missing)
+        for i in workers.spread(make_curve, curves, missing, report):
+            done += 1
+            tick(done / len(cases), f"{done} of {len(cases)} curves")
+            if i in bars:
+                bars[i][0].close()
+    sweep(curves.store, cases)
+
+
+def make_curve(curves: Curves, case: Case, report: Callable[[float, str], None]) -> None:
+    """Work of one process: one curve into the store."""
+    begin, end = case.band
+
+    def progress(hz: float, step: float, iterations: int) -> None:
+        report((hz - begin) / (end - begin), f"{hz:.1f} Hz  step {step:.2g}  {iterations} it")
+    curves.make(case, progress)
 
 
 def _assembly(study, store):
@@ -84,19 +108,7 @@ def _assembly(study, store):
         start = sliders[:, :law.sliders]
     problem, _ = contact_problem(model, kept, law, static=static,
                                  damping_ratio=ratio(study.respond.damping_ratio))
-    return Assembly(model, kept, problem, excitation(study, model), outputs(study, model), start)
-
-
-def _progress(tick: Tick, Fe: float, H: int, way: tuple, start: float, share: float) -> Callable:
-    """What `follow_band` calls at each point of a curve that takes `share` of the whole work."""
-    begin, end = way
-
-    def report(hz: float, step: float, iterations: int) -> None:
-        tick(start + share * (hz - begin) / (end - begin),
-             f"Fe = {Fe:g} N, H = {H}{', downwards' if end < begin else ''}  {hz:.1f} Hz  step {step:.2g}  "
-             f"{iterations} it")
-
-    return report
+    return Assembly(model, kept, Curves(problem, excitation(study, model), outputs(study, model), start, store))
 
 
 def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedResponse, level: float) -> float:
@@ -190,4 +202,4 @@ def _micro(m, hz):
 
 STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"), may_write=("responses/*.npz",),
               needs=("reduce", "tune"), requires=("tune", "respond"),
-              reads=("respond", "sides", "preload.friction"))
+              reads=("respond", "sides", "preload.friction"), parallel=True, forget=forget)

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
@@ -17,14 +17,18 @@ from tipdamp.progress import progress
 from tipdamp.stages.stage import Stage, load_stage
 from tipdamp.store import Store, fingerprint
 from tipdamp.study.view import Study, View
+from tipdamp.workers import Workers
 
 STAGES: dict[str, Stage] = {name: load_stage(name) for name in stages.STAGES}
 # names and patterns of all that the program writes into a results folder
 WRITTEN = (".stages/*", "export/*", *(file for stage in STAGES.values() for file in (*stage.outputs, *stage.may_write)))
 
 
-def run_stage(name: str, study: Study, store: Store, *, force: bool = False, quiet: bool = False) -> str:
+def run_stage(name: str, study: Study, store: Store, *, force: bool = False, quiet: bool = False,
+              workers: Workers | None = None, locked: bool = False) -> str:
     """Run one stage, or skip it when nothing that it depends on has changed: "done" or "skipped".
+
+    workers - processes that it may use; None: this one alone; locked - whether this process holds the results folder
 
     Raises InputError when the study lacks a section for it, or a stage that it needs is absent or out of date.
     """
@@ -37,14 +41,17 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
         _check_current(name, need, study, store)
     for touched in [*needs, name]:
         _check_untouched(touched, store, force and touched == name)
-    with store.lock():
+    with nullcontext() if locked else store.lock():
+        sweep_unfinished(store)
         key = stage_key(name, study, store)
         if not force and store.is_current(name, key):
             return "skipped"
-        began = time.perf_counter()
+        if force:
+            stage.forget(store)
+        began, processes = time.perf_counter(), (workers or Workers(),) * stage.parallel
         with store.running(name) as before, _named(study):
             with progress(name, quiet=quiet) as tick:
-                more = stage.work(_view(name, study), store, tick)
+                more = stage.work(_view(name, study), store, tick, *processes)
             own = {output: mark for output, mark in before.items() if stage.writes(output)}
             store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began, own)
     return "done"
@@ -115,6 +122,15 @@ def _check_untouched(name, store, overwrite):
         own = "to use it, name a copy of it in the study ([contact] pairs); " if edited[0] == "pairs.csv" else ""
         raise InputError(f"{store.path(edited[0])} was changed after the stage '{name}' wrote it; {own}to write it "
                          f"anew: tipdamp {name} --force")
+
+
+def sweep_unfinished(store: Store) -> None:
+    """Remove the temporary files of runs that were killed: whoever holds the folder is the only one that writes."""
+    for pattern in WRITTEN:
+        folder, _, file = pattern.rpartition("/")
+        for path in store.path(folder).glob(f".tmp-[0-9]*-{file}"):
+            if path.is_file() or path.is_symlink():
+                path.unlink()
 
 
 def results_folder(study: Study, out: str | None) -> Store:

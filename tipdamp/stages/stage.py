@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from importlib import import_module
 
-from tipdamp.progress import Tick
 from tipdamp.store import Store
 from tipdamp.study.view import Study
 
@@ -25,9 +24,11 @@ class Stage:
     reads, reads_more - parts and keys of the study (see `View`), always or where the study asks for them
     reads_files - whether the content of meshes, matrices and pairs that the study names counts
     needs - stages whose files it reads; requires - sections without which it has nothing to do
+    parallel - whether its work is also given the processes that it may use
+    forget - drops what it keeps of earlier runs beside its files, where it is to be run in any case
     """
 
-    work: Callable[[Study, Store, Tick], list[str]]
+    work: Callable[..., list[str]]
     line: Callable[[Store], str]
     outputs: tuple[str, ...]
     reads: tuple[str, ...]
@@ -37,6 +38,8 @@ class Stage:
     reads_files: bool = False
     needs: tuple[str, ...] = ()
     requires: tuple[str, ...] = ()
+    parallel: bool = False
+    forget: Callable[[Store], object] = _nothing
 
     def writes(self, name: str) -> bool:
         """Whether a file of this name in the results folder is one of the stage."""

@@ -11,6 +11,7 @@ from hbm.model import ReducedModel
 from hbm.response import follow_band, forced_response
 from hbm.result import ForcedResponse
 from tests.tipdamp.rig_study import read, text
+from tipdamp import curves
 from tipdamp.cli import main
 from tipdamp.stages import model_inputs as terms
 from tipdamp.stages import respond
@@ -70,7 +71,7 @@ def test_cut_curve_has_no_peak(matrices_study, monkeypatch, capsys, both):
         limit = Settings(max_points=12) if both or band[0] < band[1] else Settings()
         return follow_band(problem, force, band, settings=limit, **options)
 
-    monkeypatch.setattr(respond, "follow_band", stopped)
+    monkeypatch.setattr(curves, "follow_band", stopped)
     _, store, found, curve = curve_of(matrices_study)
     case, printed = found.responses[0], capsys.readouterr()
     assert (case.peak_hz, case.peak_m, case.min_peak_m, case.peak_inside_band) == (None, None, None, False)

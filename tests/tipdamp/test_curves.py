@@ -1,0 +1,230 @@
+"""The store of curves: only what is missing is made, whatever ended the run before."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hbm.journal
+from hbm.result import ForcedResponse
+from tests.tipdamp.rig_study import CHAIN, files
+from tipdamp import curves
+from tipdamp.cli import main
+from tipdamp.store import Store
+
+ROOT = Path(__file__).parents[2]
+STUDY = CHAIN.replace("levels = [5]", "levels = [5, 40]")
+CHAIN_OF_STAGES = ("reduce", "preload", "tune", "respond")
+
+
+@pytest.fixture
+def study(matrices_study):
+    matrices_study.write_text(STUDY)
+    return matrices_study
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Names of the curves that are computed, in their order."""
+    names, real = [], curves.Curves._followed
+    monkeypatch.setattr(curves.Curves, "_followed", lambda self, case, *a: names.append(case.name) or
+                        real(self, case, *a))
+    return names
+
+
+def run(study, *options):
+    return [main([stage, str(study), "--quiet", *(options if stage == "respond" else ())])
+            for stage in CHAIN_OF_STAGES][-1]
+
+
+def results(study):
+    """Everything that the responses say, but for the time that they took."""
+    store = Store(study.parent / "results" / study.stem)
+    found = store.read_json("respond.json")
+    for one in found["responses"]:
+        one["seconds"] = one["back"]["seconds"] = None
+    return found, {p.name: ForcedResponse.load(p) for p in sorted(store.path("responses").glob("*.npz"))}
+
+
+def test_extended_studies_make_what_is_missing(study, made):
+    assert run(study) == 0
+    assert made == ["Fe_40N_H1", "Fe_40N_H1_back", "Fe_5N_H1", "Fe_5N_H1_back"]
+    made.clear()
+    study.write_text(STUDY.replace("[5, 40]", "[5, 12.5, 40]").replace("harmonics = [1]", "harmonics = [3, 1]"))
+    assert run(study) == 0
+    assert made == ["Fe_40N_H3", "Fe_40N_H3_back", "Fe_12.5N_H3", "Fe_12.5N_H3_back", "Fe_5N_H3", "Fe_5N_H3_back",
+                    "Fe_12.5N_H1", "Fe_12.5N_H1_back"]
+    made.clear()
+    study.write_text(STUDY.replace("damping_ratio = 0.01", "damping_ratio = 0.011"))
+    assert run(study) == 0 and len(made) == 4
+    left = sorted(p.name for p in (study.parent / "results" / "study" / "responses").iterdir())
+    assert left == ["Fe_40N_H1.npz", "Fe_40N_H1_back.npz", "Fe_5N_H1.npz", "Fe_5N_H1_back.npz"]
+    made.clear()
+    assert run(study, "--force") == 0 and len(made) == 4
+
+
+def test_levels_that_look_alike_have_files_of_their_own():
+    names = {curves.Case(level, 1, (1.0, 2.0)).name for level in (5.0, 5.0000001, 1e-7, 1.00000001e-7)}
+    assert len(names) == 4
+
+
+def interrupted(study, made, monkeypatch):
+    """The study, interrupted in its third curve; the store, and what the whole study gives."""
+    monkeypatch.setattr(hbm.journal, "EVERY", 0.01)
+    assert run(study) == 0
+    whole = results(study)
+    (study.parent / "results").rename(study.parent / "whole")
+    real, calls = curves.follow_band, []
+
+    def stopped(*arguments, **options):
+        def progress(*_):
+            calls.append(len(made))
+            if len(made) == 3 and calls.count(3) == 25:
+                raise KeyboardInterrupt
+        return real(*arguments, **{**options, "progress": progress})
+    made.clear()
+    monkeypatch.setattr(curves, "follow_band", stopped)
+    assert run(study) == 130
+    monkeypatch.setattr(curves, "follow_band", real)
+    made.clear()
+    return Store(study.parent / "results" / "study"), whole
+
+
+def test_curves_of_an_interrupted_study(study, made, monkeypatch, capsys):
+    """Two curves are kept, and the third goes on."""
+    store, whole = interrupted(study, made, monkeypatch)
+    assert "interrupted; finished stages and curves are kept" in capsys.readouterr().err
+    assert list(store.path(".stages").glob("Fe_5N_H1.*.npz"))
+    assert run(study) == 0 and made == ["Fe_5N_H1", "Fe_5N_H1_back"]
+    assert results(study) == whole and not list(store.path(".stages").glob("Fe_*.npz"))
+
+
+@pytest.mark.parametrize("how", ["flipped", "cut", "of another curve", "pickled"])
+def test_a_damaged_journal_is_not_used(study, made, monkeypatch, how, tmp_path):
+    store, whole = interrupted(study, made, monkeypatch)
+    block = sorted(store.path(".stages").glob("Fe_5N_H1.*.npz"))[-1]
+    content = bytearray(block.read_bytes())
+    if how == "flipped":
+        content[len(content) // 2] ^= 16
+    elif how == "cut":
+        content = content[:-100]
+    block.write_bytes(content)
+    if how == "of another curve":
+        with np.load(block) as z:
+            np.savez(block, numbers=z["numbers"], layout=np.r_[12345, z["layout"][1:]])
+    elif how == "pickled":
+        np.savez(block, numbers=np.array([Planted(tmp_path / "ran")], dtype=object), layout=np.zeros(1, dtype=int))
+    assert run(study) == 0 and results(study) == whole and not (tmp_path / "ran").exists()
+
+
+class Planted:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, file):
+        self.file = file
+
+    def __reduce__(self):
+        return Path.touch, (self.file,)
+
+
+def test_old_curves_are_swept_or_named(study, made, caplog):
+    """Those of a run that never came to its end; one of them was changed by hand, one record is forged."""
+    assert run(study) == 0
+    store = Store(study.parent / "results" / "study")
+    store.path(".stages/respond.json").unlink()
+    store.write_json("notes.json", {"mine": 1})
+    forged = json.loads(store.path(".stages/Fe_40N_H1.json").read_text())
+    store.finish("Fe_7N_H1", forged["key"], ["notes.json"], 1.0)
+    for name in ("Fe_5N_H1.00.7.npz", ".tmp-1234-Fe_5N_H1.npz"):
+        store.path(f".stages/{name}").write_bytes(b"litter")
+    store.path("responses/.tmp-77-Fe_5N_H1.npz").write_bytes(b"litter")
+    changed = store.path("responses/Fe_40N_H1_back.npz")
+    changed.write_bytes(changed.read_bytes() + b"by hand")
+    study.write_text(STUDY.replace("[5, 40]", "[5]"))
+    made.clear()
+    assert main(["respond", str(study), "--quiet"]) == 0 and made == []
+    there = {str(p.relative_to(store.folder)) for p in files(store.folder)}
+    assert {n for n in there if "Fe_" in n} == {
+        "responses/Fe_5N_H1.npz", "responses/Fe_5N_H1_back.npz", "responses/Fe_40N_H1_back.npz",
+        ".stages/Fe_5N_H1.json", ".stages/Fe_5N_H1_back.json"}
+    assert store.path("notes.json").is_file()
+    assert "Fe_40N_H1_back.npz is not of this study, and was changed; it stays" in caplog.text
+
+
+@pytest.mark.parametrize("what", ["curve", "record", "no curve"])
+def test_damage_is_noticed_and_made_good(study, made, what, caplog):
+    assert run(study) == 0
+    whole, store, random = results(study), Store(study.parent / "results" / "study"), np.random.default_rng(5)
+    store.path(".stages/respond.json").unlink()
+    path = store.path(".stages/Fe_40N_H1.json" if what == "record" else "responses/Fe_40N_H1.npz")
+    content = bytearray(path.read_bytes())
+    content[random.integers(len(content))] ^= 4
+    path.write_bytes(content)
+    if what == "no curve":
+        path.unlink()
+    made.clear()
+    assert main(["respond", str(study), "--quiet"]) == 0
+    assert made == ["Fe_40N_H1"] and results(study) == whole
+    assert ("is damaged, changed or gone; it is made anew" in caplog.text) == ("curve" in what)
+
+
+def started(study, jobs, mark):
+    """`tipdamp respond` as a process of its own; it and all its processes have the mark in their environment."""
+    program = "import sys, hbm.journal; hbm.journal.EVERY = 0.1; from tipdamp.cli import main; sys.exit(main())"
+    return subprocess.Popen([sys.executable, "-c", program, "respond", str(study), "--quiet", "--jobs", str(jobs)],
+                            env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)}, text=True,
+                            stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+
+
+def alive(mark):
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            found += [process.name] * (f"MARK={mark}".encode() in (process / "environ").read_bytes().split(b"\0"))
+        except OSError:
+            pass
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how, jobs", [(signal.SIGKILL, 1), (signal.SIGKILL, 2), (signal.SIGTERM, 2),
+                                       (signal.SIGINT, 1)])
+def test_killed_at_random_moments(study, how, jobs, capsys):
+    """The same numbers, no finished curve made twice, no process and no litter left."""
+    study.write_text(STUDY.replace("[5, 40]", "[5, 20, 40]").replace("harmonics = [1]", "harmonics = [1, 5]"))
+    assert run(study) == 0
+    whole = results(study)
+    (study.parent / "results").rename(study.parent / "whole")
+    for stage in CHAIN_OF_STAGES[:-1]:
+        assert main([stage, str(study), "--quiet"]) == 0
+    store, random, kept = Store(study.parent / "results" / "study"), np.random.default_rng(jobs), {}
+    for attempt in range(20):
+        mark = f"{os.getpid()}-{how}-{jobs}-{attempt}"
+        process = started(study, jobs, mark)
+        before = time.monotonic()
+        while attempt < 4 and process.poll() is None and (
+                len(list(store.path("responses").glob("*.npz"))) <= len(kept) or time.monotonic() - before < 1.0):
+            time.sleep(0.02)
+        time.sleep(random.uniform(0.0, 0.3))
+        if attempt < 4:
+            process.send_signal(how)
+        said = process.communicate()[1]
+        now = {p.name: p.stat().st_mtime_ns for p in store.path("responses").glob("*.npz")}
+        assert kept.items() <= now.items(), "a finished curve was made again"
+        if process.returncode == 0:
+            break
+        assert (process.returncode, said.count("\n")) == {signal.SIGKILL: (-9, 0), signal.SIGTERM: (143, 1),
+                                                          signal.SIGINT: (130, 1)}[how], said
+        while alive(mark):
+            assert time.monotonic() - before < 60
+            time.sleep(0.05)
+        kept = {name: now[name] for name in now if store.path(f".stages/{name[:-4]}.json").is_file()}
+    assert attempt >= 2 and results(study) == whole
+    assert not list(store.folder.rglob(".tmp-*")) and not list(store.path(".stages").glob("Fe_*.npz"))
