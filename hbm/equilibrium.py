@@ -78,7 +78,6 @@ class Kept:
         own, u = self.problem.contacts, fourier.to_real(real_times(self.balance.shapes, self.modal))
         self.u = np.ascontiguousarray(u.reshape(self.g.shape))
         self.h = self.g + self.problem.law.stuck_stiffness(own)[:, :, None] * self.u
-        self.h[:, :, 0] += self.balance.own_offset
         self.unit = _units(self.problem, self.w)
 
     def contact_error(self) -> float:

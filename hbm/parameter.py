@@ -158,7 +158,7 @@ class ContactSetting(Parameter):
         problem = balance.problem
         if self.setting == "preload" and t.forces.by_preload is not None:
             rate = (problem.contacts.preload * self.chosen(problem))[:, None, None] * t.forces.by_preload
-            rate[:, :, 0] += balance.offset(problem.contacts) * self.chosen(problem)[:, None]
+            rate[:, :, 0] += balance.beyond_rest * self.chosen(problem)[:, None]
             return rate
         h = DIFFERENCE * max(value, 1e-3)
         value = max(value, h)

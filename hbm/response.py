@@ -240,7 +240,8 @@ def _solution(point, balance, hz, case, residual):
     found = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
     if point.converged:
         u, forces = point.x.reshape(P, nd, balance.nh), point.detail.forces
-        found |= {"harmonics": point.detail.outputs(case.rows), "contact_force": point.detail.contact_force(),
+        found |= {"harmonics": point.detail.outputs(case.rows),
+                  "contact_force": point.detail.contact_force(balance.rest),
                   "reaction": balance.problem.reaction_rows @ point.detail.modal,
                   "contact_motion": fourier.to_complex(u), "dissipated": fourier.work(forces.g, u),
                   **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True))}

@@ -122,7 +122,8 @@ def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray],
             # of all components: springs take nothing, and which of them rub is the law's affair
             work[i] = fourier.work(point.detail.forces.g, point.x.reshape(-1, balance.nd, balance.nh))
             if contact:
-                force[i] = point.detail.contact_force()
+                there, _ = parameter.rebuild(balance.problem, balance.forces, point.parameter / parameter.scale)
+                force[i] = point.detail.contact_force(there.rest_force(there.contacts))
     values = np.array([p.parameter for p in branch.points]) / parameter.scale
     start = balance.given_start
     return ForcedResponse(

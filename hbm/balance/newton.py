@@ -180,12 +180,12 @@ class Linearisation:
         z = real_times(hb.shapes[rows], self.factors * real_times(hb.shapes.T, c))
         return fourier.to_real(np.conj(z)).ravel()
 
-    def contact_force(self) -> np.ndarray:
-        """(P, nd, H+1) complex, N, of the contacts."""
+    def contact_force(self, rest: np.ndarray) -> np.ndarray:
+        """(P, nd, H+1) complex, N, of the contacts; rest (P, nd) N : their force at rest."""
         hb, problem = self.balance, self.balance.problem
         u = self.x.reshape(len(problem.contacts), hb.nd, hb.nh)
         f = self.forces.g + problem.law.stuck_stiffness(problem.contacts)[:, :, None] * u
-        f[:, :, 0] += problem.law.stuck_force(problem.contacts)
+        f[:, :, 0] += rest
         return fourier.to_complex(f)
 
     def smallest_motion(self) -> tuple[float, np.ndarray | None]:

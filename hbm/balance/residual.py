@@ -14,7 +14,7 @@ import numpy as np
 from hbm import fourier
 from hbm.balance import aft
 from hbm.balance.memory import check_harmonics_fit
-from hbm.balance.newton import Linearisation, real_times
+from hbm.balance.newton import EPS, Linearisation, real_times
 from hbm.balance.series import ContactReceptance
 from hbm.balance.settings import DEFAULT
 from hbm.laws.records import ContactForces, Contacts
@@ -73,8 +73,8 @@ class HarmonicBalance:
         self.contact_receptance = ContactReceptance(self.receptance, self.shapes, H)
         modes = self.receptance.shapes
         self.static = np.zeros(modes.shape[1]) if problem.static is None else modes.T @ problem.static
-        self.own_offset = self.offset(problem.contacts)             # (P, nd) N
-        self.static = self.static - self.shapes.T @ self.own_offset.ravel()
+        self.rest = problem.rest_force(problem.contacts)            # (P, nd) N, and what the stuck springs have beyond
+        self.beyond_rest = law.stuck_force(problem.contacts) - self.rest
         self.force = np.zeros((modes.shape[1], H + 1), dtype=complex)
         for k, F in forces.items():
             self.force[:, k] = modes.T @ F
@@ -125,21 +125,24 @@ class HarmonicBalance:
         return t.factors * real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
 
     def contact_forces(self, u: np.ndarray, w: float, contacts: Contacts | None = None) -> ContactForces:
-        """At the relative motion u (P, nd, nh); receptance and constant force stay those of the problem, and the
-        difference of other settings to them goes into the contact forces."""
-        law, own = self.problem.law, self.problem.contacts
-        if contacts is None:
-            return aft.evaluate(law, own, u, self.start, self.grid, w)
-        forces = aft.evaluate(law, contacts, u, self.start, self.grid, w)
-        stiffness = law.stuck_stiffness(contacts) - law.stuck_stiffness(own)
-        if stiffness.any():
-            forces = forces.with_springs(stiffness, u)
-        forces.g[:, :, 0] += self.offset(contacts) - self.own_offset
-        return forces
+        """At the relative motion u (P, nd, nh), their g as the deviation from the force at rest and the stuck springs.
 
-    def offset(self, contacts: Contacts) -> np.ndarray:
-        """(P, nd) N: force of the stuck springs at q = 0 beyond the force of the law there."""
-        return self.problem.law.stuck_force(contacts) - self.problem.rest_force(contacts)
+        contacts : other settings; the springs stay those of the problem, and their difference goes into the forces.
+        """
+        law, own = self.problem.law, self.problem.contacts
+        given, rest, beyond_rest = own, self.rest, self.beyond_rest
+        if contacts is not None:
+            given, rest = contacts, self.problem.rest_force(contacts)
+            beyond_rest = law.stuck_force(given) - rest
+        forces = aft.evaluate(law, given, u, self.start, self.grid, w)
+        if beyond_rest.any():
+            forces.g[:, :, 0] += beyond_rest
+            # open at rest and through the cycle: nothing cancels, however wide the gap
+            away = (forces.shares[:, 2] >= 1 - EPS) & ~rest.any(axis=1)
+            forces.g[away] = -law.stuck_stiffness(given)[away, :, None] * u[away]
+        if contacts is not None and (stiffness := law.stuck_stiffness(given) - law.stuck_stiffness(own)).any():
+            forces = forces.with_springs(stiffness, u)
+        return forces
 
     def _regularised(self, forces):
         """The contact forces with a weak regularisation of the mean position in their derivative.

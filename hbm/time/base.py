@@ -14,7 +14,7 @@ class Cycle:
     """Where an integration over whole periods ends, and what its last period was.
 
     state : at the end, of the kind that the integrator takes
-    force : (P nd, H+1) complex harmonics of the nonlinear force g = f - K_c u - f_stuck, N
+    force : (P nd, H+1) complex harmonics of the nonlinear force g = f - K_c u - f_rest, N
     dissipated : (P,) J that each contact took out of the motion
     finished : False where a period took more steps than allowed, then the rest means nothing
     steps, events : how many there were, over all periods

@@ -1,6 +1,6 @@
 """Event-driven time integration of piecewise-linear contact laws: the compiled part of `exact`.
 
-Between events the nonlinear force g = f - K_c u - f_stuck of every contact is linear in the motion, g = a + Gamma u,
+Between events the nonlinear force g = f - K_c u - f_rest of every contact is linear in the motion, g = a + Gamma u,
 and the poles of the stuck system (see `poles`) are propagated exactly under
 
     g(tau) = g0 + g0' tau + (g1 - g0 - g0' h) (tau/h)^2 + d (tau^3 - h tau^2)/h^2        over a step h,

@@ -44,7 +44,8 @@ class ExactIntegrator:
             raise InputError(f"event-driven integration: law {law.name} is not piecewise linear")
         self.settings = settings = settings or IntegrationSettings()
         self.stuck = stuck_system(balance, w, settings)
-        self.piecewise, self.table = table, _for_kernels(table, law, contacts)
+        self.piecewise = table
+        self.table = _for_kernels(table, law.stuck_stiffness(contacts), balance.rest)
         nc, n = len(self.stuck.system.stuck), len(self.stuck.system.s)
         levels = settings.halvings if settings.tolerance > 0 else 1
         self.steps = events.Steps(
@@ -132,14 +133,14 @@ class ExactIntegrator:
         return self.stuck.change((before.z, after.z), (before.memory, after.memory), cycle.force)
 
 
-def _for_kernels(piecewise: PiecewiseLinear, law, contacts) -> events.Table:
-    """The table of the nonlinear force g = f - K_c u - f_stuck, its guards in the order of their states."""
+def _for_kernels(piecewise: PiecewiseLinear, stiffness, rest) -> events.Table:
+    """The table of the nonlinear force g = f - K_c u - f_rest, its guards in the order of their states."""
     t = piecewise.resolved()
     gamma, diagonal = t.stiffness.copy(), np.arange(t.stiffness.shape[2])
-    gamma[:, :, diagonal, diagonal] -= law.stuck_stiffness(contacts)[:, None]
+    gamma[:, :, diagonal, diagonal] -= stiffness[:, None]
     order = np.argsort(t.state, kind="stable")
     return events.Table(
-        gamma, t.offset - law.stuck_force(contacts)[:, None], _rows(t.by_memory), t.follows, _rows(t.follow_u),
+        gamma, t.offset - rest[:, None], _rows(t.by_memory), t.follows, _rows(t.follow_u),
         _rows(t.follow_0), np.searchsorted(t.state[order], np.arange(len(t.follows) + 1)), t.next_state[order],
         t.of_rate[order], t.entry[order], _rows(t.guard_u[:, order]), _rows(t.guard_memory[:, order]),
         _rows(t.guard_0[:, order]), _rows(t.watched[:, order]))
