@@ -69,12 +69,12 @@ def rig(tmp_path_factory):
 @pytest.fixture(scope="session")
 def rig_results(rig):
     """Store of the rig's study, run up to `respond`; the tests only read it."""
-    from tipdamp.stages.run import STAGES, results_folder, run_stage
+    from tipdamp.stages.run import STAGES, applies, results_folder, run_stage
     from tipdamp.study.study import load_study
 
     study = load_study(rig / "rig.toml")
     store = results_folder(study, None)
-    for name in STAGES:
+    for name in (stage for stage in STAGES if applies(stage, study)):
         if name != "report":
             run_stage(name, study, store, quiet=True)
     return store

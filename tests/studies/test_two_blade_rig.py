@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hbm.contact import ContactTable
-from tipdamp.stages.run import STAGES, results_folder, run_stage
+from tipdamp.stages.run import STAGES, applies, results_folder, run_stage
 from tipdamp.study.study import load_study
 
 pytestmark = pytest.mark.slow
@@ -25,7 +25,7 @@ def run(tmp_path_factory, damper, stages):
     shutil.copy(FOLDER / f"{damper}.toml", folder)
     study = load_study(folder / f"{damper}.toml")
     store = results_folder(study, None)
-    for name in stages:
+    for name in (stage for stage in stages if applies(stage, study)):
         run_stage(name, study, store, quiet=True)
     return store
 

@@ -8,6 +8,7 @@ from tipdamp.report.figures import (
     detachment,
     free_response,
     kept_preload,
+    measured,
     mode_shapes,
     peak_trend,
     preload_map,
@@ -17,7 +18,7 @@ from tipdamp.report.figures import (
 )
 from tipdamp.report.page import Block, Section
 from tipdamp.report.results import Results
-from tipdamp.report.tables import assumptions, key_figures, load_cases, peaks, provenance, reduction_check
+from tipdamp.report.tables import agreement, assumptions, key_figures, load_cases, peaks, provenance, reduction_check
 
 # (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has no data for it
 SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]], ...] = (
@@ -28,6 +29,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
     ("modes", "Mode shapes", (mode_shapes.figures,)),
     ("response", "Forced response", (peaks.tables, response_family.figures, response_levels.figures,
                                      peak_trend.figures, contact_states.figures)),
+    ("measured", "Measured and computed", (agreement.tables, measured.figures)),
     ("pairs", "Contact pairs", (contact_pairs.figures,)),
     ("assumptions", "Assumptions", (assumptions.tables,)),
     ("reduction", "Reduced and full model", (reduction_check.tables,)),

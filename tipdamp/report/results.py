@@ -9,9 +9,12 @@ from hbm.contact import ContactTable
 from hbm.model import ReducedModel
 from hbm.result import ForcedResponse
 from tipdamp import pair_checks, surface
+from tipdamp.stages.measured import load_band
 from tipdamp.stages.results import (
+    AgreementResult,
     CurveResult,
     InspectResult,
+    MeasuredResult,
     PreloadResult,
     ReduceResult,
     RespondResult,
@@ -72,11 +75,21 @@ class StuckResponse:
 
 
 @dataclass(frozen=True)
+class MeasuredBand:
+    """Mean of a measured curve with its band: hz, mean, low, high (n,) Hz and m/N."""
+
+    hz: np.ndarray
+    mean: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+@dataclass(frozen=True)
 class Results:
     """What a study has computed; None or empty where a stage has not run or does not apply.
 
     whole, kept - contact tables of the whole patch and after `tune`; loads {case: table of the whole patch}
-    cases - the curves, ascending in H, then in Fe; stuck - their linear limit
+    bands {name: measured curve}; cases - the curves, ascending in H, then in Fe; stuck - their linear limit
     said {stage: its warnings} of the stages that the study asks for; seconds {stage: s} of those that have run
     model - the reduced one; surfaces {body: Surface}, empty without meshes; shapes - modes, stuck ones first
     """
@@ -87,6 +100,9 @@ class Results:
     preload: PreloadResult | None = None
     tune: TuneResult | None = None
     respond: RespondResult | None = None
+    measured: MeasuredResult | None = None
+    agreement: AgreementResult | None = None
+    bands: dict[str, MeasuredBand] = field(default_factory=dict)
     whole: ContactTable | None = None
     kept: ContactTable | None = None
     loads: dict[str, ContactTable] = field(default_factory=dict)
@@ -138,11 +154,14 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
     inspect, reduce, preload = (read("inspect", InspectResult), read("reduce", ReduceResult),
                                 read("preload", PreloadResult))
     tune, respond = read("tune", TuneResult), read("respond", RespondResult)
+    measured, agreement = read("measured", MeasuredResult), read("agreement", AgreementResult)
     cases = [Case(c, ForcedResponse.load(store.path(c.file))) for c in (respond.responses if respond else ())]
     records = {stage: store.record(stage) for stage in said}
     model, skins = store.path("model.npz"), store.path("surface.npz")
     return Results(
-        study, inspect, reduce, preload, tune, respond,
+        study, inspect, reduce, preload, tune, respond, measured, agreement,
+        bands={name: MeasuredBand(*load_band(store.path(one.file)))
+               for name, one in (measured.curves if measured else {}).items()},
         whole=ContactTable.load(store.path("preload.csv")) if preload else None,
         kept=ContactTable.load(store.path("kept.csv")) if tune else None,
         loads={case: ContactTable.load(store.path(c.file)) for case, c in (preload.cases if preload else {}).items()},

@@ -7,8 +7,10 @@ STAGES = {
     "inspect": "what is in the meshes: groups, counts, masses, rigid modes",
     "reduce": "meshes to a reduced model and contact pairs; modes without damper",
     "preload": "unilateral static contact under the pull: the preload map",
+    "measured": "reads measured curves: mean and band of the repeats, peaks, damping",
     "tune": "selects the kept stations: detaches from the middle until the stuck frequency meets its target, or as "
             "given",
     "respond": "forced response at every level and number of harmonics",
+    "agreement": "sets the computed curves beside the measured ones",
     "report": "the HTML page, the figures and summary.json",
 }

@@ -9,7 +9,7 @@ from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes
 from tipdamp.bodies.matrices import given_model
 from tipdamp.bodies.pair import matched_pairs
-from tipdamp.bodies.read import BODY_READS, read_meshes
+from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.progress import Tick
 from tipdamp.report.inspection_page import Inspected, inspection_page
 from tipdamp.report.libraries import missing
@@ -127,4 +127,4 @@ def warnings(study: Study, store: Store) -> list[str]:
 
 
 STAGE = Stage(inspect, line, warnings=warnings, outputs=("inspect.json",), may_write=("inspect.html",),
-              reads_files=True, reads=("title", "loads", "contact.mu", *BODY_READS))
+              reads_files=BODY_FILES, reads=("title", "loads", "contact.mu", *BODY_READS))

@@ -8,7 +8,7 @@ from hbm.balance.receptance import linear_response
 from hbm.model import ReducedModel
 from tipdamp.bodies import BLADES
 from tipdamp.bodies.matrices import given_model, size_of
-from tipdamp.bodies.read import BODY_READS
+from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.bodies.reduce import reduced_model, wants_error
 from tipdamp.free_modes import FreeModes, band, band_warnings, lowest_modes, named_modes
 from tipdamp.progress import Tick
@@ -90,4 +90,4 @@ def _for_error(study):
 
 STAGE = Stage(reduce, line, warnings=warnings, outputs=("model.npz", "pairs.csv", "reduce.json"),
               may_write=("truncation.npz", "surface.npz", "free_modes.npz", "free_modes.vtu"),
-              reads=("free", "loads", *BODY_READS), reads_more=_for_error, reads_files=True)
+              reads=("free", "loads", *BODY_READS), reads_more=_for_error, reads_files=BODY_FILES)

@@ -200,6 +200,39 @@ class PreloadResult(Result):
     cases: dict[str, LoadCasePreload] = {}
 
 
+# ---- measured --------------------------------------------------------------------------------------------------
+
+class Damping(Record):
+    """A damping ratio identified on each repeat: mean and sample standard deviation; refused - why there is none."""
+    zeta: Number = None
+    deviation: Number = None
+    refused: str = ""
+
+
+class MeasuredFacts(Record):
+    """One measured curve. peak_hz, peak_m_per_N - mean over the repeats, None where the peak was refused, with their
+    standard deviations; file - CSV of mean and band; with_phase - whether the phase was measured."""
+    file: str
+    files: Texts
+    level_N: float
+    repeats: int
+    points: int
+    band_hz: tuple[float, float]
+    with_phase: bool
+    peak_hz: Number
+    peak_m_per_N: Number
+    peak_hz_deviation: Number
+    peak_m_per_N_deviation: Number
+    half_power: Damping
+    circle_fit: Damping
+
+
+class MeasuredResult(Result):
+    """measured.json."""
+    file: ClassVar[str] = "measured.json"
+    curves: dict[str, MeasuredFacts]
+
+
 # ---- tune ------------------------------------------------------------------------------------------------------
 
 class OfSets(Record, Generic[T]):
@@ -312,3 +345,26 @@ class RespondResult(Result):
     law: LawChoice
     zeta: Numbers
     stuck_difference: dict[str, float] = {}
+
+
+# ---- agreement -------------------------------------------------------------------------------------------------
+
+class Agreement(Record):
+    """A computed curve beside a measured one. share_inside - part of the common frequencies at which it lies in the
+    measured band; peak, frequency - computed over measured, minus 1; half_power - of the computed curve at the
+    measured frequencies, whose difference from the damping put in, zeta, is the bias of the method."""
+    measured: str
+    computed: str
+    Fe_N: float
+    H: int
+    share_inside: Number
+    peak: Number
+    frequency: Number
+    half_power: Damping
+
+
+class AgreementResult(Result):
+    """agreement.json. zeta - damping ratio of the tracked stuck mode in the computation."""
+    file: ClassVar[str] = "agreement.json"
+    curves: tuple[Agreement, ...]
+    zeta: float

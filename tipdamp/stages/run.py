@@ -61,7 +61,7 @@ def stage_key(name: str, study: Study, store: Store) -> str:
     """Fingerprint of all that the stage depends on: program, declared values of the study, files that it names, and
     outputs of the stages that it needs."""
     stage = STAGES[name]
-    files = [f for f in study.input_files() if stage.reads_files and f.is_file()]
+    files = [f for f in (study.inputs(*stage.reads_files) if stage.reads_files else {}).values() if f.is_file()]
     before = {need: store.outputs(need) for need in stage.needs if applies(need, study)}
     return fingerprint(name, program_mark(name in ("inspect", "report")), _view(name, study).values(), *files, before)
 

@@ -22,7 +22,7 @@ class Stage:
     outputs - files that it always writes; may_write - those that it writes beside them, such as 'loads/*.csv'
     line, warnings - of a finished stage for the command line; they see the whole study, since they are made anew
     reads, reads_more - parts and keys of the study (see `View`), always or where the study asks for them
-    reads_files - whether the content of meshes, matrices and pairs that the study names counts
+    reads_files - sections of the study whose files count with their content
     needs - stages whose files it reads; requires - sections without which it has nothing to do
     parallel - whether its work is also given the processes that it may use
     forget - drops what it keeps of earlier runs beside its files, where it is to be run in any case
@@ -35,7 +35,7 @@ class Stage:
     may_write: tuple[str, ...] = ()
     warnings: Callable[[Study, Store], Sequence[str]] = _nothing
     reads_more: Callable[[Study], tuple[str, ...]] = _nothing
-    reads_files: bool = False
+    reads_files: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     requires: tuple[str, ...] = ()
     parallel: bool = False

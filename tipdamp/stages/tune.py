@@ -21,7 +21,7 @@ from static_contact.roll_springs import spring_rows
 from tipdamp import friction, loads
 from tipdamp.bodies import BLADES, CHECK_BELOW_HZ
 from tipdamp.bodies.check import full_model_check
-from tipdamp.bodies.read import BODY_READS
+from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.free_modes import tracking_warnings
 from tipdamp.progress import Tick
 from tipdamp.stages import model_inputs as inputs
@@ -205,5 +205,5 @@ def _reads_more(study):
 
 STAGE = Stage(tune, line, warnings=warnings, reads_more=_reads_more, outputs=("kept.csv", "tune.json"),
               may_write=("kept_friction.csv", "stuck_modes.npz", "stuck_modes.vtu"),
-              needs=("reduce", "preload"), requires=("tune", "respond"), reads_files=True,
+              needs=("reduce", "preload"), requires=("tune", "respond"), reads_files=BODY_FILES,
               reads=("tune", "sides", "driver", "preload", "loads", "contact.normal", *BODY_READS))

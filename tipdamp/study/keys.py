@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tipdamp.study.schema import REFERENCE, SECTIONS, UNITS, LoadCase, OtherMaterial, Section, Side, Top
+from tipdamp.study.schema import REFERENCE, SECTIONS, UNITS, LoadCase, Measured, OtherMaterial, Section, Side, Top
 from tipdamp.study.values import Key
 
 
@@ -19,7 +19,8 @@ def reference() -> str:
     after: dict[str, tuple[str, type[Section]]] = {
         "material": ("[material.NAME], one for each other material", OtherMaterial),
         "contact": ("[contact.NAME], one for each side of the damper", Side),
-        "rotation": ("[loads.NAME], one for each further load case of the preload", LoadCase)}
+        "rotation": ("[loads.NAME], one for each further load case of the preload", LoadCase),
+        "respond": ("[measured.NAME], one for each measured curve", Measured)}
     for name, section in SECTIONS.items():
         lines += _table(f"[{name}]", section)
         if name in after:
@@ -41,6 +42,7 @@ def json_schema() -> dict:
                 **_object(Top)["properties"], "units": {"type": "object", "properties": units,
                                                         "additionalProperties": False}, **sections,
                 "loads": {"type": "object", "additionalProperties": _object(LoadCase)},
+                "measured": {"type": "object", "additionalProperties": _object(Measured)},
                 "reference": {"type": "object", "properties": dict.fromkeys(REFERENCE, number),
                               "additionalProperties": False}}}
 

@@ -11,6 +11,7 @@ from tipdamp.study.law import DEFAULT, LAW, LawChoice
 from tipdamp.study.values import (
     BAND,
     CHOICE,
+    COLUMNS,
     COUNT,
     COUNTS,
     FLAG,
@@ -271,6 +272,32 @@ class Respond(Section):
     law: Annotated[LawChoice, Key(LAW, "contact law by name, or { name = \"...\", parameter = value } with parameters "
                                   "in SI units; kn, kt, mu and preload come from the pairs"),
                    Field(json_schema_extra={"default": DEFAULT})] = LawChoice()
+
+
+class Measured(Section):
+    """[measured.NAME]: a measured response curve, set beside the computed ones."""
+    files: Annotated[Texts, Key(ONE_OR_MORE, "measured file, or one for each repeat: universal (.unv, .uff, dataset "
+                                "58), text (.csv, .txt, .dat) or MATLAB (.mat)")]
+    columns: Annotated[Texts, Key(
+        COLUMNS, "what the columns of a text file or the variables of a MATLAB file hold, each as 'meaning' (by "
+        "position) or 'meaning:name' (column of that name in the header, or variable): frequency_hz or "
+        "frequency_rad_s; amplitude, with phase_deg or phase_rad where known, or real and imaginary; force where it "
+        "was measured; '-' for a column that is not used")] = ()
+    quantity: Annotated[Literal["from_file", "receptance", "mobility", "accelerance"], Key(
+        CHOICE, "displacement, velocity or acceleration per force; universal files say it themselves")] = "from_file"
+    unit: Annotated[str, Key(TEXT, "of the measured motion: m, mm, um, m/s, mm/s, m/s2, mm/s2 or g, with /N where it "
+                             "is per newton; universal files: default SI")] = ""
+    records: Annotated[tuple[int, ...], Key(COUNTS, "which datasets 58 of a universal file, counted from 1; default: "
+                                            "all, as repeats", low=1, high=100000)] = ()
+    level: Annotated[float | None, Key(NUMBER, "amplitude of the force, N, needed where no column holds it; the curve "
+                                       "is set beside the computed one of this level", low=0, open_low=True)] = None
+    response: Annotated[str, Key(TEXT, "where it was measured: a group of [respond] patches, of which the largest "
+                                 "amplitude counts, or one node of it as 'group:node'; default: the first group")] = ""
+    amplitude: Annotated[Literal["fundamental", "half_peak_to_peak"], Key(
+        CHOICE, "of the computed motion that is compared: its part at the frequency of excitation, or half of "
+        "peak-to-peak")] = "fundamental"
+    scatter: Annotated[float, Key(NUMBER, "half width of the measured band relative to the mean, at least; two "
+                                  "standard deviations of the repeats where these are wider", low=0, high=1)] = 0.05
 
 
 SECTIONS: dict[str, type[Section]] = {

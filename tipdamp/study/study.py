@@ -13,11 +13,12 @@ from pydantic import ValidationError
 
 from hbm.errors import InputError, nearest
 from tipdamp.study import checks
-from tipdamp.study.schema import REFERENCE, SECTIONS, UNITS, LoadCase, OtherMaterial, Section, Side, Top
+from tipdamp.study.schema import REFERENCE, SECTIONS, UNITS, LoadCase, Measured, OtherMaterial, Section, Side, Top
 from tipdamp.study.values import NUMBER, Key, number
 from tipdamp.study.view import Study
 
 S = TypeVar("S", bound=Section)
+TABLES = {"loads": "[loads.takeoff]", "measured": "[measured.run_1]"}     # sections of tables with names of their own
 
 
 def load_study(path: str | Path) -> Study:
@@ -33,7 +34,9 @@ def load_study(path: str | Path) -> Study:
                                 for name, section in SECTIONS.items() if name in given}
     tables = {"sides": _tables(Side, f"{path}: [contact.%s]", sides, factors),
               "materials": _tables(OtherMaterial, f"{path}: [material.%s]", materials, factors),
-              "loads": _tables(LoadCase, f"{path}: [loads.%s]", _load_cases(path, raw), factors)}
+              "loads": _tables(LoadCase, f"{path}: [loads.%s]", _named_tables(path, raw, "loads"), factors)}
+    if "measured" in raw:
+        tables["measured"] = _tables(Measured, f"{path}: [measured.%s]", _named_tables(path, raw, "measured"), factors)
     study = Study(path=path, title=top.title or path.stem, length_unit=factors["length"],
                   results=path.parent / (top.results or Path("results") / path.stem),
                   driver=sections["model" if "model" in sections else "damper"],
@@ -49,7 +52,7 @@ def _toml(path):
         raw = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a valid TOML file: {error}") from None
-    known = [*Top.model_fields, "units", *SECTIONS, "loads", "reference"]
+    known = [*Top.model_fields, "units", *SECTIONS, *TABLES, "reference"]
     for key in raw:
         if key not in known:
             raise InputError(f"{path}: unknown key '{key}'; {nearest(key, known)}")
@@ -81,14 +84,14 @@ def _named(raw, section):
     return {k: table.pop(k) for k in list(table) if isinstance(table[k], dict) and k not in keys}
 
 
-def _load_cases(path, raw):
-    cases = raw.get("loads", {})
-    if not isinstance(cases, dict) or not all(isinstance(v, dict) for v in cases.values()):
-        raise InputError(f"{path}: [loads] must hold load cases such as [loads.takeoff]")
-    for name in cases:
+def _named_tables(path, raw, section):
+    tables = raw.get(section, {})
+    if not isinstance(tables, dict) or not all(isinstance(v, dict) for v in tables.values()):
+        raise InputError(f"{path}: [{section}] must hold tables such as {TABLES[section]}")
+    for name in tables:
         if name == "pull" or not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-            raise InputError(f"{path}: [loads.{name}]: a case is named by letters, digits, - and _, and not 'pull'")
-    return cases
+            raise InputError(f"{path}: [{section}.{name}]: is named by letters, digits, - and _, and not 'pull'")
+    return tables
 
 
 def _reference(path, given):

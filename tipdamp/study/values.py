@@ -13,6 +13,7 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from hbm.errors import nearest
+from tipdamp.measured.columns import parse_meanings
 
 
 @dataclass(frozen=True)
@@ -154,6 +155,12 @@ def _band(value: Any, key: Key, _: float) -> tuple[float, float]:
     return first, last
 
 
+def _columns(value: Any, key: Key, factor: float) -> tuple[str, ...]:
+    names = _each(_text, False)(value, key, factor)
+    parse_meanings(names)
+    return names
+
+
 def _table(value: Any, _: Key, factor: float) -> tuple:
     try:
         table = np.array(value, dtype=float)
@@ -192,6 +199,7 @@ FLAG = Kind("true or false", _flag)
 NUMBER = Kind("number", number)
 NUMBERS = Kind("list of numbers", _each(number, False))
 RATIOS = Kind("number or list", _each(number, True), alone=True)
+COLUMNS = Kind("list of texts", _columns)
 COUNT = Kind("whole number", _count)
 COUNTS = Kind("whole number or list", _each(_count, True), alone=True)
 STATIONS = Kind("[front, back] or 'all'", _or("all", _each(_count, True)))

@@ -14,7 +14,8 @@ class Study:
     """A checked study in SI units, read by attribute: `study.damper.pull`. `"tune" in study` asks for a section.
 
     Sections that the file does not have are not there, except [free] and [preload], whose keys all have defaults.
-    sides, materials, loads - [contact.NAME], [material.NAME], [loads.NAME] in the order of the file
+    sides, materials, loads, measured - [contact.NAME], [material.NAME], [loads.NAME], [measured.NAME] in the order of
+    the file; measured only where there is one
     driver - the section with axis, pull and pull_direction: [damper] with meshes, [model] with matrices
     length_unit - m, of the coordinates of the meshes
     """
@@ -37,6 +38,7 @@ class Study:
     sides: dict[str, schema.Side]
     materials: dict[str, schema.OtherMaterial]
     loads: dict[str, schema.LoadCase]
+    measured: dict[str, schema.Measured]
     reference: dict[str, float]
 
     def __init__(self, **parts: object) -> None:
@@ -57,17 +59,17 @@ class Study:
         """A file named in the study, relative to the study's own folder."""
         return self.path.parent / relative
 
-    def inputs(self) -> dict[str, Path]:
-        """{key: file} that the study names: meshes, or matrices, and pairs."""
-        named = {"[model] matrices": self.model.matrices} if "model" in self else {
-            "[blades] mesh": self.blades.mesh, "[damper] mesh": self.damper.mesh}
-        return {key: self.file(name) for key, name in {**named, "[contact] pairs": self.contact.pairs}.items() if name}
+    def inputs(self, *sections: str) -> dict[str, Path]:
+        """{key: file} that the study names, of all or of these sections: meshes or matrices, pairs, measured curves."""
+        named = [(section, f"[{section}] {key}", (vars(vars(self)[section])[key],))
+                 for section, key in FILES if section in vars(self)]
+        named += [("measured", f"[measured.{name}] files", one.files)
+                  for name, one in vars(self).get("measured", {}).items()]
+        return {key if len(files) == 1 else f"{key} {k}": self.file(file) for section, key, files in named
+                for k, file in enumerate(files, 1) if file and (not sections or section in sections)}
 
-    def input_files(self) -> list[Path]:
-        """The files of `inputs`."""
-        return list(self.inputs().values())
 
-
+FILES = (("model", "matrices"), ("blades", "mesh"), ("damper", "mesh"), ("contact", "pairs"))     # (section, key)
 PARTS = tuple(name for name in Study.__annotations__ if name not in ("path", "results"))    # all that can be declared
 
 

@@ -1,0 +1,91 @@
+"""Measured curves in a study: from files to their agreement with the computed ones."""
+
+import numpy as np
+import pytest
+
+from hbm.result import ForcedResponse
+from tests.tipdamp.rig_study import CHAIN, read
+from tipdamp.cli import main
+from tipdamp.stages import STAGES
+from tipdamp.stages.measured import load_band
+
+SECTION = """
+[measured.run]
+files = ["run_1.csv", "run_2.csv", "run_3.csv"]
+columns = ["frequency_hz", "real", "imaginary"]
+quantity = "receptance"
+unit = "um/N"
+level = 5
+"""
+FACTORS = (0.98, 1.0, 1.02)
+
+
+def run(study, *verbs):
+    return [main([verb, str(study), "--quiet"]) for verb in verbs]
+
+
+@pytest.fixture
+def study(matrices_study):
+    """The study with three made repeats of its own computed curve, 2 % apart."""
+    assert run(matrices_study, "inspect", "reduce", "preload", "tune", "respond") == [0] * 5
+    folder = matrices_study.parent
+    curve = ForcedResponse.load(folder / "results/study/responses/Fe_5N_H1.npz")
+    hz = np.linspace(1000, 1300, 601)
+    x = 1e6 / 5 * np.array([np.interp(hz, curve.frequency, part) for part in (curve.harmonics[:, 0, 1].real,
+                                                                             curve.harmonics[:, 0, 1].imag)])
+    for k, factor in enumerate(FACTORS, 1):
+        np.savetxt(folder / f"run_{k}.csv", np.column_stack([hz, *(factor * x)]), delimiter=",")
+    matrices_study.write_text(CHAIN + SECTION)
+    return matrices_study
+
+
+def test_a_measured_curve_beside_its_own_computation(study):
+    assert run(study, "measured", "agreement", "report") == [0, 0, 0]
+    folder = study.parent / "results" / "study"
+    facts, (one,) = read(folder, "measured.json")["curves"]["run"], read(folder, "agreement.json")["curves"]
+    hz, mean, low, high = load_band(folder / "measured" / "run.csv")
+    assert (facts["repeats"], facts["points"], facts["level_N"], len(hz)) == (3, 601, 5.0, 601)
+    assert facts["peak_m_per_N_deviation"] == pytest.approx(0.02 * facts["peak_m_per_N"], rel=1e-9)
+    np.testing.assert_allclose(high - low, 2 * 0.05 * mean, rtol=1e-9)       # the scatter of 5 % is the wider one
+    peak = read(folder, "respond.json")["responses"][0]
+    assert one["share_inside"] == 1.0
+    assert facts["peak_hz"] == pytest.approx(peak["peak_hz"], abs=0.3)
+    assert abs(one["peak"]) < 3e-3 and abs(one["frequency"]) < 3e-4
+    assert one["half_power"]["zeta"] == pytest.approx(facts["half_power"]["zeta"], rel=0.02)
+    page = (folder / "report.html").read_text()
+    assert "Measured and computed" in page and "Computed beside measured curves" in page
+
+
+def test_only_what_depends_on_the_measurement_runs_again(study, capsys):
+    assert main(["run", str(study), "--quiet"]) == 0
+    path = study.parent / "run_2.csv"
+    np.savetxt(path, np.loadtxt(path, delimiter=",") * [1, 1.1, 1.1], delimiter=",")
+    capsys.readouterr()
+    assert main(["run", str(study), "--quiet"]) == 0
+    out = capsys.readouterr().out
+    ran = {name for name in STAGES if not any(line.split()[:3] == [name, "up", "to"] for line in out.splitlines())}
+    assert ran == {"measured", "agreement", "report"}
+
+
+@pytest.mark.parametrize(("old", "new", "why"), [
+    ("level = 5", "level = 7", "'run' has no computed curve at its level of 7 N"),
+    ("level = 5", 'level = 5\nresponse = "patch_9"', "response = 'patch_9': no output of that name"),
+    ('"run_3.csv"', '"absent.csv"', "measured curve not found"),
+    ('quantity = "receptance"', 'quantity = "receptence"', "did you mean 'receptance'"),
+    ("[measured.run]", "[measured.pull]", "not 'pull'")])
+def test_what_does_not_fit(study, capsys, old, new, why):
+    text = study.read_text()
+    assert old in text
+    study.write_text(text.replace(old, new))
+    run(study, "measured", "agreement")
+    captured = capsys.readouterr()
+    assert why in captured.out + captured.err
+
+
+def test_no_overlap_with_the_band(study, capsys):
+    for k in (1, 2, 3):
+        path = study.parent / f"run_{k}.csv"
+        table = np.loadtxt(path, delimiter=",")
+        np.savetxt(path, table + [1000, 0, 0], delimiter=",")
+    assert run(study, "measured") == [2]
+    assert "no overlap: measured 2000..2300 Hz, computed 900..1400 Hz" in capsys.readouterr().err

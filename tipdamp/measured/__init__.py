@@ -1,0 +1,1 @@
+"""Measured response curves: read, averaged over repeats, their damping, and their agreement with computed curves."""

@@ -1,0 +1,49 @@
+"""How far a computed curve agrees with a measured one."""
+
+import numpy as np
+
+LINKS = 16               # straight links of the drawn curve between two computed points
+
+
+def drawn(path_hz: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The computed points linked by PCHIP over the length of the curve, as a dense polygon; NaN is a gap.
+
+    path_hz, path (m,) - in the order of the curve, which may fold
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    good = np.isfinite(path_hz) & np.isfinite(path)
+    edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
+    parts: list[np.ndarray] = []
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        points = np.column_stack([path_hz[a:b], path[a:b]])
+        steps = np.hypot(*(np.diff(points, axis=0) / np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny)).T)
+        points = points[np.r_[True, steps > 0]]
+        if len(points) > 1:
+            s = np.r_[0.0, np.cumsum(steps[steps > 0])]
+            fine = np.concatenate([np.linspace(s[k], s[k + 1], LINKS, endpoint=False) for k in range(len(s) - 1)])
+            parts += [PchipInterpolator(s, points)(np.r_[fine, s[-1]]), np.full((1, 2), np.nan)]
+    joined = np.concatenate(parts) if parts else np.empty((0, 2))
+    return joined[:, 0], joined[:, 1]
+
+
+def values_at(hz: np.ndarray, path_hz: np.ndarray, path: np.ndarray) -> list[np.ndarray]:
+    """All values of a polygon (NaN: a gap) at each frequency: several where the curve folds."""
+    a, b = path_hz[:-1], path_hz[1:]
+    good = np.isfinite(path[:-1]) & np.isfinite(path[1:]) & (a != b)
+    found = []
+    for f in hz:
+        k = np.flatnonzero(good & (np.minimum(a, b) <= f) & (f <= np.maximum(a, b)))
+        found.append(path[k] + (path[k + 1] - path[k]) * (f - a[k]) / (b[k] - a[k]))
+    return found
+
+
+def share_inside(hz: np.ndarray, low: np.ndarray, high: np.ndarray, path_hz: np.ndarray, path: np.ndarray) -> float:
+    """Part of the measured frequencies which a computed curve covers at which it lies within the measured band; NaN
+    where it covers none.
+
+    hz, low, high (n,) Hz, m/N - measured band; path_hz, path (m,) - computed points in the order of the curve
+    """
+    values = values_at(hz, *drawn(path_hz, path))
+    hits = [bool(((v >= a) & (v <= b)).any()) for v, a, b in zip(values, low, high, strict=True) if len(v)]
+    return float(np.mean(hits)) if hits else float("nan")

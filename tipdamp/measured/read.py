@@ -1,0 +1,139 @@
+"""Measured curves as a study names them ([measured.NAME]): files to checked frequency response functions in m/N."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hbm.errors import InputError
+from tipdamp.measured.columns import Columns, from_matlab, from_text
+from tipdamp.measured.frf import QUANTITIES, Frf, receptance
+from tipdamp.measured.universal import from_universal
+from tipdamp.study.schema import Measured
+
+TEXT, MATLAB, UNIVERSAL = (".csv", ".txt", ".dat"), (".mat",), (".unv", ".uff", ".uf")
+PER_NEWTON = "/N"
+FROM_FILE = "from_file"
+TURNS = 2.5             # turns of a phase beyond which radians are degrees
+MIN_POINTS = 5
+
+
+def read_measured(files: list[Path], settings: Measured) -> tuple[list[Frf], list[str]]:
+    """The repeats of one measured curve, and warnings.
+
+    Raises InputError with file, line or dataset, value and remedy.
+    """
+    found, warnings = [], []
+    for path in files:
+        if not path.is_file():
+            raise InputError(f"measured curve not found: {path}")
+        for frf, said in _read(path, settings):
+            found.append(frf)
+            warnings += said
+    return found, warnings
+
+
+def _read(path: Path, settings: Measured) -> list[tuple[Frf, list[str]]]:
+    kind = path.suffix.lower()
+    if kind in UNIVERSAL:
+        return [_from_universal(settings, *one) for one in from_universal(path, settings.records)]
+    if kind not in (*TEXT, *MATLAB):
+        raise InputError(f"{path}: unknown kind of file; allowed: {', '.join((*TEXT, *MATLAB, *UNIVERSAL))}")
+    for key in ("columns", "quantity", "unit"):
+        if dict(settings)[key] in ((), "", FROM_FILE):
+            raise InputError(f"{path}: {key} is missing: {Measured.data_sheets()[key].text}")
+    read = from_matlab if kind in MATLAB else from_text
+    return [_from_columns(settings, columns) for columns in read(path, settings.columns)]
+
+
+def _from_universal(settings, stated, hz, response, source):
+    if stated and settings.quantity not in (FROM_FILE, stated):
+        raise InputError(f"{source}: holds the {stated}, the study says {settings.quantity}")
+    quantity = stated if settings.quantity == FROM_FILE else settings.quantity
+    if not quantity:
+        raise InputError(f"{source}: does not say what was measured; state quantity = "
+                         f"{', '.join(map(repr, QUANTITIES))}")
+    places = tuple(f"point {k}" for k in range(1, len(hz) + 1))
+    factor, per_newton = _unit(settings, quantity) if settings.unit else (1.0, True)
+    if not per_newton:
+        raise InputError(f"{source}: a frequency response function is per newton; unit = '{settings.unit}/N'")
+    hz, response, _, said = _checked(hz, factor * response, np.full(len(hz), settings.level), places, source)
+    return Frf(hz, receptance(quantity, hz, response), _level(settings, source), source), said
+
+
+def _from_columns(settings: Measured, columns: Columns) -> tuple[Frf, list[str]]:
+    values, source = columns.values, columns.source
+    hz = values["frequency_hz"] if "frequency_hz" in values else values["frequency_rad_s"] / (2 * np.pi)
+    response, said = _response(values, source)
+    factor, per_newton = _unit(settings, settings.quantity)
+    measured_force = "force" in values
+    if per_newton and measured_force:
+        raise InputError(f"{source}: unit = '{settings.unit}' is per newton, yet a column holds the force; leave one "
+                         "of the two out")
+    force = values["force"] if measured_force else np.full(len(hz), _level(settings, source))
+    hz, response, force, more = _checked(hz, factor * response, force, columns.places, source)
+    if not per_newton:
+        response = response / force
+    return Frf(hz, receptance(settings.quantity, hz, response), settings.level or float(np.median(force)),
+               source), said + more
+
+
+def _level(settings, source):
+    if settings.level is None:
+        raise InputError(f"{source}: level is missing: the amplitude of the force in N is not in the file")
+    return settings.level
+
+
+def _unit(settings, quantity):
+    """Factor to SI, and whether the values are per newton."""
+    units = QUANTITIES[quantity][1]
+    name = settings.unit.removesuffix(PER_NEWTON)
+    if name not in units:
+        raise InputError(f"unit = '{settings.unit}': not a unit of a {quantity}; allowed: "
+                         f"{', '.join(units)}, each per newton with {PER_NEWTON}")
+    return units[name], settings.unit.endswith(PER_NEWTON)
+
+
+def _response(values, source):
+    """Complex, or real without a phase."""
+    if "real" in values:
+        return values["real"] + 1j * values["imaginary"], []
+    amplitude = values["amplitude"]
+    if (amplitude < 0).any():
+        raise InputError(f"{source}: negative amplitude {amplitude.min():g}; values in dB are not read")
+    if "phase_deg" in values:
+        phase = values["phase_deg"]
+        small = np.nanmax(np.abs(phase)) <= 2 * np.pi
+        said = [f"{source}: phase_deg stays within {np.nanmax(np.abs(phase)):.3g} degrees: radians?"] if small else []
+        return amplitude * np.exp(1j * np.radians(phase)), said
+    if "phase_rad" in values:
+        phase = values["phase_rad"]
+        if np.nanmax(np.abs(phase)) > TURNS * 2 * np.pi:
+            raise InputError(f"{source}: phase_rad reaches {np.nanmax(np.abs(phase)):g}: these are degrees, phase_deg")
+        return amplitude * np.exp(1j * phase), []
+    return amplitude, []
+
+
+def _checked(hz, response, force, places, source):
+    """Rows that are no numbers are left out, unsorted ones sorted, with a warning each; all else is refused."""
+    said = []
+    good = np.isfinite(hz) & np.isfinite(response) & np.isfinite(force)
+    if not good.all():
+        bad = [places[k] for k in np.flatnonzero(~good)]
+        said.append(f"{source}: {len(bad)} rows are no numbers and are left out ({', '.join(bad[:3])})")
+    places = [places[k] for k in np.flatnonzero(good)]
+    hz, response, force = hz[good], response[good], force[good]
+    if len(hz) < MIN_POINTS:
+        raise InputError(f"{source}: {len(hz)} points, at least {MIN_POINTS} are needed")
+    if (hz <= 0).any():
+        raise InputError(f"{source}: {places[int(hz.argmin())]}: frequency {hz.min():g} Hz, must be above 0")
+    if (force <= 0).any():
+        raise InputError(f"{source}: {places[int(force.argmin())]}: force {force.min():g} N, must be above 0")
+    if (np.diff(hz) < 0).any():
+        said.append(f"{source}: the frequencies do not ascend; the rows are sorted")
+    order = np.argsort(hz, kind="stable")
+    twice = np.flatnonzero(np.diff(hz[order]) == 0)
+    if len(twice):
+        first, second = places[order[twice[0]]], places[order[twice[0] + 1]]
+        raise InputError(f"{source}: {hz[order[twice[0]]]:g} Hz stands twice ({first} and {second}); give repeats as "
+                         "files of their own")
+    return hz[order], response[order], force[order], said

@@ -1,0 +1,60 @@
+"""Frequency response functions from universal files, dataset 58 (SDRC; read by pyuff)."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hbm.errors import InputError
+
+FRF_TYPE, FORCE = 4, 13                    # func_type and specific data type of dataset 58
+MOTIONS = {8: "receptance", 11: "mobility", 12: "accelerance"}
+
+
+def from_universal(path: Path, records: tuple[int, ...]) -> list[tuple[str, np.ndarray, np.ndarray, str]]:
+    """[(quantity or '' where the file does not say, hz (n,), response (n,) in the units of the file, source)].
+
+    records - positions from 1 among the datasets 58; default: all, which must be of one response and reference
+    Raises InputError with what the file holds.
+    """
+    found = _datasets(path)
+    for k in records:
+        if k > len(found):
+            raise InputError(f"{path}: records: there is no dataset 58 number {k}, the file has {len(found)}")
+    chosen = {k: found[k - 1] for k in records or range(1, len(found) + 1)}
+    places = {k: _place(d) for k, d in chosen.items()}
+    if not records and len(set(places.values())) > 1:
+        listing = "; ".join(f"{k}: {place}" for k, place in list(places.items())[:12])
+        raise InputError(f"{path}: holds responses of several places ({listing}); choose by records = [...]")
+    return [(_quantity(path, k, d), np.asarray(d["x"], dtype=float), np.asarray(d["data"]), f"{path}, dataset {k}")
+            for k, d in chosen.items()]
+
+
+def _datasets(path) -> list[dict[str, Any]]:
+    import pyuff
+
+    try:
+        file = pyuff.UFF(str(path))
+        found = [file.read_sets(int(k)) for k in np.flatnonzero(np.asarray(file.get_set_types()) == 58)]
+    except Exception as error:  # pyuff raises plain Exception on damaged files
+        raise InputError(f"{path}: not a readable universal file: {error}") from None
+    if not found:
+        raise InputError(f"{path}: no dataset 58 (function at nodal dof)")
+    for k, d in enumerate(found, 1):
+        if "x" not in d or "data" not in d or len(d["x"]) != len(d["data"]):
+            raise InputError(f"{path}: dataset {k} is cut off")
+    return found
+
+
+def _place(d):
+    return f"node {d.get('rsp_node', '?')} direction {d.get('rsp_dir', '?')}, force at node {d.get('ref_node', '?')}"
+
+
+def _quantity(path, k, d):
+    if d.get("func_type") != FRF_TYPE:
+        raise InputError(f"{path}: dataset {k} is a function of type {d.get('func_type')}, not a frequency response "
+                         f"function (type {FRF_TYPE})")
+    if d.get("orddenom_spec_data_type") not in (FORCE, 0):
+        raise InputError(f"{path}: dataset {k} is not per excitation force (denominator of type "
+                         f"{d.get('orddenom_spec_data_type')})")
+    return MOTIONS.get(d.get("ordinate_spec_data_type"), "")

@@ -1,0 +1,117 @@
+"""Stage agreement: computed curves beside the measured ones."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hbm.errors import InputError, nearest
+from hbm.result import ForcedResponse
+from tipdamp.measured.agreement import drawn, share_inside, values_at
+from tipdamp.measured.damping import half_power
+from tipdamp.progress import Tick
+from tipdamp.stages.measured import load_band
+from tipdamp.stages.results import (
+    Agreement,
+    AgreementResult,
+    CurveResult,
+    Damping,
+    MeasuredFacts,
+    MeasuredResult,
+    RespondResult,
+    TuneResult,
+)
+from tipdamp.stages.stage import Stage
+from tipdamp.store import Store
+from tipdamp.study.schema import Measured
+from tipdamp.study.view import Study
+
+SAME_LEVEL = 0.02        # relative difference of two forces that count as one level
+
+
+def agreement(study: Study, store: Store, tick: Tick) -> list[str]:
+    """Each measured curve beside the computed curves of its level."""
+    computed = RespondResult.load(store)
+    found: list[Agreement] = []
+    said: list[str] = []
+    for name, facts in MeasuredResult.load(store).curves.items():
+        tick(len(found) / max(len(computed.responses), 1), name)
+        beside = [c for c in computed.responses if abs(c.Fe_N / facts.level_N - 1) <= SAME_LEVEL]
+        if not beside:
+            levels = ", ".join(f"{Fe:g}" for Fe in sorted({c.Fe_N for c in computed.responses}))
+            said.append(f"measured curve '{name}' has no computed curve at its level of {facts.level_N:g} N (levels: "
+                        f"{levels} N)")
+        for case in beside:
+            curve = ForcedResponse.load(store.path(case.file))
+            found.append(_agreement(name, study.measured[name], study.respond.patches[0], facts, case, curve,
+                                    load_band(store.path(facts.file))))
+    AgreementResult(curves=tuple(found), zeta=_zeta(study, store), warnings=tuple(said)).save(store)
+    return []
+
+
+def computed_amplitude(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
+    """(n,) m, largest computed amplitude over the nodes of the measured place; NaN where a point failed.
+
+    Raises InputError where the curve has no such output.
+    """
+    place = settings.response or first_patch
+    names = curve.output_names.tolist()
+    mine = np.array([place in (name, name.rpartition(":")[0]) for name in names])
+    if not mine.any():
+        raise InputError(f"response = '{place}': no output of that name; {nearest(place, names)}")
+    values = np.abs(curve.harmonics[:, mine, 1]) if settings.amplitude == "fundamental" else curve.amplitude()[:, mine]
+    return np.where(curve.converged, values.max(axis=1), np.nan)
+
+
+def _agreement(name, settings, patch, facts: MeasuredFacts, case: CurveResult, curve, band) -> Agreement:
+    hz, _, low, high = band
+    amplitude = computed_amplitude(curve, settings, patch) / case.Fe_N
+    peak = _computed_peak(case, curve, amplitude)
+    off = [None if a is None or b is None else a / b - 1 for a, b in ((peak[1], facts.peak_m_per_N),
+                                                                    (peak[0], facts.peak_hz))]
+    return Agreement(measured=name, computed=case.file, Fe_N=case.Fe_N, H=case.H, peak=off[0], frequency=off[1],
+                     share_inside=share_inside(hz, low, high, curve.frequency, amplitude),
+                     half_power=_half_power(hz, curve.frequency, amplitude))
+
+
+def _computed_peak(case, curve, amplitude):
+    """(Hz, m/N) of the highest point; None where the curve has no peak."""
+    if case.peak_m is None:
+        return None, None
+    k = int(np.nanargmax(amplitude))
+    return float(curve.frequency[k]), float(amplitude[k])
+
+
+def _half_power(hz, path_hz, path) -> Damping:
+    """As for a measured curve: on the computed curve at the measured frequencies."""
+    values = values_at(hz, *drawn(path_hz, path))
+    if any(len(v) > 1 and np.ptp(v) > 1e-9 * v.max() for v in values):
+        return Damping(refused="the computed curve folds")
+    covered = np.array([len(v) > 0 for v in values])
+    try:
+        return Damping(zeta=half_power(hz[covered], np.array([v[0] for v in values if len(v)])).zeta)
+    except (InputError, ValueError) as error:
+        return Damping(refused=str(error))
+
+
+def _zeta(study, store):
+    """Damping ratio of the stuck mode nearest to the tracked frequency."""
+    zeta, tune = study.respond.damping_ratio, TuneResult.load(store)
+    mode = int(np.abs(np.array(tune.stuck_modes_hz.tuned) - tune.stuck_hz.tuned).argmin())
+    return zeta[min(mode, len(zeta) - 1)]
+
+
+def line(store: Store) -> str:
+    """Share of the band inside, of each pair of curves."""
+    return "; ".join(f"{one.measured} and H = {one.H}: " + ("no common frequency" if one.share_inside is None else
+                                                           f"{100 * one.share_inside:.0f} % inside")
+                     for one in AgreementResult.load(store).curves) or "nothing to compare"
+
+
+def warnings(_: Study, store: Store) -> Sequence[str]:
+    """Measured curves without a computed one."""
+    return AgreementResult.load(store).warnings
+
+
+STAGE = Stage(agreement, line, warnings=warnings, outputs=("agreement.json",), needs=("measured", "tune", "respond"),
+              requires=("measured", "tune", "respond"),
+              reads=("measured", "respond.patches", "respond.damping_ratio"))

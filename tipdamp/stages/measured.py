@@ -1,0 +1,108 @@
+"""Stage measured: measured response curves to receptances, mean and band, peak and damping."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hbm.errors import InputError
+from tipdamp.measured.damping import circle_fit, half_power, highest_peak
+from tipdamp.measured.frf import Frf, MeasuredCurve, average
+from tipdamp.measured.read import read_measured
+from tipdamp.progress import Tick
+from tipdamp.stages.results import Damping, MeasuredFacts, MeasuredResult
+from tipdamp.stages.stage import Stage
+from tipdamp.store import Store
+from tipdamp.study.view import Study
+
+COLUMNS = "frequency (Hz),mean (m/N),low (m/N),high (m/N),standard deviation (m/N)"
+
+
+def measured(study: Study, store: Store, tick: Tick) -> list[str]:
+    """Read every measured curve, and write its mean and band as CSV."""
+    facts, said = {}, []
+    for k, (name, settings) in enumerate(study.measured.items()):
+        tick(k / len(study.measured), name)
+        try:
+            repeats, more = read_measured([study.file(f) for f in settings.files], settings)
+            curve = average(repeats)
+            _check_overlap(curve, study.respond.band)
+        except InputError as error:
+            raise InputError(f"[measured.{name}]: {error}") from None
+        facts[name] = _facts(name, settings.files, curve)
+        said += [f"measured curve '{name}': {text}" for text in (*more, *_refusals(facts[name]))]
+        with store.writing(facts[name].file) as path:
+            _write(path, curve, settings.scatter)
+    MeasuredResult(curves=facts, warnings=tuple(said)).save(store)
+    return [one.file for one in facts.values()]
+
+
+def _check_overlap(curve, band):
+    if curve.hz[-1] < band[0] or curve.hz[0] > band[1]:
+        raise InputError(f"no overlap: measured {curve.hz[0]:g}..{curve.hz[-1]:g} Hz, computed {band[0]:g}.."
+                         f"{band[1]:g} Hz; change [respond] band")
+
+
+def _facts(name: str, files: Sequence[str], curve: MeasuredCurve) -> MeasuredFacts:
+    peaks = np.array([_peak(one) for one in curve.repeats])
+    mean, deviation = peaks.mean(axis=0), _deviation(peaks)
+    return MeasuredFacts(
+        file=f"measured/{name}.csv", files=tuple(files), level_N=float(np.mean([r.force_N for r in curve.repeats])),
+        repeats=len(curve.repeats), points=len(curve.hz), band_hz=(float(curve.hz[0]), float(curve.hz[-1])),
+        with_phase=all(r.with_phase for r in curve.repeats), peak_hz=mean[0], peak_m_per_N=mean[1],
+        peak_hz_deviation=deviation[0], peak_m_per_N_deviation=deviation[1],
+        half_power=identified(lambda r: half_power(r.hz, r.amplitude).zeta, curve.repeats),
+        circle_fit=identified(lambda r: circle_fit(r.hz, r.response), curve.repeats))
+
+
+def _peak(frf):
+    try:
+        return highest_peak(frf.hz, frf.amplitude)
+    except InputError:
+        return np.nan, np.nan
+
+
+def _deviation(values: np.ndarray) -> np.ndarray:
+    return values.std(axis=0, ddof=1) if len(values) > 1 else np.full(values.shape[1:], np.nan)
+
+
+def identified(method: Callable[[Frf], float], repeats: Sequence[Frf]) -> Damping:
+    """Damping of each repeat by a method; refused for all where one is refused."""
+    try:
+        zeta = np.array([method(one) for one in repeats])
+    except InputError as error:
+        return Damping(refused=str(error))
+    return Damping(zeta=zeta.mean(), deviation=float(_deviation(zeta)))
+
+
+def _refusals(facts: MeasuredFacts):
+    if facts.half_power.refused:
+        yield f"no damping by half-power: {facts.half_power.refused}"
+    if facts.with_phase and facts.circle_fit.refused and facts.circle_fit.refused != facts.half_power.refused:
+        yield f"no damping by circle fit: {facts.circle_fit.refused}"
+
+
+def _write(path: Path, curve: MeasuredCurve, scatter: float) -> None:
+    table = np.column_stack([curve.hz, curve.mean, *curve.band(scatter), curve.deviation])
+    np.savetxt(path, table, delimiter=",", fmt="%.12g", header=COLUMNS, comments="")
+
+
+def load_band(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """hz, mean, low, high (n,) Hz and m/N of the CSV of a measured curve."""
+    return tuple(np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2).T[:4])
+
+
+def line(store: Store) -> str:
+    """Peak of each curve."""
+    return "; ".join(f"{name}: " + ("no peak" if one.peak_hz is None or one.peak_m_per_N is None else
+                                    f"{1e6 * one.peak_m_per_N:.4g} um/N at {one.peak_hz:.1f} Hz")
+                     for name, one in MeasuredResult.load(store).curves.items())
+
+
+def warnings(_: Study, store: Store) -> Sequence[str]:
+    """What was left out or refused."""
+    return MeasuredResult.load(store).warnings
+
+
+STAGE = Stage(measured, line, warnings=warnings, outputs=("measured.json",), may_write=("measured/*.csv",),
+              requires=("measured", "respond"), reads=("measured", "respond.band"), reads_files=("measured",))
