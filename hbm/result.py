@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from hbm import fourier
 from hbm.array_record import ArrayRecord
 from hbm.errors import InputError, nearest
+from hbm.npz import open_npz
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 RIPPLE = 1e-3          # a local maximum that stands out less, relative to its height, is none
@@ -209,7 +210,7 @@ class ForcedResponse(ArrayRecord):
         path = Path(path)
         if not path.is_file():
             raise InputError(f"forced response not found: {path}")
-        with np.load(path, allow_pickle=False) as z:
+        with open_npz(path) as z:
             missing = [f.name for f in fields(cls) if f.name not in z and f.default is f.default_factory is MISSING]
             if missing:
                 raise InputError(f"{path}: is not a forced response, '{missing[0]}' is missing")

@@ -25,6 +25,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from hbm.errors import InputError
+from hbm.npz import open_npz
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Truncation:
     @classmethod
     def load(cls, path: str | Path) -> "Truncation":
         """Read what `save` has written."""
-        with np.load(path, allow_pickle=False) as z:
+        with open_npz(path) as z:
             return cls(z["body"], z["size"], z["omega"], tuple(z[f"G{i}"] for i in range(len(z["body"]))))
 
     def mass(self, lam: float) -> np.ndarray | None:

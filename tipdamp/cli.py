@@ -1,7 +1,7 @@
 """Command line: `tipdamp VERB STUDY`. The only place that prints results and sets exit codes.
 
 0 done; 1 done, but a curve is incomplete; 2 the input cannot be used; 3 a solver gave up; 4 another run uses the
-results folder; 130 interrupted (Ctrl-C), 143 terminated (SIGTERM).
+results folder, or memory is short; 130 interrupted (Ctrl-C), 143 terminated (SIGTERM).
 """
 
 import argparse
@@ -57,6 +57,8 @@ def _main(argv):
         return _complain(f"{error.name} is not installed, and this job needs it; run: tipdamp doctor", 2)
     except RuntimeError as error:
         return _complain(f"could not be solved: {' '.join(str(error).split())}", 3)
+    except MemoryError as error:
+        return _complain(f"not enough memory: {error}", 4)
     except Terminated:
         return _complain(f"terminated; {KEPT}", 143)
     except KeyboardInterrupt:
@@ -80,6 +82,8 @@ def _parser() -> argparse.ArgumentParser:
         if on_study:
             added.add_argument("study", help="study file (.toml)")
             added.add_argument("--out", help="results folder (default: results/<study name> beside the study)")
+            added.add_argument("--allow-outside", action="store_true", help="let the study's key `results` lead out of "
+                               "its folder")
         return added
 
     for name, text, run in [*((name, text, _one_stage) for name, text in STAGES.items()),
@@ -135,7 +139,10 @@ def _opened(arguments):
     from tipdamp.study.study import load_study
 
     study = load_study(arguments.study)
-    return study, results_folder(study, arguments.out)
+    for key, path in study.inputs().items():
+        if path.is_file() and not study.holds(path):
+            logging.getLogger("tipdamp").warning("%s is read from outside the study's folder: %s", key, path.resolve())
+    return study, results_folder(study, arguments.out, arguments.allow_outside)
 
 
 def _one_stage(arguments) -> int:

@@ -19,6 +19,7 @@ import scipy.sparse as sp
 import hbm
 from hbm.journal import Block, Journal, StaleJournal
 from hbm.laws import ContactLaw, Contacts
+from hbm.npz import open_npz
 from hbm.problem import ContactProblem
 from hbm.response import follow_band
 from hbm.result import ForcedResponse
@@ -120,7 +121,7 @@ class Curves:
     def _journal(self, case) -> Iterator[Block]:
         for path in self._blocks(case):
             try:
-                with np.load(path, allow_pickle=False) as z:
+                with open_npz(path) as z:
                     block = Block(z["numbers"], z["layout"])
             except DAMAGED:
                 raise StaleJournal from None

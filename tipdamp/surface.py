@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hbm.npz import open_npz
 from modal.craig_bampton import Reduction
 from modal.faces import boundary_faces
 from modal.mesh import Mesh
@@ -123,7 +124,7 @@ def save(surfaces: Iterable[Surface], path: Path) -> None:
 
 def load(path: Path) -> dict[str, Surface]:
     """{body: Surface}"""
-    with np.load(path, allow_pickle=False) as z:
+    with open_npz(path) as z:
         return {body: Surface(body, z[f"{body}/node"], z[f"{body}/position"], z[f"{body}/triangles"],
                               z[f"{body}/edges"], z[f"{body}/recovery"] if f"{body}/recovery" in z else None,
                               bool(z[f"{body}/thinned"])) for body in z["bodies"].tolist()}

@@ -13,6 +13,7 @@ from scipy.linalg import eigh
 
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
+from hbm.npz import open_npz
 from modal.craig_bampton import Reduction
 from modal.mesh import Mesh
 from static_contact.detachment import StuckModes
@@ -43,7 +44,7 @@ class Shapes:
     @classmethod
     def load(cls, path: Path) -> "Shapes":
         """From .npz."""
-        with np.load(path, allow_pickle=False) as z:
+        with open_npz(path) as z:
             return cls(z["kind"], z["label"], z["hz"], z["q"])
 
 

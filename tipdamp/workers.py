@@ -6,6 +6,7 @@ that uses them, however that ends.
 
 import logging
 import os
+import pickle
 import signal
 import sys
 import time
@@ -77,6 +78,7 @@ class Workers:
             for pipe in connection.wait(list(self.busy)):
                 yield from self._heard(pipe, report)
         if self.jobs == 1 or len(tasks) == 1 and not self.idle:
+            common = pickle.loads(pickle.dumps(common))    # arrays lie in memory as elsewhere: the same to the last bit
             for i, task in enumerate(tasks):
                 work(common, task, partial(report, i))
                 yield i

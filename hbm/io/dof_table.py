@@ -11,6 +11,7 @@ import numpy as np
 import scipy.io
 
 from hbm.errors import InputError
+from hbm.npz import open_npz
 
 DIRECTIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches
@@ -55,7 +56,7 @@ def read_npz(path: str | Path) -> dict:
     if not path.is_file():
         raise InputError(f"reduced model not found: {path}")
     try:
-        content = np.load(path, allow_pickle=False)
+        content = open_npz(path, packed=True)
     except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: is not an .npz of plain arrays ({error})") from None
     if isinstance(content, np.ndarray):
@@ -100,7 +101,7 @@ def check_labels(labels: Sequence[tuple[int, int]], table: dict, dofs: object, M
 def saved_table(path: str | Path) -> dict:
     """Columns, groups and loads in an .npz of ReducedModel.save or a .mat of `matrices_out`; empty for other files."""
     if Path(path).suffix.lower() == ".npz":
-        with np.load(path, allow_pickle=False) as z:
+        with open_npz(path, packed=True) as z:
             if not {"M", "K", "node", "direction"} <= set(z.files):
                 return {}
         found = read_npz(path)

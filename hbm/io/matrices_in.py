@@ -20,6 +20,7 @@ import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
 from hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
+from hbm.npz import open_npz
 
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
 
@@ -154,7 +155,7 @@ def _ansys(path):
 
 
 def _npz(path, name):
-    with np.load(path, allow_pickle=False) as z:
+    with open_npz(path, packed=True) as z:
         if "format" in z.files:
             return sp.load_npz(path)
         return _pick(path, name, {k: z[k] for k in z.files})

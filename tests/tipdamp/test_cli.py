@@ -142,3 +142,31 @@ def test_refused_in_a_study(row, matrices_study, capsys, monkeypatch):
 
 def test_unchanged_study_is_valid(matrices_study):
     assert main(["run", str(matrices_study), "--quiet"]) == 0
+
+
+@pytest.mark.parametrize("way", ["relative", "absolute", "link"])
+def test_results_of_a_study_stay_in_its_folder(matrices_study, tmp_path, way, capsys):
+    """Unless the command line says otherwise; a study may come from somebody else."""
+    study, outside = tmp_path / "theirs" / "study.toml", tmp_path / "outside"
+    outside.mkdir()
+    study.parent.mkdir()
+    for name in ("study.toml", "model.npz", "pairs.csv"):
+        (tmp_path / name).rename(study.parent / name)
+    (study.parent / "linked").symlink_to(outside)
+    place = {"relative": "../outside", "absolute": str(outside), "link": "linked/study"}[way]
+    study.write_text(f'results = "{place}"\n' + study.read_text())
+    assert main(["inspect", str(study), "--quiet"]) == 2
+    assert re.search(r"study.toml: its results lead out of its own folder, to \S*outside.*--allow-outside",
+                     capsys.readouterr().err) and not list(outside.iterdir())
+    assert main(["inspect", str(study), "--quiet", "--allow-outside"]) == 0 and list(outside.iterdir())
+    assert main(["inspect", str(study), "--quiet", "--out", str(tmp_path / "mine")]) == 0
+
+
+def test_inputs_from_outside_are_named(matrices_study, tmp_path, caplog):
+    (tmp_path / "theirs").mkdir()
+    study = matrices_study.rename(tmp_path / "theirs" / "study.toml")
+    study.write_text(study.read_text().replace('"model.npz"', '"../model.npz"').replace('"pairs.csv"', '"linked.csv"'))
+    (study.parent / "linked.csv").symlink_to(tmp_path / "pairs.csv")
+    assert main(["inspect", str(study), "--quiet"]) == 0
+    assert caplog.messages == [f"[model] matrices is read from outside the study's folder: {tmp_path / 'model.npz'}",
+                               f"[contact] pairs is read from outside the study's folder: {tmp_path / 'pairs.csv'}"]

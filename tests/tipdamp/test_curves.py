@@ -69,6 +69,12 @@ def test_extended_studies_make_what_is_missing(study, made):
     assert run(study, "--force") == 0 and len(made) == 4
 
 
+def test_jobs_do_not_change_the_numbers(study):
+    assert run(study, "--jobs", "2") == 0
+    two = results(study)
+    assert run(study, "--force") == 0 and results(study) == two
+
+
 def test_levels_that_look_alike_have_files_of_their_own():
     names = {curves.Case(level, 1, (1.0, 2.0)).name for level in (5.0, 5.0000001, 1e-7, 1.00000001e-7)}
     assert len(names) == 4

@@ -7,6 +7,7 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
+from hbm.npz import open_npz
 from hbm.result import ForcedResponse
 from tipdamp import pair_checks, surface
 from tipdamp.stages.measured import load_band
@@ -180,7 +181,7 @@ def _stuck(study, store) -> StuckResponse | None:
     path = store.path("stuck.npz")
     if not path.is_file():
         return None
-    with np.load(path, allow_pickle=False) as z:
+    with open_npz(path) as z:
         mine = in_patch(z["output_names"], study.respond.patches[0])
         return StuckResponse(z["frequency"], np.abs(z["response"][:, mine]))
 

@@ -65,7 +65,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     return [case.file for both in cases for case in both]
 
 
-def _make(cases, curves, tick, workers):
+def _make(cases: list[Case], curves: Curves, tick: Ticker, workers: Workers) -> None:
     """Make the curves that the store does not have, each with a bar of its own; the longest first."""
     missing = sorted((case for case in cases if not curves.finished(case)), key=lambda case: (-case.H, -case.Fe_N))
     if missing:

@@ -133,9 +133,15 @@ def sweep_unfinished(store: Store) -> None:
                 path.unlink()
 
 
-def results_folder(study: Study, out: str | None) -> Store:
-    """The results folder of a study, or the one that is given."""
+def results_folder(study: Study, out: str | None, allow_outside: bool = False) -> Store:
+    """The results folder of a study, or the one that is given.
+
+    A study may come from somebody else: that its results lead out of its own folder must be allowed.
+    """
     folder = Path(out) if out else study.results
+    if not out and not allow_outside and not study.holds(folder):
+        raise InputError(f"{study.path}: its results lead out of its own folder, to {folder.resolve()}; name a folder "
+                         "with --out, or allow it with --allow-outside")
     if folder.exists() and not folder.is_dir():
         raise InputError(f"results folder {folder}: is a file")
     store = Store(folder)

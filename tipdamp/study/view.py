@@ -59,6 +59,10 @@ class Study:
         """A file named in the study, relative to the study's own folder."""
         return self.path.parent / relative
 
+    def holds(self, path: Path) -> bool:
+        """Whether a path lies in the study's own folder."""
+        return path.resolve().is_relative_to(self.path.parent.resolve())
+
     def inputs(self, *sections: str) -> dict[str, Path]:
         """{key: file} that the study names, of all or of these sections: meshes or matrices, pairs, measured curves."""
         named = [(section, f"[{section}] {key}", (vars(vars(self)[section])[key],))

@@ -1,0 +1,50 @@
+"""Curves side by side: time of a study of 40 curves of the rig by number of processes.
+
+    python -m tests.benchmarks.jobs
+
+Prints for each number of jobs the wall time, and what it would be on a machine without other work: the CPU time of the
+process that feeds the others, and of the longest of these.
+"""
+
+import os
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from tests.hbm.cases import rig
+from tipdamp.curves import Case, Curves, compile_kernels
+from tipdamp.stages.respond import make_curve
+from tipdamp.store import Store
+from tipdamp.workers import Workers
+
+CASES = [Case(float(Fe), H, band) for H in (5, 3, 1) for Fe in np.linspace(20, 2, 7) for band in ((2300., 3300.),
+                                                                                                (3300., 2300.))][:40]
+
+
+def timed(curves, case, report):
+    """A curve, and the CPU time of this process so far."""
+    make_curve(curves, case, report)
+    (curves.store.folder / f"{os.getpid()}.cpu").write_text(str(time.process_time()))
+
+
+def measured(jobs):
+    """(wall, ideal) s."""
+    problem, force, rows = rig()
+    with tempfile.TemporaryDirectory() as folder, Workers(jobs) as workers:
+        curves = Curves(problem, force, rows, None, Store(Path(folder)))
+        wall, cpu = time.perf_counter(), time.process_time()
+        problem.receptance()
+        assert len(list(workers.spread(timed, curves, CASES, lambda *_: None))) == len(CASES)
+        wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+        longest = max(float(f.read_text()) for f in Path(folder).glob("*.cpu"))
+        return wall, cpu if jobs == 1 else cpu + longest
+
+
+if __name__ == "__main__":
+    compile_kernels(None, rig()[0].law, None)
+    found = {jobs: measured(jobs) for jobs in (1, 2)}
+    for jobs, (wall, ideal) in found.items():
+        print(f"{jobs} jobs  {wall:6.1f} s  {ideal:6.1f} s without other work, "
+              f"{found[1][1] / ideal:.2f} times as fast as one")
