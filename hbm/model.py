@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from hbm.errors import InputError, nearest, shown
 from hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
 from hbm.io.matrices_in import read_model
-from hbm.validation import numbers
+from hbm.validation import brief, numbers
 
 SYMMETRY_TOLERANCE = 1e-10
 NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding
@@ -123,8 +123,11 @@ class ReducedModel:
 
     def displacement_row(self, body: str, node: int, direction: ArrayLike) -> np.ndarray:
         """(r,) row that takes the displacement of a node along a direction (3,) out of q."""
-        row = np.zeros(self.size)
-        for rank, component in zip(self.dofs(body, node), np.asarray(direction, dtype=float), strict=True):
+        row, allowed = np.zeros(self.size), "must be three numbers, for example [0, 1, 0], not all zero"
+        along = numbers("direction", direction, allowed)
+        if along.shape != (3,) or not np.isfinite(along).all() or not along.any():
+            raise InputError(f"direction = {brief(direction)}: {allowed}")
+        for rank, component in zip(self.dofs(body, node), along, strict=True):
             if component and rank < 0:
                 raise InputError(f"node {node} of body '{body}' has no such direction in the reduced model")
             if component:

@@ -18,7 +18,7 @@ from hbm.continuation.settings import Settings
 from hbm.errors import InputError, nearest
 from hbm.laws.records import Contacts
 from hbm.problem import ContactProblem
-from hbm.validation import brief
+from hbm.validation import brief, numbers
 
 Rebuild: TypeAlias = tuple[ContactProblem, dict]
 SETTINGS = ("preload", "mu", "kn", "kt")
@@ -105,17 +105,24 @@ class Level(Parameter):
 class ContactSetting(Parameter):
     """A factor on kn, kt, mu or the preload of every contact, or of some.
 
-    setting : 'kn', 'kt', 'mu' or 'preload'; contacts : indices of these contacts of the problem, None takes all
+    setting : 'kn', 'kt', 'mu' or 'preload'; contacts : index or indices of these contacts of the problem, None takes
+        all
     """
 
     setting: str
-    contacts: tuple | None = None
+    contacts: tuple | int | None = None
     name: str = field(init=False)
 
     def __post_init__(self):
         if self.setting not in SETTINGS:
             raise InputError(f"contact setting '{self.setting}' is unknown; {nearest(str(self.setting), SETTINGS)}")
-        some = "" if self.contacts is None else f" of contacts {', '.join(map(str, self.contacts))}"
+        some = ""
+        if self.contacts is not None:
+            chosen = np.atleast_1d(numbers("contacts", self.contacts, "must be indices of contacts"))
+            if chosen.ndim > 1 or not chosen.size or (chosen % 1).any():
+                raise InputError(f"contacts = {brief(self.contacts)}: must be indices of contacts")
+            object.__setattr__(self, "contacts", tuple(map(int, chosen)))
+            some = f" of contacts {', '.join(map(str, self.contacts))}"
         object.__setattr__(self, "name", self.setting + some)
 
     def check(self, problem: ContactProblem) -> None:
@@ -123,8 +130,8 @@ class ContactSetting(Parameter):
         if self.setting == "preload" and not problem.preloaded:
             raise InputError("parameter 'preload': the unloaded origin has gaps, not preloads; "
                              "use origin = 'preloaded'")
-        P, chosen = len(problem.contacts), np.asarray(() if self.contacts is None else self.contacts)
-        if chosen.size and (chosen.dtype.kind not in "iu" or chosen.min() < 0 or chosen.max() >= P):
+        P, chosen = len(problem.contacts), np.atleast_1d(0 if self.contacts is None else self.contacts)
+        if chosen.min() < 0 or chosen.max() >= P:
             raise InputError(f"contacts = {brief(self.contacts)}: must be indices from 0 to {P - 1}")
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:

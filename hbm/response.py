@@ -30,12 +30,14 @@ from hbm.hold import Hold
 from hbm.hold_check import change_in_words, stiffer_change
 from hbm.journal import Journal
 from hbm.laws.base import ContactLaw
+from hbm.laws.shipped import SHIPPED
 from hbm.model import ReducedModel
 from hbm.parameter import Equation, Frequency, Parameter, as_parameter
 from hbm.peaks import refine_largest
 from hbm.problem import ContactProblem, contact_problem
 from hbm.result import ForcedResponse, PeriodicSolution
 from hbm.starts import first_of, starts
+from hbm.testing import check_derivatives
 from hbm.tracing import record, trace
 from hbm.validation import (
     check_forcing,
@@ -144,7 +146,7 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
     hz = positive("hz", hz, " Hz")
     w = 2 * np.pi * hz
     check_carried(problem, case.forces, w)
-    balance, settings = case.balance(problem, chosen), case.settings
+    balance, settings = case.balance(problem, chosen, w), case.settings
     if guess is None:
         point = first_of(starts(balance, w, settings))
     else:
@@ -185,12 +187,17 @@ class _Case:
         forces = check_forcing(forcing, r, H)
         return cls(H, forces, *check_outputs(options.outputs, r), check_settings(options.settings, options.progress))
 
-    def balance(self, problem, options) -> HarmonicBalance:
-        """The harmonic balance: the first thing that takes time."""
+    def balance(self, problem, options, w) -> HarmonicBalance:
+        """The harmonic balance: the first thing that takes time. The derivatives of a law of one's own are checked, on
+        the stuck response at w rad/s."""
         default = "zero_slider" if problem.preloaded else "zero_force"
         start = default if options.start is None else options.start
         arguments = problem, self.forces, self.H, start, options.samples
-        return RecordedBalance(options.journal, *arguments) if options.journal else HarmonicBalance(*arguments)
+        made = RecordedBalance(options.journal, *arguments) if options.journal else HarmonicBalance(*arguments)
+        if type(problem.law) not in SHIPPED.values():
+            x = made.linear(w).reshape(len(problem.contacts), made.nd, made.nh)
+            check_derivatives(problem.law, problem.contacts, x, w)
+        return made
 
 
 def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: CurveOptions) -> ForcedResponse:
@@ -201,8 +208,9 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     at = check_values(options.at, argument, first, last, parameter.unit)
     for value in (first, last):
         there, forces = parameter.rebuild(problem, case.forces, value)
-        check_carried(there, forces, parameter.angular_frequency(2 * np.pi * hz, parameter.scale * value))
-    equation, settings = Equation(case.balance(problem, options), parameter, hz), case.settings
+        w = parameter.angular_frequency(2 * np.pi * hz, parameter.scale * value)
+        check_carried(there, forces, w)
+    equation, settings = Equation(case.balance(problem, options, w), parameter, hz), case.settings
     scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
     branch = trace(equation, scale * first, scale * last, settings, options.progress)
     if len(branch.points) > 2:

@@ -1,8 +1,9 @@
 """ForcedResponse: a curve of periodic solutions as read-only arrays; PeriodicSolution: a single one."""
 
 import warnings
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -210,13 +211,15 @@ class ForcedResponse(ArrayRecord):
         path = Path(path)
         if not path.is_file():
             raise InputError(f"forced response not found: {path}")
-        with open_npz(path) as z:
-            missing = [f.name for f in fields(cls) if f.name not in z and f.default is f.default_factory is MISSING]
-            if missing:
-                raise InputError(f"{path}: is not a forced response, '{missing[0]}' is missing")
-            plain = {str: str, bool: bool, int: int, float: float}
-            return cls(**{f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name] for f in fields(cls)
-                          if f.name in z})
+        plain = {str: str, bool: bool, int: int, float: float}
+        try:
+            with open_npz(path) as z:
+                return cls(**{f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name] for f in fields(cls)
+                              if f.name in z})
+        except InputError:
+            raise
+        except (OSError, ValueError, TypeError, EOFError, BadZipFile) as error:
+            raise InputError(f"{path}: is not a forced response as ForcedResponse.save writes it ({error})") from None
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from hbm.errors import InputError
 from hbm.parameter import BY_NAME, Equation, Frequency, Parameter
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
+from hbm.validation import check_whole
 
 SOLVES = 1e-6          # residual of a stored point relative to its motion, above which the problem is another one
 
@@ -50,8 +51,10 @@ def time_history(curve: ForcedResponse, problem: ContactProblem, name: str, valu
 
     Raises InputError as `solutions_at`, and where the curve has no such solution.
     """
+    check_whole("time_history: n", n, 1)
+    check_whole("time_history: which", which, 0)
     found = solutions_at(curve, problem, value, parameter)
-    if not 0 <= which < len(found):
+    if which >= len(found):
         raise InputError(f"time_history: which = {which}: the curve has {len(found)} solutions at {value:g}")
     hz = value if curve.parameter_name == "frequency" else curve.frequency[0]
     tau = 2 * np.pi * np.arange(n) / n

@@ -7,6 +7,7 @@ import numpy as np
 
 from hbm import fourier
 from hbm.balance import aft
+from hbm.errors import InputError
 from hbm.laws.base import ContactLaw
 from hbm.laws.records import ContactForces, Contacts, Motion
 from hbm.laws.sampled import projector
@@ -93,34 +94,63 @@ def _require(law, holds, what):
         raise AssertionError(f"law {law.name}: {what}")
 
 
-def _close(found, expected, tolerance, scale=None):
-    """Whether arrays agree; relative to the largest entry, or to a scale."""
-    size = np.abs(expected).max(initial=0.0) + 1e-300 if scale is None else scale
-    return bool((np.abs(found - expected) <= tolerance * size).all())
+def _agree(law, what, found, expected, tolerance, scale=None):
+    """AssertionError with the entry of two arrays that differs most, where that is more than a share of the largest
+    entry, or of a scale."""
+    allowed = tolerance * (np.abs(expected).max(initial=0.0) + 1e-300 if scale is None else scale)
+    _require(law, (np.abs(found - expected) <= allowed).all(), f"{what}: {_worst(found, expected)}, allowed "
+             f"difference {allowed:.1g}")
 
 
-def _is_derivative(found, value_at, tolerance, scale):
-    """Whether every row of `found` is the derivative of value_at(s) (rows, ...) at s = 0.
+def _worst(found, expected):
+    """The entry that differs most, in words; (contact, component, coefficient, ...) in the order of the arrays."""
+    away = np.abs(found - expected)
+    at = np.unravel_index(np.argmax(np.where(np.isnan(away), np.inf, away)), away.shape)
+    return f"entry {list(map(int, at))} is {found[at]:.6g}, expected {expected[at]:.6g}"
+
+
+def _differences(found, value_at):
+    """(rows, ...) derivative of value_at(s) (rows, ...) at s = 0, to compare with `found`.
 
     By central differences, and in a row that has a kink within their step by the differences of second order on one
     side of it: no row is left out.
     """
     h = 1e-6
     here, ahead, behind = value_at(0.0), [value_at(s) for s in (h, h / 2)], [value_at(s) for s in (-h, -h / 2)]
-    numeric = ((ahead[0] - behind[0]) / (2 * h), (4 * ahead[1] - ahead[0] - 3 * here) / h,
-               (3 * here + behind[0] - 4 * behind[1]) / h)
-    errors = [np.abs(found - d).reshape(len(found), -1).max(axis=1, initial=0.0) for d in numeric]
-    return bool((np.min(errors, axis=0) <= tolerance * scale).all())
+    numeric = np.array([(ahead[0] - behind[0]) / (2 * h), (4 * ahead[1] - ahead[0] - 3 * here) / h,
+                        (3 * here + behind[0] - 4 * behind[1]) / h])
+    errors = np.abs(found - numeric).reshape(3, len(found), -1).max(axis=2, initial=0.0)
+    return numeric[errors.argmin(axis=0), np.arange(len(found))]
 
 
 def _no_contacts(law, contacts, x, omega):
     none = np.zeros(len(contacts), dtype=bool)
     f = forces(law.select(none), contacts.select(none), x[none], omega)
-    _require(law, f.g.shape == x[none].shape and f.shares.shape == (0, 3), "harmonics of no contacts: wrong shape")
+    _require(law, f.g.shape == x[none].shape and f.shares.shape == (0, 3), f"harmonics of no contacts: g is "
+             f"{f.g.shape}, must be {x[none].shape}, shares are {f.shares.shape}, must be (0, 3)")
+
+
+def check_derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
+    """InputError where the tangents of a law are not the derivatives of its step, in steps of the cycles x (P, nd, nh).
+
+    For the start of a curve: of a few contacts; kinks, which differences cannot pass, may be in a quarter of the steps.
+    """
+    at = np.argsort(-np.abs(x).sum(axis=(1, 2)))[:8]
+    for what, found, expected, allowed in _tangents_and_differences(law.select(at), contacts.select(at), x[at], omega):
+        if (~(np.abs(found - expected) <= 100 * allowed)).any(axis=1).mean() > 0.25:
+            raise InputError(f"law {law.name}: {what}: {_worst(found, expected)}; hbm.testing.check_law tests the "
+                             "whole law")
 
 
 def _tangents(law, contacts, x, omega):
     """Of steps near a cycle, against central differences in motion, velocity, state and length of the step."""
+    for what, found, expected, allowed in _tangents_and_differences(law, contacts, x, omega):
+        _agree(law, what, found, expected, allowed, 1.0)
+
+
+def _tangents_and_differences(law, contacts, x, omega):
+    """(what, found (rows, nd + ns), expected, allowed difference) of force and state in 32 steps a contact: derivatives
+    are for a change by a tenth of the size of what varies."""
     n, P = 32, len(contacts)
     every, dt = np.tile(np.arange(P), n), 2 * np.pi / (omega * n)
     u, v = (a.reshape(n * P, -1) for a in _samples_of(x, n))
@@ -133,18 +163,22 @@ def _tangents(law, contacts, x, omega):
         return np.concatenate(law.step(Motion(u, v, dt), state, contacts), axis=1)
 
     force, new, t = law.tangents(Motion(*given[:2], dt), given[2], contacts)
-    _require(law, _close(np.concatenate([force, new], axis=1), stepped(*given), 1e-12),
-             "tangents returns another force or state than step")
-    for k, (name, what) in enumerate(zip(("u", "v", "state", "dt"), ("motion", "velocity", "state before",
-                                                                     "length of the step"), strict=True)):
+    both = np.concatenate([force, new], axis=1)
+    yield ("tangents returns another force or state than step", both, stepped(*given),
+           1e-12 * np.abs(both).max(initial=0.0))
+    names = ("u", "motion"), ("v", "velocity"), ("state", "state before"), ("dt", "length of the step")
+    for k, (name, what) in enumerate(names):
         by = np.concatenate([vars(t)[f"force_{name}"], vars(t)[f"state_{name}"]], axis=1)
         by = by[:, :, None] if by.ndim == 2 else by
         for d in range(by.shape[2]):
-            along = 1.0 if k == 3 else np.eye(by.shape[2])[d]
-            scale = max(np.abs(by).max(initial=0.0), 1e-3)
-            _require(law, _is_derivative(by[:, :, d], lambda s, k=k, along=along: stepped(
-                *(a + s * along if j == k else a for j, a in enumerate(given))), 1e-6, scale),
-                     f"tangents by the {what} differ from differences; is step analytic (no abs, real comparisons)?")
+            size = 0.1 * np.abs(given[k]).max(initial=0.0) or 1.0
+            along = size if k == 3 else size * np.eye(by.shape[2])[d]
+            found = size * by[:, :, d]
+            expected = _differences(found, lambda s, k=k, along=along: stepped(
+                *(a + s * along if j == k else a for j, a in enumerate(given))))
+            scale = max(size * np.abs(by).max(initial=0.0), 1e-3 * np.abs(force).max(initial=0.0))
+            yield (f"tangents by the {what} are not the derivatives of step; is it analytic (no abs, real "
+                   "comparisons)?", found, expected, 1e-6 * scale)
 
 
 def _selection(law, contacts, x, omega):
@@ -153,19 +187,20 @@ def _selection(law, contacts, x, omega):
     whole = forces(law, contacts, x, omega)
     part = forces(law.select(at), contacts.select(at), x[at], omega)
     scale = np.abs(whole.g).max() + 1e-300
-    _require(law, _close(part.g, whole.g[at], 1e-10, scale), "harmonics of some contacts depend on the others, or "
-             "select does not cut the parameters")
+    _agree(law, "harmonics of some contacts depend on the others, or select does not cut the parameters", part.g,
+           whole.g[at], 1e-10, scale)
     force, _, _ = history(law, contacts, x, omega, samples=32)
     own, _, _ = history(law.select(at), contacts.select(at), x[at], omega, samples=32)
-    _require(law, _close(own, force[:, at], 1e-12), "step of some contacts depends on the others")
+    _agree(law, "step of some contacts depends on the others, at [sample, contact, component]", own, force[:, at],
+           1e-12)
 
 
 def _mirror(law, contacts, x, omega):
     """No direction in the tangential plane is preferred to its opposite."""
     sign = np.array([-1.0 if name != "n" else 1.0 for name in law.components])[:, None]
     there, mirrored = (forces(law, contacts, a, omega) for a in (x, sign * x))
-    _require(law, _close(mirrored.g, sign * there.g, 1e-10, np.abs(there.g).max() + 1e-300),
-             "mirrored tangential motion does not give mirrored tangential forces")
+    _agree(law, "mirrored tangential motion does not give mirrored tangential forces", mirrored.g, sign * there.g,
+           1e-10)
 
 
 def _cycle(law, contacts, x, omega):
@@ -175,13 +210,15 @@ def _cycle(law, contacts, x, omega):
         total = total_force(law, contacts, x, f)
         size = np.abs(total).max() + 1e-300
         force, _, change = history(law, contacts, x, omega, start, periods=PERIODS)
-        _require(law, change <= 1e-3 * size, f"the force does not repeat within {PERIODS} periods")
+        _require(law, change <= 1e-3 * size, f"the force does not repeat within {PERIODS} periods: it still changes by "
+                 f"{change / size:.1e} of its size, allowed 1e-3")
         E = fourier.basis(2 * np.pi * np.arange(len(force)) / len(force), ORDERS)
         expected = np.tensordot(force, projector(E), (0, 0))
-        _require(law, _close(total, expected, 2e-3, size), f"harmonics differ from those of step (start '{start}')")
-        _require(law, (f.shares >= -1e-12).all() and np.allclose(f.shares.sum(axis=1), 1),
-                 "the shares of stick, slip and open do not add up to 1")
-        _require(law, not full_derivative(f, x)[~f.active].any(), "a component that is not active has a derivative")
+        _agree(law, f"harmonics differ from those of step (start '{start}')", total, expected, 2e-3, size)
+        _agree(law, "the shares of stick, slip and open are not each at least 0, with the sum 1",
+               np.abs(f.shares).sum(axis=1), np.ones(len(x)), 1e-5)
+        resting = np.abs(full_derivative(f, x)[~f.active]).max(initial=0.0)
+        _require(law, resting == 0, f"a component that is not active has a derivative, {resting:.3g} N/m")
 
 
 def _samples(law, contacts, x, omega):
@@ -190,10 +227,12 @@ def _samples(law, contacts, x, omega):
     if table is None:
         return
     coarse, fine = (forces(law, contacts, x, omega, samples=n).g for n in (64, 1024))
-    _require(law, _close(coarse, fine, 1e-12), "event-driven harmonics depend on the number of samples")
+    _agree(law, "event-driven harmonics depend on the number of samples, 64 or 1024", coarse, fine, 1e-12)
     n = 1024
     force, states, change = history(law, contacts, x, omega, samples=n, periods=3)
-    _require(law, change <= 1e-12 * np.abs(force).max(), "sliders do not repeat after the first cycle")
+    size = np.abs(force).max() + 1e-300
+    _require(law, change <= 1e-12 * size, f"sliders do not repeat after the first cycle: the force changes by "
+             f"{change / size:.1e} of its size, allowed 1e-12")
     u, v = _samples_of(x, n)
     memory, state, at = states[0][:, :table.follows.shape[1]], table.initial, np.arange(len(contacts))
     found = np.empty(force.shape)
@@ -201,8 +240,8 @@ def _samples(law, contacts, x, omega):
         state, memory = table.settled(u[i], omega * v[i], state, memory)
         found[i] = (np.einsum("pij,pj->pi", table.stiffness[at, state], u[i]) + table.offset[at, state]
                     + np.einsum("pim,pm->pi", table.by_memory[at, state], memory))
-    _require(law, _close(found, force, 2e-2, np.abs(force).max() + 1e-300), "the piecewise-linear table gives another "
-             "force than step")
+    _agree(law, "the piecewise-linear table gives another force than step, at [sample, contact, component]", found,
+           force, 2e-2, size)
 
 
 def _derivatives(law, contacts, x, omega):
@@ -211,17 +250,18 @@ def _derivatives(law, contacts, x, omega):
     for start in aft.STARTS:
         f = forces(law, contacts, x, omega, start)
         along, scale = np.einsum("pijkl,pkl->pij", full_derivative(f, x), dx), np.abs(f.D).max(initial=1e-3)
-        _require(law, _is_derivative(along, lambda s, start=start: forces(law, contacts, x + s * dx, omega, start).g,
-                                     5e-7, scale * np.abs(dx).max()),
-                 f"derivatives of harmonics by the motion differ from differences (start '{start}')")
+        expected = _differences(along, lambda s, start=start: forces(law, contacts, x + s * dx, omega, start).g)
+        _agree(law, f"derivatives of harmonics by the motion differ from differences (start '{start}')", along,
+               expected, 5e-7, scale * np.abs(dx).max())
         by = np.zeros(x.shape) if f.by_omega is None else f.by_omega
-        _require(law, _is_derivative(by, lambda s, start=start: forces(law, contacts, x, omega + s, start).g, 1e-6,
-                                     max(np.abs(by).max(), 1e-3 * scale * np.abs(x).max())),
-                 f"derivatives of harmonics by omega differ from differences (start '{start}')")
+        expected = _differences(by, lambda s, start=start: forces(law, contacts, x, omega + s, start).g)
+        _agree(law, f"derivatives of harmonics by omega differ from differences (start '{start}')", by, expected, 1e-6,
+               max(np.abs(by).max(), 1e-3 * scale * np.abs(x).max()))
         if f.by_preload is not None:
-            _require(law, _is_derivative(f.by_preload, lambda s, start=start: forces(
-                law, replace(contacts, preload=contacts.preload + s), x, omega, start).g, 1e-6, 1.0),
-                     f"derivatives of harmonics by the preload differ from differences (start '{start}')")
+            expected = _differences(f.by_preload, lambda s, start=start: forces(
+                law, replace(contacts, preload=contacts.preload + s), x, omega, start).g)
+            _agree(law, f"derivatives of harmonics by the preload differ from differences (start '{start}')",
+                   f.by_preload, expected, 1e-6, 1.0)
 
 
 def _sums_of_derivatives(law, contacts, x, omega):
@@ -235,7 +275,7 @@ def _sums_of_derivatives(law, contacts, x, omega):
     expected = forces(law, contacts, x, omega, samples=64).g - forces(law, contacts, 0 * x, omega, samples=64).g
     # a sampled slider that only just slips goes to rest as a square root of the amplitude: steep, and hard to sum
     tolerance = 5e-3 if law.piecewise_linear(contacts) is None else 2e-3
-    _require(law, _close(change, expected, tolerance), "the force jumps where its derivative does not tell")
+    _agree(law, "the force jumps where its derivative does not tell", change, expected, tolerance)
 
 
 def _sticking(law, contacts, x, omega):
@@ -244,5 +284,8 @@ def _sticking(law, contacts, x, omega):
         amplitude = scale * np.abs(x).sum(axis=2)
         sure = law.sticks_surely(contacts, amplitude)
         f = forces(law, contacts, scale * x, omega)
-        _require(law, sure.shape == (len(contacts),) and not (f.active[sure].any() or f.g[sure].any()),
-                 "a contact that sticks_surely does not stick")
+        _require(law, sure.shape == (len(contacts),), f"sticks_surely has the shape {sure.shape}, must be "
+                 f"({len(contacts)},)")
+        slips = np.flatnonzero(sure & (f.active.any(axis=1) | f.g.any(axis=(1, 2))))
+        _require(law, not len(slips), f"a contact that sticks_surely does not stick: contact {slips[:1]} within "
+                 f"{amplitude[slips[:1]]} m")

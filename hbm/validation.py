@@ -23,6 +23,13 @@ def check_harmonics(H: Any) -> int:
     return int(H)
 
 
+def check_whole(name: str, value: Any, least: int) -> int:
+    """One whole number of at least `least`."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise InputError(f"{name} = {brief(value)}: must be a whole number, {least} or more")
+    return int(value)
+
+
 def positive(name: str, value: Any, unit: str = "") -> float:
     """One finite number above zero."""
     if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) < np.inf:

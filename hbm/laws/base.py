@@ -56,7 +56,8 @@ class ContactLaw:
         complex, for derivatives by the complex step [Squire, Trapp 1998]: the formula must be analytic where it is
         smooth (sqrt(a*a + b*b), not abs), and comparisons take real parts.
         """
-        raise NotImplementedError(f"law {self.name} has no step")
+        raise InputError(f"law {self.name} has no step: define step(self, motion, state, contacts), which returns "
+                         "force and state")
 
     def initial_state(self, u: np.ndarray, start: SliderStart, contacts: Contacts) -> np.ndarray:
         """(P, ns) state at t = 0, where the motion is u (P, nd), perhaps complex; default zero."""
@@ -136,7 +137,12 @@ class ContactLaw:
         return replace(self, **cut) if cut else self
 
     def check(self, contacts: Contacts) -> None:
-        """InputError where parameters do not fit the contacts, or methods return arrays of the wrong shape."""
+        """InputError where components are none of the motion or in another order, parameters do not fit the contacts,
+        or methods return arrays of the wrong shape."""
+        order = [c for c in ContactLaw.components if c in self.components]
+        if not order or list(self.components) != order:
+            raise InputError(f"law {self.name}: components = {self.components}, must be of {ContactLaw.components}, in "
+                             "this order")
         for name, value in vars(self).items():
             if isinstance(value, np.ndarray) and len(value) != len(contacts):
                 raise InputError(_misfit(self.name, name, value, len(contacts)))
