@@ -63,6 +63,8 @@ class Facts:
     providers: Mapping[str, list[str]] | None = None  # installed projects that claim each of our package names
     python: str = sys.base_prefix  # Debian's packages are seen from /usr alone
     root: str = str(Path(__file__).resolve().parents[1])
+    jobs: int = 1  # curves side by side
+    no_jobs: str = ""  # why there cannot be several
 
 
 def checks(facts: Facts | None = None) -> list[Check]:
@@ -82,6 +84,7 @@ def checks(facts: Facts | None = None) -> list[Check]:
                     {"jinja2": NO_PAGE, "plotly": NO_PAGE, "matplotlib": NO_REPORT}.get(name, NO_STUDY))
           for name in STUDY),
         *(_own_package(facts, name) for name in OURS),
+        _jobs(facts),
     ]
     if age.status == "ok":
         return found
@@ -199,6 +202,12 @@ def _own_package(facts: Facts, name: str) -> Check:
     return Check(name, "ok", origin)
 
 
+def _jobs(facts: Facts) -> Check:
+    if facts.no_jobs:
+        return Check("jobs", "warn", facts.no_jobs, "export TIPDAMP_JOBS=1", "everything, one curve after the other")
+    return Check("jobs", "ok", f"{facts.jobs} curve{'s' * (facts.jobs > 1)} side by side (TIPDAMP_JOBS, --jobs)")
+
+
 # ---- looking -----------------------------------------------------------------------------------------------------
 
 _CHILD = r"""
@@ -231,7 +240,9 @@ for name in sys.argv[1:]:
 def look() -> Facts:
     """Import everything in a child process and find out where our own packages come from."""
     rows = _import_all(list(MODULES))
+    jobs, no_jobs = _try_jobs(rows)
     return Facts(
+        jobs=jobs, no_jobs=no_jobs,
         modules={n: Module(r.get("version", ""), r.get("file", ""), r.get("error", "")) for n, r in rows.items()},
         blas=tuple(sorted({path for row in rows.values() for path in row.get("blas", ()) if "gslcblas" not in path})),
         scalar=rows["petsc4py"].get("scalar", ""),
@@ -239,6 +250,20 @@ def look() -> Facts:
         origins={name: _origin(name) for name in OURS},
         providers={name: found for name, found in metadata.packages_distributions().items() if name in OURS},
     )
+
+
+def _try_jobs(rows: dict[str, dict]) -> tuple[int, str]:
+    """(curves side by side, why there cannot be several): two processes are started."""
+    if any(rows[name].get("error") for name in ("numpy", "scipy", "numba")):
+        return 1, ""  # told elsewhere
+    from tipdamp.workers import Workers, default_jobs, nothing
+
+    try:
+        with Workers(2) as workers:
+            list(workers.spread(nothing, None, ["one", "other"], lambda *_: None))
+        return default_jobs(), ""
+    except Exception as error:
+        return 1, f"{type(error).__name__}: {error}".splitlines()[0]
 
 
 def _import_all(names: list[str]) -> dict[str, dict]:

@@ -110,6 +110,10 @@ class Workers:
                 yield i
 
 
+def nothing(_: Any, __: Any, ___: Report) -> None:
+    """Work that tells whether a process can be started."""
+
+
 class _Worker:
     """A process and the pipe to it; what it has been given in common with earlier tasks is not sent again."""
 

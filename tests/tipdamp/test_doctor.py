@@ -20,6 +20,7 @@ from tipdamp.doctor import (
     Facts,
     Module,
     _import_all,
+    _try_jobs,
     checks,
     look,
     report,
@@ -55,6 +56,17 @@ def only(facts):
 def test_healthy_machine_has_no_troubles():
     assert troubles(HEALTHY) == {}
     assert report(checks(HEALTHY)).endswith("everything is in place")
+
+
+def test_processes_that_cannot_be_started(monkeypatch):
+    check = only(replace(HEALTHY, no_jobs="PermissionError: no sockets"))
+    assert (check.name, check.repair, check.what) == ("jobs", "export TIPDAMP_JOBS=1", "PermissionError: no sockets")
+    rows = {name: {} for name in MODULES}
+    monkeypatch.setenv("TIPDAMP_JOBS", "3")
+    assert _try_jobs(rows) == (3, "")
+    monkeypatch.setenv("TIPDAMP_JOBS", "x")
+    assert _try_jobs(rows)[1].startswith("InputError: TIPDAMP_JOBS = 'x'")
+    assert _try_jobs({**rows, "numba": {"error": "gone"}}) == (1, "")
 
 
 def test_reference_blas():
@@ -159,7 +171,7 @@ def test_foreign_project_that_claims_our_name():
 def test_report_names_trouble_repair_and_what_works():
     text = report(checks(with_module("dolfinx", error="ModuleNotFoundError: No module named 'dolfinx'")))
     assert f"still works: {OWN_CELLS}" in text and "repair: ./dev setup" in text
-    assert text.endswith("0 failed, 1 warned, 22 looked at")
+    assert text.endswith("0 failed, 1 warned, 23 looked at")
 
 
 def test_import_that_aborts_the_process(tmp_path, monkeypatch):
