@@ -93,7 +93,7 @@ def _parser() -> argparse.ArgumentParser:
         stage.add_argument("--quiet", action="store_true", help="no progress")
         if name in ("respond", "run"):
             stage.add_argument("--jobs", type=int, metavar="N", help="curves that are computed side by side, with one "
-                               "BLAS thread each (default: TIPDAMP_JOBS, or all cores)")
+                               "BLAS thread each (default: TIPDAMP_JOBS, or all cores); 1: in this process")
     export = verb("export", "the reduced model of a study (reduced before) as .npz, .mat or Matrix Market", _export)
     export.add_argument("--format", default="mtx", help="npz, mat or mtx (default)")
     verb("doctor", "what is missing or wrong on this machine, with the repair", _doctor, on_study=False)

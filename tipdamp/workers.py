@@ -40,7 +40,8 @@ def default_jobs() -> int:
 
 
 class Workers:
-    """Up to `jobs` processes, started when there is work for them; with one job the work is done in this process.
+    """Up to `jobs` processes, started when there is work for them; with one job the work is done in this process,
+    with the BLAS threads that it has.
 
     with Workers(2) as workers:
         for i in workers.spread(work, common, tasks, report): ...
@@ -77,7 +78,7 @@ class Workers:
         while any(i < 0 for _, i in self.busy.values()):          # begun before: kernels that all need
             for pipe in connection.wait(list(self.busy)):
                 yield from self._heard(pipe, report)
-        if self.jobs == 1 or len(tasks) == 1 and not self.idle:
+        if self.jobs == 1:
             common = pickle.loads(pickle.dumps(common))    # arrays lie in memory as elsewhere: the same to the last bit
             for i, task in enumerate(tasks):
                 work(common, task, partial(report, i))

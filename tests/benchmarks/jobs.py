@@ -9,6 +9,7 @@ process that feeds the others, and of the longest of these.
 import os
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,7 @@ def measured(jobs):
     """(wall, ideal) s."""
     problem, force, rows = rig()
     with tempfile.TemporaryDirectory() as folder, Workers(jobs) as workers:
+        problem = replace(problem, describe=None)          # a function in a function is not handed to a process
         curves = Curves(problem, force, rows, None, Store(Path(folder)))
         wall, cpu = time.perf_counter(), time.process_time()
         problem.receptance()

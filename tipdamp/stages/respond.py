@@ -72,16 +72,22 @@ def _make(cases: list[Case], curves: Curves, tick: Ticker, workers: Workers) -> 
         curves.problem.receptance()                   # once for all curves and processes
     with ExitStack() as all_bars:
         bars: dict[int, tuple[ExitStack, Ticker]] = {}
+        shares = dict.fromkeys(range(len(missing)), 0.0)
 
-        def report(i, share, figures):
+        def show() -> None:
+            done = len(cases) - len(missing) + sum(share == 1.0 for share in shares.values())
+            tick(1 - (len(missing) - sum(shares.values())) / len(cases), f"{done} of {len(cases)} curves")
+
+        def report(i: int, share: float, figures: str) -> None:
             if i not in bars:
                 bar = all_bars.enter_context(ExitStack())
                 bars[i] = bar, bar.enter_context(tick.beside(missing[i].title))
             bars[i][1](share, figures)
-        done = len(cases) - len(missing)
+            shares[i] = min(max(share, 0.0), 0.99)         # it may have passed the end, and its peaks are to be solved
+            show()
         for i in workers.spread(make_curve, curves, missing, report):
-            done += 1
-            tick(done / len(cases), f"{done} of {len(cases)} curves")
+            shares[i] = 1.0
+            show()
             if i in bars:
                 bars[i][0].close()
     sweep(curves.store, cases)
