@@ -103,3 +103,9 @@ def _extremum(x, tau, H, sign):
 def rms(X: np.ndarray) -> np.ndarray:
     """(...,) root mean square of the vibration, order 0 left out."""
     return np.sqrt(0.5 * np.sum(np.abs(X[..., 1:]) ** 2, axis=-1))
+
+
+def rms_slope(X: np.ndarray, dX: np.ndarray) -> np.ndarray:
+    """(...,) derivative of rms where X changes by dX."""
+    size = rms(X)
+    return 0.5 * np.sum((X[..., 1:].conj() * dX[..., 1:]).real, axis=-1) / np.where(size > 0, size, 1.0)

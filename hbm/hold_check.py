@@ -31,14 +31,14 @@ def stiffer_change(equation: Equation, branch: Branch, rows: np.ndarray, setting
         return 0.0
     if not solved:
         return float("nan")
-    heights = Output(equation, branch, Outputs(rows), KINDS[0], settings).heights(solved)
+    heights = Output(equation, branch, Outputs(rows), (KINDS[0], []), settings).heights(solved)
     i, j = np.unravel_index(heights.argmax(), heights.shape)
     stiffer = replace(equation, balance=equation.balance.rebuilt(problem.with_stiffer_holds(DEFAULT.stiffer),
                                                                  equation.balance.forces))
     again = [_again(stiffer, solved[k], problem, settings) for k in _flanks(heights[:, j], int(i))]
     if not all(point.converged for point in again):
         return float("nan")
-    output = Output(stiffer, Branch(again), Outputs(rows[[j]]), KINDS[0], settings)
+    output = Output(stiffer, Branch(again), Outputs(rows[[j]]), (KINDS[0], []), settings)
     after = output.heights(again)[:, 0]
     top, height = again[int(after.argmax())], after.max()
     if len(again) == 3:

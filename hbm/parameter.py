@@ -167,6 +167,11 @@ class ContactSetting(Parameter):
             rate = (problem.contacts.preload * self.chosen(problem))[:, None, None] * t.forces.by_preload
             rate[:, :, 0] += balance.beyond_rest * self.chosen(problem)[:, None]
             return rate
+        if self.setting == "mu":
+            scaled = self.scaled(problem, value)
+            rate = problem.law.by_friction(scaled, t.u, t.forces)
+            if rate is not None:
+                return rate * self.chosen(problem)[:, None, None] / value
         h = DIFFERENCE * max(value, 1e-3)
         value = max(value, h)
         after, before = (balance.contact_forces(t.u, t.w, self.scaled(problem, value + s)).g for s in (h, -h))

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -9,10 +10,11 @@ from hbm.continuation import arc
 from hbm.continuation.branch import Branch
 from hbm.continuation.crossings import with_tangent
 from hbm.continuation.point import Metric, Point
+from hbm.continuation.ripples import TooManyRipples, resolve
 from hbm.continuation.settings import DEFAULT, Settings
 from hbm.parameter import Equation, Parameter
 from hbm.problem import ContactProblem
-from hbm.result import KINDS, RIPPLE, ForcedResponse, amplitude, amplitude_slope, local_maxima
+from hbm.result import KINDS, RIPPLE, ForcedResponse, amplitude, amplitude_slope, local_maxima, orders_of
 from hbm.solutions import restored
 from hbm.tracing import Outputs
 
@@ -22,7 +24,7 @@ def refine_largest(equation: Equation, branch: Branch, rows: np.ndarray, setting
 
     rows : (m, r) outputs. Returns (n, m) bool, for the branch as it is afterwards.
     """
-    output = Output(equation, branch, Outputs(rows), KINDS[0], settings)
+    output = Output(equation, branch, Outputs(rows), (KINDS[0], []), settings)
     noise, found = _noise(branch, rows), []
     known = dict(zip(map(id, branch.points), output.heights(branch.points), strict=True))
     for j in np.flatnonzero(np.nanmax(list(known.values()), axis=0, initial=0.0) > noise):
@@ -39,28 +41,28 @@ def refine_largest(equation: Equation, branch: Branch, rows: np.ndarray, setting
 
 
 def find_peaks(curve: ForcedResponse, problem: ContactProblem, name: str, kind: str = "half_peak_to_peak",
-               parameter: Parameter | None = None) -> np.ndarray:
+               parameter: Parameter | None = None, order: int | None = None) -> np.ndarray:
     """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first, solved to 1e-8.
 
-    problem : the ContactProblem that the curve was made with; kind : as in ForcedResponse.amplitude
+    problem : the ContactProblem that the curve was made with; kind, order : as in ForcedResponse.amplitude
     parameter : as given to `follow_parameter`, where that was no name; then its values stand in place of Hz
     Ripples are left out: what is less than a thousandth of its height above the saddles beside it. Where a maximum
     could not be solved the highest point found stands for it, and of an incomplete curve the maxima between solved
-    points are given, each with a warning. Raises InputError for an unknown output or kind, and where the problem does
-    not fit the curve.
+    points are given, each with a warning. Raises InputError for an unknown output, kind or order, and where the problem
+    does not fit the curve.
     """
     j = curve.column(name)
     if not curve.complete:
         warnings.warn(f"maxima of '{name}': the curve is incomplete, others may be missing: {curve.ended}",
                       stacklevel=2)
-    heights = curve.amplitude(kind)[:, j]
+    heights, orders = curve.amplitude(kind, order)[:, j], orders_of(kind, order, curve.H, curve.force_orders)
     equation, points = restored(curve, problem, parameter)
     row = curve.output_rows[[j]]
-    output = Output(equation, Branch(points), Outputs(row), kind, DEFAULT)
+    output = Output(equation, Branch(points), Outputs(row), (kind, orders), DEFAULT)
     if not np.nanmax(heights, initial=0.0) > _noise_of(curve, equation, points, row):
         return np.empty((0, 2))
     found, known = [], curve.peak_points[:, j] if kind == KINDS[0] and curve.peak_points.size else heights < 0
-    for i in local_maxima(heights, curve.parameter):
+    for i in local_maxima(heights, curve.jumps):
         if known[i]:
             found.append((curve.parameter[i], heights[i]))
             continue
@@ -85,13 +87,14 @@ def _ripple(heights, i):
 class Output:
     """The outputs along a branch in one kind of amplitude. Points that are solved enter the branch.
 
+    kind : (kind of amplitude, orders that count in a harmonic)
     harmonics {id of a point: (the point, X and its change along the tangent, each (m, H+1))}
     """
 
     equation: Equation
     branch: Branch
     rows: Outputs
-    kind: str
+    kind: tuple[str, list[int]]
     settings: Settings
     harmonics: dict = field(default_factory=dict)
 
@@ -101,7 +104,7 @@ class Output:
         for i, point in enumerate(points):
             if point.converged:
                 X[i] = self.rows.at(point.detail)
-        return amplitude(X, self.kind)
+        return amplitude(X, *self.kind)
 
     def largest(self, j: int, heights: np.ndarray, high: np.ndarray,
                 points: list[Point] | None = None) -> tuple[arc.Measured, bool]:
@@ -113,35 +116,55 @@ class Output:
         points = list(self.branch.points if points is None else points)
         top = int(np.nanargmax(np.where(high, heights, -np.inf)))
         metric = arc.metric_at(points[top], self.equation.weights)
-        near = [i for i in range(len(points) - 1) if (high[i] or high[i + 1]) and np.isfinite(heights[i:i + 2]).all()
-                and points[i].parameter != points[i + 1].parameter]
-        wanted = sorted({top, *near, *(i + 1 for i in near)})
-        known = dict(zip(wanted, self.measured([with_tangent(self.equation.evaluate, points, i, metric)
-                                                for i in wanted], j, metric), strict=True))
 
         def measure(point):
             return self.measured([point], j, metric)[0]
 
-        brackets = [(arc.bound(known[i], known[i + 1], metric), i) for i in near
-                    if known[i].slope > 0 >= known[i + 1].slope]
-        best, solved = known[top], False
-        for bound, i in sorted(brackets, reverse=True):
+        chains, resolved = self._chains(points, heights, high, measure, metric)
+        chain = max(chains, key=lambda chain: max(end.value for end in chain))
+        highest = best = max(chain, key=lambda end: end.value)
+        brackets = sorted(((arc.bound(a, b, metric), a, b) for chain in chains for a, b in pairwise(chain)
+                           if a.slope > 0 >= b.slope), key=lambda bracket: -bracket[0])
+        solved = False
+        for bound, a, b in brackets:
             if bound >= best.value:
-                found = self._enter(arc.maximum(self.equation.evaluate, (known[i], known[i + 1]), measure, metric,
-                                                self.settings))
+                found = self._enter(arc.maximum(self.equation.evaluate, (a, b), measure, metric, self.settings))
                 if found.best.value >= best.value:
                     best, solved = found.best, found.solved
-        if best is known[top] and {top - 1, top} <= set(near):
-            three = known[top - 1], known[top], known[top + 1]
-            if three[1].value >= max(three[0].value, three[2].value):
-                found = self._enter(arc.maximum_by_value(self.equation.evaluate, three, measure, metric, self.settings))
-                best, solved = found.best, found.solved
-        return best, solved
+        at = chain.index(highest)
+        if best is highest and 0 < at < len(chain) - 1:
+            found = self._enter(arc.maximum_by_value(self.equation.evaluate, chain[at - 1:at + 2], measure, metric,
+                                                     self.settings))
+            best, solved = found.best, found.solved
+        return best, solved and resolved
+
+    def _chains(self, points, heights, high, measure, metric):
+        """([measured points, one after the other along the branch], whether their ripples are told apart): all that lie
+        beside a `high` point."""
+        near = [i for i in range(len(points) - 1) if (high[i] or high[i + 1]) and np.isfinite(heights[i:i + 2]).all()
+                and not points[i + 1].jump]
+        wanted = sorted({int(np.nanargmax(np.where(high, heights, -np.inf))), *near, *(i + 1 for i in near)})
+        runs = np.split(wanted, [k for k in range(1, len(wanted)) if wanted[k - 1] not in near])
+        chains = [[measure(with_tangent(self.equation.evaluate, points, i, metric)) for i in run] for run in runs]
+        highest = max((end for chain in chains for end in chain), key=lambda end: end.value).point
+        detail = highest.detail or self.equation.evaluate(highest.x, highest.parameter)
+        if not detail.balance.sampled(highest.x, detail.w):
+            return chains, True
+        try:
+            return [self._resolved(chain, measure, metric) for chain in chains], True
+        except TooManyRipples as many:
+            self.branch.calls += many.calls
+            return chains, False
+
+    def _resolved(self, chain, measure, metric):
+        found, calls = resolve(self.equation.evaluate, chain, measure, metric, self.settings)
+        self._enter(arc.Maximum(found[0], False, [end.point for end in found], calls))
+        return found
 
     def measured(self, points: list[Point], j: int, metric: Metric) -> list[arc.Measured]:
         """Amplitude of output j and its slope at solved points with their tangents."""
         both = np.array([self._harmonics(point)[:, j] for point in points])
-        values, slopes = amplitude(both[:, 0], self.kind), amplitude_slope(both[:, 0], both[:, 1], self.kind)
+        values, slopes = amplitude(both[:, 0], *self.kind), amplitude_slope(both[:, 0], both[:, 1], *self.kind)
         return [arc.Measured(point, float(value), float(slope) / metric.norm(*point.tangent))
                 for point, value, slope in zip(points, values, slopes, strict=True)]
 

@@ -214,7 +214,8 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
     branch = trace(equation, scale * first, scale * last, settings, options.progress)
     if len(branch.points) > 2:
-        insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings)
+        for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
+            warnings.warn(f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3)
         peak_points = refine_largest(equation, branch, case.rows, settings)
     change = stiffer_change(equation, branch, case.rows, settings)
     if in_words := change_in_words(change, (one.name for one in problem.held)):
@@ -255,4 +256,5 @@ def _solution(point, balance, hz, case, residual):
                   **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True))}
     held = tuple(one.name for one in balance.problem.held)
     return PeriodicSolution(frequency=hz, output_names=tuple(case.names), held=held, converged=point.converged,
-                            iterations=point.iterations, unknowns=point.x, force_residual=residual, **found)
+                            iterations=point.iterations, unknowns=point.x, force_orders=tuple(case.forces),
+                            force_residual=residual, **found)

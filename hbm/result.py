@@ -12,6 +12,7 @@ from hbm import fourier
 from hbm.array_record import ArrayRecord
 from hbm.errors import InputError, nearest
 from hbm.npz import open_npz
+from hbm.validation import brief
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 RIPPLE = 1e-3          # a local maximum that stands out less, relative to its height, is none
@@ -58,6 +59,7 @@ class ForcedResponse(ArrayRecord):
     carrying : (P,) bool, the contacts that take part
     force_orders, forces : (k,) int and (k, r) complex, N - the forcing; output_rows : (m, r)
     orientation : (n,) of the branch at each point (see `hbm.continuation.point`)
+    jumps : (n,) bool, points to which the branch does not lead from the point before: taken up after it was left
     slider_start : (P', nt) m, where the sliders start, if 'given'; samples : of a cycle
     """
 
@@ -92,12 +94,15 @@ class ForcedResponse(ArrayRecord):
     output_rows: np.ndarray = _none(0, 0)
     slider_start: np.ndarray = _none(0, 0)
     orientation: np.ndarray = _none(0)
+    jumps: np.ndarray = _none(0, dtype=bool)
     samples: int = 0
     reached_end: bool = False
     force_residual: np.ndarray = _none(0)
 
     def __post_init__(self):
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)
+        if not np.size(self.jumps):
+            object.__setattr__(self, "jumps", np.zeros(len(self.parameter), dtype=bool))
         super().__post_init__()
 
     def __repr__(self) -> str:
@@ -108,12 +113,14 @@ class ForcedResponse(ArrayRecord):
                 f"{', '.join(self.output_names)}; {self.share_slip.shape[1]} pairs, {len(self.slipping_pairs)} slip, "
                 f"H = {self.H}; {self.ended}>")
 
-    def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
-        """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'harmonic' |X_1|, or 'rms' of the vibration.
+    def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:
+        """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'rms' of the vibration, or 'harmonic'.
 
-        Raises InputError for another kind.
+        order : of the harmonic |X_k|; None takes that of the force, and of a force of several orders the root of the
+            sum of the squares |X_k|^2
+        Raises InputError for another kind, and for an order that is not one of 1..H or is given for another kind.
         """
-        return amplitude(self.harmonics, kind)
+        return amplitude(self.harmonics, kind, orders_of(kind, order, self.H, self.force_orders))
 
     def column(self, name: str) -> int:
         """Column of an output; InputError where there is none of that name."""
@@ -122,39 +129,59 @@ class ForcedResponse(ArrayRecord):
             raise InputError(f"output '{name}' is not in this response; {nearest(name, names)}")
         return names.index(name)
 
-    def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
+    def peak(self, name: str, kind: str = "half_peak_to_peak", order: int | None = None) -> tuple[float, float]:
         """(Hz, m) largest amplitude of an output; over another parameter, (value of that, m).
 
-        Solved to 1e-8 of the amplitude where `peak_points` marks it, which holds for half peak to peak of a computed
-        curve; else on the parabola through three points (`hbm.peaks` solves those). At the border of a frequency band
-        it is no resonance: it is returned with a warning (see `at_border`). A curve that stopped before the end of its
-        band, or whose largest amplitude lies beside a failed point, has no peak: (NaN, NaN), with a warning that gives
-        `at_least` and the reason.
+        kind, order : as in `amplitude`
+        Solved to 1e-8 of the amplitude, else with a warning that says why not (`why_unsolved`): the largest amplitude
+        of the computed points then stands for it. A measured curve has the parabola through its three highest points.
+        A curve that stopped before the end of its band, or whose largest amplitude lies beside a failed point, has no
+        peak: (NaN, NaN), with a warning that gives `at_least` and the reason.
         """
-        a, j = self.amplitude(kind)[:, self.column(name)], self.column(name)
+        a = self.amplitude(kind, order)[:, self.column(name)]
         reason = self._why_no_peak(a)
         if reason:
             warnings.warn(f"no peak of '{name}': {reason}", stacklevel=2)
             return float("nan"), float("nan")
+        doubt = self.why_unsolved(name, kind, order)
+        if doubt:
+            warnings.warn(f"peak of '{name}': {doubt}", stacklevel=2)
         i = int(np.nanargmax(a))
-        if self.parameter_name == "frequency" and self.at_border(name, kind):
-            warnings.warn(f"peak of '{name}': its largest amplitude lies at the border of the band, "
-                          f"{self.parameter[i]:g} Hz; the resonance may be outside, widen the band", stacklevel=2)
-        f = self.parameter[max(i - 1, 0):i + 2]
-        apart = np.abs(np.diff(f))
-        solved = self.peak_points.size and self.peak_points[i, j] and kind == KINDS[0]
-        if solved or not 0 < i < len(a) - 1 or 20 * min(apart) <= max(apart):
+        if self.peak_points.size or not 0 < i < len(a) - 1:
             return float(self.parameter[i]), float(a[i])
+        f = self.parameter[i - 1:i + 2]
         top, value = parabola(f - f[1], a[i - 1:i + 2])
         inside = min(f) <= f[1] + top <= max(f)
         return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
 
-    def at_least(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
+    def why_unsolved(self, name: str, kind: str = "half_peak_to_peak", order: int | None = None) -> str:
+        """Why the largest amplitude of an output is no solved maximum, in words; empty where it is one.
+
+        Half peak to peak is solved with the curve; `hbm.peaks.find_peaks` solves the other kinds. The largest amplitude
+        at the border of a frequency band is no resonance; over another parameter it is as good as any.
+        """
+        a, j = self.amplitude(kind, order)[:, self.column(name)], self.column(name)
+        if not self.peak_points.size or not np.nanmax(a, initial=0.0) > 0:
+            return ""
+        i = int(np.nanargmax(a))
+        if self.at_border(name, kind, order):
+            return "" if self.parameter_name != "frequency" else (
+                f"its largest amplitude lies at the border of the band, {self.parameter[i]:g} Hz; the resonance may be "
+                "outside, widen the band")
+        if self.jumps[i:i + 2].any():
+            return ("its largest amplitude lies where the branch was left and taken up again: it is not solved, and "
+                    "the points left out may exceed it")
+        if kind != KINDS[0]:
+            return (f"the largest of the computed points, not solved: find_peaks(curve, problem, '{name}', '{kind}') "
+                    "solves it")
+        return "" if self.peak_points[i, j] else "the maximum is not solved, the highest point found stands for it"
+
+    def at_least(self, name: str, kind: str = "half_peak_to_peak", order: int | None = None) -> tuple[float, float]:
         """(Hz, m) of the solved point with the largest amplitude of an output; over another parameter, (value, m).
 
         A lower bound of the peak, whether the curve has one or not; (NaN, NaN) where no point is solved.
         """
-        a = self.amplitude(kind)[:, self.column(name)]
+        a = self.amplitude(kind, order)[:, self.column(name)]
         if not np.isfinite(a).any():
             return float("nan"), float("nan")
         i = int(np.nanargmax(a))
@@ -173,9 +200,9 @@ class ForcedResponse(ArrayRecord):
         return f"at least {a[i]:.6g} m {at}, " + (f"beside a point that failed: {self.ended}" if self.reached_end else
                                                  self.ended)
 
-    def at_border(self, name: str, kind: str = "half_peak_to_peak") -> bool:
+    def at_border(self, name: str, kind: str = "half_peak_to_peak", order: int | None = None) -> bool:
         """Whether the largest amplitude of an output is that of an end of the curve: then `peak` is no resonance."""
-        a = self.amplitude(kind)[:, self.column(name)]
+        a = self.amplitude(kind, order)[:, self.column(name)]
         good = np.flatnonzero(np.isfinite(a))
         return bool(len(good) and a[good].max() > 0 and a[good].argmax() in (0, len(good) - 1))
 
@@ -232,7 +259,7 @@ class PeriodicSolution(ArrayRecord):
     held : names of the motions that are held; reaction : (h, H+1) complex, N or N m, as in ForcedResponse
     share_stick, share_slip, share_open : (P,) share of the cycle; dissipated : (P,) J per cycle
     converged : whether it was found; iterations : evaluations of the residual
-    unknowns : (N,) m, a `guess` for another call
+    unknowns : (N,) m, a `guess` for another call; force_orders : of the forcing
     force_residual : as in ForcedResponse
     """
 
@@ -250,45 +277,58 @@ class PeriodicSolution(ArrayRecord):
     converged: bool
     iterations: int
     unknowns: np.ndarray
+    force_orders: tuple
     force_residual: float
 
-    def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
-        """(m,) amplitude, m: of the kinds of ForcedResponse.amplitude."""
-        return amplitude(self.harmonics, kind)
+    def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:
+        """(m,) amplitude, m: as ForcedResponse.amplitude."""
+        return amplitude(self.harmonics, kind, orders_of(kind, order, self.harmonics.shape[-1] - 1, self.force_orders))
 
 
-def amplitude(X: np.ndarray, kind: str) -> np.ndarray:
-    """(...) amplitude of a kind from harmonics (..., H+1); NaN where they are."""
+def orders_of(kind: str, order: int | None, H: int, force_orders: ArrayLike) -> list[int]:
+    """The orders that count in an amplitude of a kind; InputError for an order that the kind or the curve has not."""
+    if order is None:
+        return sorted(set(np.asarray(force_orders, dtype=int).tolist())) or [1]
+    if kind != "harmonic":
+        raise InputError(f"order = {order}: belongs to the kind 'harmonic', not to '{kind}'")
+    if isinstance(order, bool) or not isinstance(order, int | np.integer) or not 1 <= order <= H:
+        raise InputError(f"order = {brief(order)}: must be a whole number from 1 to harmonics = {H}")
+    return [int(order)]
+
+
+def amplitude(X: np.ndarray, kind: str, orders: list[int]) -> np.ndarray:
+    """(...) amplitude of a kind from harmonics (..., H+1); NaN where they are. orders : that count in 'harmonic'."""
     if kind == "half_peak_to_peak":
         return fourier.half_peak_to_peak(X)
     if kind == "harmonic":
-        return np.abs(X[..., 1]) if X.shape[-1] > 1 else np.zeros(X.shape[:-1])
+        return np.sqrt(2) * fourier.rms(_chosen(X, orders))
     if kind == "rms":
         return fourier.rms(X)
     raise InputError(f"amplitude kind '{kind}' is unknown; {nearest(kind, KINDS)}")
 
 
-def amplitude_slope(X: np.ndarray, dX: np.ndarray, kind: str) -> np.ndarray:
+def amplitude_slope(X: np.ndarray, dX: np.ndarray, kind: str, orders: list[int]) -> np.ndarray:
     """(...) derivative of that amplitude where the harmonics change by dX (..., H+1)."""
     if kind == "half_peak_to_peak":
         return fourier.half_peak_to_peak_slope(X, dX)
     if kind == "harmonic":
-        return _norm_slope(X[..., 1:2], dX[..., 1:2])
-    return _norm_slope(X[..., 1:], dX[..., 1:]) / np.sqrt(2)
+        return np.sqrt(2) * fourier.rms_slope(_chosen(X, orders), _chosen(dX, orders))
+    return fourier.rms_slope(X, dX)
 
 
-def _norm_slope(X, dX):
-    """Derivative of the norm along the last axis."""
-    size = np.sqrt(np.sum(np.abs(X) ** 2, axis=-1))
-    return np.sum((X.conj() * dX).real, axis=-1) / np.where(size > 0, size, 1.0)
+def _chosen(X, orders):
+    """The harmonics with those of other orders left out; the mean stands first."""
+    return X[..., [0, *(k for k in orders if k < X.shape[-1])]]
 
 
-def local_maxima(a: ArrayLike, parameter: ArrayLike) -> list[int]:
-    """Places of the local maxima of an amplitude (n,) along a curve, both neighbours solved and ripples left out."""
-    a, parameter = np.asarray(a, dtype=float), np.asarray(parameter)
+def local_maxima(a: ArrayLike, jumps: ArrayLike) -> list[int]:
+    """Places of the local maxima of an amplitude (n,) along a curve, both neighbours solved and ripples left out.
+
+    jumps : (n,) bool, points to which the branch does not lead from the point before
+    """
+    a, jumps = np.asarray(a, dtype=float), np.asarray(jumps)
     higher = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])
-    jump = parameter[1:] == parameter[:-1]                # out of the band and in again: another solution
-    return [i for i in np.flatnonzero(higher & ~jump[:-1] & ~jump[1:]) + 1
+    return [i for i in np.flatnonzero(higher & ~jumps[1:-1] & ~jumps[2:]) + 1
             if a[i] - max(_saddle(a[i::-1]), _saddle(a[i:])) > RIPPLE * a[i]]
 
 

@@ -1,5 +1,7 @@
 """Single solutions at a value of the parameter of a curve, and their course over a period."""
 
+import warnings
+
 import numpy as np
 
 from hbm import fourier
@@ -25,7 +27,8 @@ def solutions_at(curve: ForcedResponse, problem: ContactProblem, value: float,
     value : in a curve over another parameter, a value of that; parameter : as given to `follow_parameter`, where that
         was no name
     Every solution is solved to the tolerance: those that the curve holds there (`at` of forced_response), and by Newton
-    from the points around each other crossing. Raises InputError outside the curve, and where the problem does not fit.
+    from the points around each other crossing. A crossing that could not be solved is left out, with a warning.
+    Raises InputError outside the curve, and where the problem does not fit.
     """
     equation, points = restored(curve, problem, parameter)
     found = [(place, point.detail.outputs(curve.output_rows) if at is None else curve.harmonics[at])
@@ -79,9 +82,10 @@ def restored(curve: ForcedResponse, problem: ContactProblem,
     start = curve.slider_start if curve.start == "given" else curve.start
     forces = dict(zip(curve.force_orders.tolist(), curve.forces, strict=True))
     balance = HarmonicBalance(problem, forces, curve.H, start, curve.samples)
-    columns = curve.unknowns, parameter.scale * curve.parameter, curve.converged, curve.iterations, curve.orientation
-    points = [Point(x, p, bool(good), int(calls), orientation=sign)
-              for x, p, good, calls, sign in zip(*columns, strict=True)]
+    columns = (curve.unknowns, parameter.scale * curve.parameter, curve.converged, curve.iterations, curve.orientation,
+               curve.jumps)
+    points = [Point(x, p, bool(good), int(calls), orientation=sign, jump=bool(jump))
+              for x, p, good, calls, sign, jump in zip(*columns, strict=True)]
     equation = Equation(balance, parameter, float(curve.frequency[0]))
     _check_solves(equation, [point for point in points if point.converged])
     return equation, points
@@ -109,5 +113,8 @@ def _places(curve, equation, points, value):
         yield i, i, points[i]
     p = equation.parameter.scale * value
     for point, _, i in crossings(equation.evaluate, points, p, equation.weights, DEFAULT):
-        if point.converged and not there[i - 1:i + 1].any():
+        if not point.converged:
+            warnings.warn(f"a crossing of {equation.parameter.named(value)} could not be solved: a solution is missing",
+                          stacklevel=3)
+        elif not there[i - 1:i + 1].any():
             yield i, None, point

@@ -245,7 +245,7 @@ def _samples(law, contacts, x, omega):
 
 
 def _derivatives(law, contacts, x, omega):
-    """Of the harmonics by those of the motion, by omega and by the preload, against central differences."""
+    """Of the harmonics by those of the motion, by omega, by the preload and by mu, against central differences."""
     dx = np.abs(x).max() * np.random.default_rng(2).normal(size=x.shape)
     for start in aft.STARTS:
         f = forces(law, contacts, x, omega, start)
@@ -262,6 +262,12 @@ def _derivatives(law, contacts, x, omega):
                 law, replace(contacts, preload=contacts.preload + s), x, omega, start).g)
             _agree(law, f"derivatives of harmonics by the preload differ from differences (start '{start}')",
                    f.by_preload, expected, 1e-6, 1.0)
+        by_friction = law.by_friction(contacts, x, f)
+        if by_friction is not None:
+            expected = _differences(by_friction, lambda s, start=start: forces(
+                law, replace(contacts, mu=(1 + s) * contacts.mu), x, omega, start).g)
+            _agree(law, f"derivatives of harmonics by mu differ from differences (start '{start}')",
+                   by_friction, expected, 1e-6, 1.0)
 
 
 def _sums_of_derivatives(law, contacts, x, omega):

@@ -142,7 +142,8 @@ def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray],
         force_orders=np.array(list(balance.forces), dtype=int), output_rows=rows,
         forces=np.array(list(balance.forces.values()), dtype=complex).reshape(-1, balance.problem.K.shape[0]),
         slider_start=np.empty((0, 0)) if isinstance(start, str) else np.asarray(start, dtype=float),
-        orientation=np.array([p.orientation for p in branch.points]), samples=len(balance.grid[0]) - 1,
+        orientation=np.array([p.orientation for p in branch.points]),
+        jumps=np.array([p.jump for p in branch.points]), samples=len(balance.grid[0]) - 1,
         reached_end=bool(branch.complete))
 
 

@@ -144,6 +144,14 @@ class HarmonicBalance:
             forces = forces.with_springs(stiffness, u)
         return forces
 
+    def sampled(self, x: np.ndarray, w: float) -> bool:
+        """Whether the contact forces at x (n,) and w rad/s depend on the samples of the cycle."""
+        u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
+        finer = aft.sample_grid(self.H, 2 * (len(self.grid[0]) - 1))
+        g, exact = (aft.evaluate(self.problem.law, self.problem.contacts, u, self.start, grid, w).g
+                    for grid in (self.grid, finer))
+        return bool(np.abs(g - exact).max() > DEFAULT.sampling * np.abs(exact).max())
+
     def _regularised(self, forces):
         """The contact forces with a weak regularisation of the mean position in their derivative.
 

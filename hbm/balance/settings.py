@@ -12,6 +12,7 @@ class BalanceSettings:
     series_reach: float = 4.0        # modes above this many times the highest harmonic enter by a power series ...
     series_terms: int = 18           # ... with so many terms: 4^-18 is below 1e-10
     few_modes: int = 60              # up to which a series does not pay
+    sampling: float = 1e-11          # share of the contact forces: a sampled law changes them by more with more samples
     power_iterations: int = 100      # at most, for the softest motion of the Jacobian
     noise: float = 50.0              # times the rounding of the stiffness: what a restrained motion must store
     loose: float = 1e-13             # share of the stiffness, for each dof, that a rigid motion must store: reduction

@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hbm.continuation.corrector import between, correct, interpolate, leaving, oriented, solve_fixed
+from hbm.continuation.corrector import between, correct, interpolate, oriented, polished, solve_fixed
 from hbm.continuation.point import Evaluate, Metric, Point, size
 from hbm.continuation.settings import Settings
 
 STRAIGHT = 0.9           # cosine of the angle between two tangents above which the arc is taken for its chord
+CLOSE = 0.98             # of the way to a corner: just beyond it there is no point of the branch
+BENT = 0.1               # share of one side of a corner by which its bend may shift the corner along the other
 
 
 @dataclass(frozen=True)
@@ -47,33 +49,34 @@ def maximum(evaluate: Evaluate, ends: tuple[Measured, Measured], measure: Callab
             settings: Settings, enough: float = np.inf) -> Maximum:
     """The maximum between two points of a branch, or the first point that reaches the value `enough`."""
     a, b = ends
-    points, calls, left = [a.point, b.point], 0, 0
-    # no step without evaluating again: next to a kink the tangent of the point before would be another one
-    finer = replace(settings, tolerance=settings.peak_residual, max_stalls=settings.patient_stalls, last_step=0.0)
+    points, calls, left, top = [a.point, b.point], 0, 0, max(ends, key=lambda end: end.value)
     for attempt in range(settings.max_peak_points):
         best, apart = max(a, b, key=lambda end: end.value), distance(a.point, b.point, metric)
         highest = bound(a, b, metric)
         # where the tangents do not meet but are noise: what the slopes gain over the chord
         gain = highest - best.value if highest < np.inf else max(a.slope, -b.slope) * apart
         solved = gain <= settings.peak_tolerance * abs(best.value) or apart <= settings.shortest_chord
-        if solved or best.value >= enough or highest < enough < np.inf:
-            return Maximum(best, solved, points, calls)
+        # where the slopes contradict the values they have led astray
+        solved &= top.value - best.value <= 10 * settings.peak_tolerance * abs(top.value)
+        if solved or best.value >= enough or highest < enough < np.inf or calls > settings.max_peak_calls:
+            return Maximum(top, solved, points, calls)
         new: Point | None = None
         if _corner(a.point, b.point, metric) is None or attempt % 4 == 3:
-            new = between(evaluate, a.point, b.point, _share(a, b, apart, attempt), metric.weights, finer)
+            new = between(evaluate, a.point, b.point, _share(a, b, apart, attempt), metric.weights, settings)
             calls += new.iterations
-        if new is None or not _lies_between(new, a.point, b.point, metric):
-            new, more = _step_from(evaluate, a.point, b.point, metric, finer)
+        if new is None or not lies_between(new, a.point, b.point, metric):
+            new, more = _step_from(evaluate, a.point, b.point, metric, settings)
             calls += more
         if not new.converged:
             break
         points.insert(left + 1, new)
         found = measure(new)
+        top = max(top, found, key=lambda end: end.value)        # rounding may lift one above the last two
         if found.slope > 0:
             a, left = found, left + 1
         else:
             b = found
-    return Maximum(max(a, b, key=lambda end: end.value), False, points, calls)
+    return Maximum(top, False, points, calls)
 
 
 def maximum_by_value(evaluate: Evaluate, three: tuple[Measured, Measured, Measured],
@@ -119,7 +122,7 @@ def crossing(evaluate: Evaluate, a: Point, b: Point, parameter: float, metric: M
                 return new, calls
         middle = between(evaluate, a, b, 0.5, metric.weights, settings)
         calls += middle.iterations
-        if not _lies_between(middle, a, b, metric):
+        if not lies_between(middle, a, b, metric):
             middle, more = _step_from(evaluate, a, b, metric, settings)
             calls += more
         if not middle.converged or distance(a, b, metric) <= settings.shortest_chord:
@@ -152,7 +155,8 @@ def bound(a: Measured, b: Measured, metric: Metric) -> float:
         return np.inf
     corner = _corner(a.point, b.point, metric)
     if corner is not None:
-        return max(a.value + a.slope * corner[0], b.value - b.slope * corner[1]) if min(corner) >= 0 else np.inf
+        ahead, behind = corner[0] + BENT * corner[1], corner[1] + BENT * corner[0]
+        return max(a.value + a.slope * ahead, b.value - b.slope * behind) if min(corner) >= 0 else np.inf
     apart = distance(a.point, b.point, metric)
     meet = (b.value - a.value - b.slope * apart) / (a.slope - b.slope)
     return a.value + a.slope * meet if -1e-9 * apart <= meet <= (1 + 1e-9) * apart else np.inf
@@ -200,7 +204,7 @@ def _near(new, a, b, metric):
     return all(size(metric.weights * (new.x - end.x)) <= 1.5 * apart for end in (a, b))
 
 
-def _lies_between(new, a, b, metric):
+def lies_between(new, a, b, metric):
     """Whether a solved point lies on the arc from a to b: there the branch runs forward as the chord does.
 
     The plane across the chord of a hairpin may meet the branch before a or behind b, where it runs against the chord.
@@ -214,23 +218,26 @@ def _lies_between(new, a, b, metric):
 def _step_from(evaluate, a, b, metric, settings):
     """(a solved point next to a or b on the arc between, residual calls), by ever smaller steps along the tangents.
 
-    The first steps lead to where the tangents pass each other: in a hairpin that is further than b is from a.
+    The first steps lead almost to where the tangents pass each other: in a hairpin that is further than b is from a.
     """
     calls, apart, new = 0, distance(a, b, metric), a
+    settings = replace(settings, max_stalls=settings.patient_stalls, last_step=0.0)
     corner = _corner(a, b, metric) if a.tangent and b.tangent else None
     first = corner if corner is not None and min(corner) > 0 else (apart, apart)
+    sides = sorted(((a, 1.0, first[0]), (b, -1.0, first[1])), key=lambda side: -side[2])
     for k in range(settings.max_halvings):
-        for end, way, length in ((a, 1.0, first[0]), (b, -1.0, first[1])):
+        for end, way, length in sides:
             if end.tangent is None:
                 continue
             tx, tp = _unit(end, metric)
-            step = length * 0.5**k
+            step = CLOSE * length * 0.5**k
             plane = metric.plane(end.x + way * step * tx, end.parameter + way * step * tp, tx, tp)
             new = correct(evaluate, plane, metric, settings)
             calls += new.iterations
             # a far correction would lead to another part of the branch
             if new.converged and metric.norm(new.x - plane.x, new.parameter - plane.parameter) <= 0.5 * step:
-                new = leaving(new, plane.row, plane.corner)
-                if new.orientation == a.orientation:
-                    return new, calls
+                exact = polished(evaluate, new, plane, metric, settings)
+                calls += exact.iterations - new.iterations
+                if exact.converged and exact.orientation == a.orientation:
+                    return exact, calls
     return replace(new, converged=False), calls

@@ -47,7 +47,12 @@ def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings
 def solve_fixed(evaluate: Evaluate, x: np.ndarray, p: float, weights: np.ndarray, settings: Settings = DEFAULT,
                 max_calls: int = 300) -> Point:
     """Damped Newton from x (n,) at the fixed parameter p, for a first point or a restart, in about `max_calls`."""
-    none = np.zeros(len(x))
+    return damped(evaluate, Plane(x, p, np.zeros(len(x)), 1.0), weights, settings, max_calls)
+
+
+def damped(evaluate: Evaluate, plane: Plane, weights: np.ndarray, settings: Settings, max_calls: int) -> Point:
+    """Damped Newton on a plane from the point that it passes through."""
+    x, p, row, corner = plane
     e = evaluate(x, p)
     calls = 1
     reach = 1e3 * max(size(x), size(e.residual))     # a Jacobian near singular sends x far away
@@ -55,30 +60,52 @@ def solve_fixed(evaluate: Evaluate, x: np.ndarray, p: float, weights: np.ndarray
         error = size(e.residual)
         if error <= settings.tolerance * min(max(size(weights * x), 1e-300), reach):
             return Point(x, p, True, calls, e)
-        dx, _ = e.solve(none, 1.0, 0.0)
+        dx, dp = e.solve(row, corner, 0.0)
         length = size(dx)
-        if not np.isfinite(error + length) or size(x) > 100 * reach:
+        if not np.isfinite(error + length + dp) or size(x) > 100 * reach:
             break
         share = min(1.0, reach / length) if length else 1.0
         for _ in range(7):
-            trial = evaluate(x + share * dx, p)
+            trial = evaluate(x + share * dx, p + share * dp)
             calls += 1
             if size(trial.residual) < (1 - 0.1 * share) * error:
                 break
             share *= 0.5
-        x, e = x + share * dx, trial
-    return Point(np.full_like(x, np.nan), p, False, calls)
+        x, p, e = x + share * dx, p + share * dp, trial
+    return Point(np.full_like(x, np.nan), plane.parameter, False, calls)
 
 
 def between(evaluate: Evaluate, a: Point, b: Point, share: float, weights: np.ndarray,
             settings: Settings = DEFAULT) -> Point:
-    """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of it."""
+    """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of it, to rounding."""
     metric = Metric(weights, max(size(weights * a.x), size(weights * b.x), 1e-300),
                     max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2)
-    row, corner = metric.border(b.x - a.x, b.parameter - a.parameter)
-    x, p = interpolate(a, b, share, metric)
-    new = correct(evaluate, Plane(x, p, row, corner), metric, settings)
-    return leaving(new, row, corner) if new.converged else new
+    plane = Plane(*interpolate(a, b, share, metric), *metric.border(b.x - a.x, b.parameter - a.parameter))
+    # no step without evaluating again: next to a kink the tangent of the point before would be another one
+    settings = replace(settings, max_stalls=settings.patient_stalls, last_step=0.0)
+    new = polished(evaluate, correct(evaluate, plane, metric, settings), plane, metric, settings)
+    if new.converged:
+        return new
+    strict = replace(settings, tolerance=settings.patient_residual)
+    again = damped(evaluate, plane, weights, strict, settings.patient_calls)
+    return polished(evaluate, replace(again, iterations=new.iterations + again.iterations), plane, metric, settings)
+
+
+def polished(evaluate: Evaluate, point: Point, plane: Plane, metric: Metric, settings: Settings) -> Point:
+    """A point after Newton steps on its plane until these are small, the last one linearised; with its tangent.
+
+    The residual does not tell: where springs are 1e6 times as stiff as the body, 1e-10 of the motion is 1e-4 of a
+    contact force. Not converged where no step is small.
+    """
+    for k in range(settings.max_polish if point.converged else 0):
+        dx, dp = point.detail.solve(plane.row, plane.corner, 0.0)
+        length = metric.norm(dx, dp)
+        if length <= settings.peak_step * (1 if k < settings.max_polish - 1 else settings.safety):
+            done = leaving(point, plane.row, plane.corner)
+            return replace(done, x=point.x + dx, parameter=point.parameter + dp, detail=point.detail.moved(dx, dp))
+        x, p = point.x + dx, point.parameter + dp
+        point = Point(x, p, True, point.iterations + 1, evaluate(x, p))
+    return replace(point, converged=False)
 
 
 def interpolate(a: Point, b: Point, share: float, metric: Metric) -> tuple[np.ndarray, float]:

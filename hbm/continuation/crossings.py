@@ -41,13 +41,17 @@ def crossings(evaluate: Evaluate, points: list[Point], parameter: float, weights
 
 
 def insert_crossings(evaluate: Evaluate, branch: Branch, at: np.ndarray, weights: np.ndarray,
-                     settings: Settings) -> None:
-    """Insert a solved point wherever the branch crosses one of the parameters `at`."""
+                     settings: Settings) -> list[float]:
+    """Insert a solved point wherever the branch crosses one of the parameters `at`; those where one is not solved."""
+    missed = []
     for parameter in at:
         for point, calls, place in reversed(crossings(evaluate, branch.points, parameter, weights, settings)):
             branch.calls += calls
             if point.converged:
                 branch.points.insert(place, point)
+            else:
+                missed.append(float(parameter))
+    return missed
 
 
 def with_tangent(evaluate: Evaluate, points: list[Point], k: int, metric: Metric) -> Point:

@@ -5,6 +5,7 @@ solution, or where the branch folds without progress: `restart`.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,17 +52,18 @@ def _advance(tracer, on_point):
 
 def _cut(tracer):
     """Leave out what lies outside the band where it starts; solve where the branch goes out and comes in."""
-    branch, kept, before = tracer.branch, [], None
+    branch, kept, before, left = tracer.branch, [], None, False
     for point in branch.points:
         out = tracer.outside(point.parameter) > 0
         crosses = before is not None and out != (tracer.outside(before.parameter) > 0)
         if crosses and branch.end != "budget" and before.converged and point.converged:
             border = tracer.solve_between(before, point, tracer.begin)
             if border.converged and not any(_same(border, known, tracer) for known in (before, point)):
-                kept.append(border)
+                kept.append(replace(border, jump=left))
+                left = False
         if not out:
-            kept.append(point)
-        before = point
+            kept.append(replace(point, jump=True) if left else point)
+        before, left = point, out
     branch.points = kept
 
 

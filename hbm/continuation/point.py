@@ -54,6 +54,7 @@ class Point:
     detail : Linearised of the last evaluation; where the corrector failed, of the first
     tangent : (dx, dp) along the branch, of any length, or None
     orientation : sign of the bordered determinant with that tangent, the same all along a branch; 0 where unknown
+    jump : whether the branch does not lead here from the point before
     """
 
     x: np.ndarray
@@ -63,6 +64,7 @@ class Point:
     detail: Any = None
     tangent: Any = None
     orientation: float = 0.0
+    jump: bool = False
 
 
 OnPoint: TypeAlias = Callable[[Point, float], None]          # called with a point and the step to it

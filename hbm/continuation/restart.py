@@ -57,7 +57,7 @@ def _in_steps(tracer, begin, goal):
             break
         last = passed[-1] if passed else begin
         step = min(max(1.5 * abs(at.parameter - last.parameter) / tracer.length, AHEAD[0]), 0.05)
-        passed.append(at)
+        passed.append(replace(at, jump=True))
     return passed, at
 
 
@@ -74,6 +74,7 @@ def _back(tracer, found, passed, follow):
     tracer.branch.calls += back.calls
     good = [reverse(q) for q in back.points if q.converged]
     nearest = min(range(len(good)), key=lambda i: tracer.sense * good[i].parameter)
+    good[nearest] = replace(good[nearest], jump=True)
     if tracer.ahead(good[nearest].parameter, left) <= settings.hole * tracer.way:
         return passed + good[nearest::-1], good[nearest]
     if len(tracer.branch.points) < 0.6 * settings.max_points:

@@ -21,6 +21,8 @@ class Settings:
     max_iterations: int = 12      # of the corrector; Newton near a smooth branch needs two or three
     max_stalls: int = 1           # of its iterations that do not halve the residual; a shorter step is cheaper
     patient_stalls: int = 6       # the same between two solved points, where no shorter step exists
+    patient_calls: int = 60       # of damped Newton between two points, where Newton fails ...
+    patient_residual: float = 1e-13    # ... and its tolerance
     max_points: int = 5000
     max_calls: int = 2000         # of the residual from 400 unknowns on, (400/n)^2 times as many below; and for each
                                   # point as many more as the next line says
@@ -44,9 +46,14 @@ class Settings:
     points_back: int = 400        # within which a solution found ahead is followed back
     max_bisections: int = 40      # of the interval around a crossing; beyond that it is rounding
     max_peak_points: int = 60     # solved in one bracket around a maximum; a kink takes most
+    max_peak_calls: int = 400     # of the residual in one bracket; beyond that the maximum counts as unsolved
+    max_ripple_points: int = 200  # added around a maximum of sampled laws to tell its ripples apart
+    ripple_margin: float = 4.0    # times the error of the cubic through two points: how far a ripple may exceed it
+    concave_halvings: int = 5     # of a part of the branch with one kink, after which no ripple is expected in it
     max_halvings: int = 30        # of the step from one end of a bracket, where the plane between meets no solution
     peak_tolerance: float = 1e-10    # of the value: by how much a point may still lie below the maximum
-    peak_residual: float = 1e-13  # tolerance of the points around a maximum: a sharp one magnifies the residual
+    peak_step: float = 1e-9       # arc length of the last Newton step of the points around a maximum ...
+    max_polish: int = 4           # ... after so many at most; where the springs are stiff the residual does not tell
     peak_window: float = 0.02     # share of the largest value by which a point may lie below it and be searched from
     shortest_chord: float = 1e-13    # arc length of a bracket that is not divided any more: rounding
     peak_noise: float = 1e-9      # of the motion of the whole model: an output below it is rounding

@@ -107,6 +107,11 @@ class ContactLaw:
         """
         return sampled.harmonics(self, contacts, x, start, grid, omega)
 
+    def by_friction(self, contacts: Contacts, x: np.ndarray, forces: ContactForces) -> np.ndarray | None:
+        """(P, nd, nh) N: derivative of the forces at the relative motion x (P, nd, nh) by a factor on mu; None: not
+        known in closed form."""
+        return None
+
     def orbit_tangents(self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any,
                        omega: float) -> tuple[np.ndarray, np.ndarray]:
         """(force_u, force_v), each (n, P, nd, nd): derivatives of the force at the samples of the periodic cycle."""

@@ -6,13 +6,14 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from scipy.optimize import brentq
 
 from hbm import fourier
 from hbm.balance.named_motion import describe_motion
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.settings import Settings
-from hbm.laws import Contacts, DryFriction2T, Jenkins1D, UnilateralSpring
+from hbm.laws import Contacts, CubicSpring, DryFriction2T, Jenkins1D, UnilateralSpring
 from hbm.problem import ContactProblem
 from hbm.starts import first_point
 
@@ -50,6 +51,21 @@ def unilateral(p):
     pairs = Contacts([p["kn"]], [0.0], [0.0], [p["N0"]])
     one = np.ones((1, 1))
     return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, UnilateralSpring(), pairs), np.array([p["F"]])
+
+
+def duffing(c, cubic=1.0):
+    """m = k = 1 with a cubic spring."""
+    return ContactProblem(np.eye(1), np.array([[c]]), np.eye(1), np.eye(1), CubicSpring(cubic=cubic),
+                          Contacts([0.0], [0.0], [0.0], [0.0]))
+
+
+def duffing_peak(c, F, cubic=1.0):
+    """(rad/s, amplitude) of its peak at H = 1: (1 - w^2 + 3/4 cubic A^2)^2 + c^2 w^2 = (F/A)^2 is least there."""
+    def w2(A):
+        return 1 + 0.75 * cubic * A**2 - c**2 / 2
+
+    A = brentq(lambda A: A**2 * (c**4 / 4 + c**2 * w2(A)) - F**2, 1e-6, 1e3, xtol=1e-14, rtol=1e-15)
+    return np.sqrt(w2(A)), A
 
 
 def coupled(p):

@@ -1,5 +1,6 @@
 """Every local maximum of a curve, and solutions at a frequency that was not asked for beforehand."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -7,9 +8,10 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from hbm.errors import InputError
-from hbm.laws import DryFriction2T
+from hbm.laws import Contacts, DryFriction2T, Jenkins1D
 from hbm.peaks import find_peaks
-from hbm.response import follow_band, forced_response
+from hbm.problem import ContactProblem
+from hbm.response import follow_band, forced_response, solve_at
 from hbm.result import ForcedResponse
 from hbm.solutions import solutions_at
 from tests.hbm.cases import beam, jenkins, load, rig, unilateral
@@ -112,3 +114,78 @@ def test_both_solutions_next_to_a_fold_are_found():
             apart.append(np.diff(sizes).min())
         first, second = np.diff(np.square(apart))
         assert first == pytest.approx(second, rel=0.1)
+
+
+STIFF = jenkins(dict(m=1.0, k=1.0, c=0.02, kt=1e6, slip_limit_muN=1.0, F=1.2))
+
+
+@pytest.fixture(scope="module")
+def both_ways():
+    problem, force = STIFF
+    return [follow_band(problem, force, np.array(band) / (2 * np.pi), harmonics=9, outputs={"x": [1.0]})
+            for band in ((0.3, 2.0), (2.0, 0.3))]
+
+
+@pytest.mark.parametrize("kind", ["half_peak_to_peak", "harmonic", "rms"])
+def test_a_spring_of_a_million_times_the_stiffness(both_ways, kind):
+    """Residuals of 1e-13 of the motion are 1e-7 of the contact force: the largest maximum from both ends."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")                    # of smaller maxima
+        tops = [find_peaks(curve, STIFF[0], "x", kind)[0] for curve in both_ways]
+    assert tops[0][1] == pytest.approx(tops[1][1], rel=1e-8) and tops[0][0] == pytest.approx(tops[1][0], rel=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["harmonic", "rms"])
+def test_a_peak_that_is_not_solved_is_named(both_ways, kind):
+    """Of these kinds a curve holds no solved maximum: its highest point stands for it, which the sentence says."""
+    for curve in both_ways:
+        with pytest.warns(UserWarning, match=f"peak of 'x': the largest .* not solved: find_peaks.*'{kind}'. solves"):
+            hz, top = curve.peak("x", kind)
+        i = int(np.argmax(curve.amplitude(kind)))
+        assert (hz, top) == (curve.frequency[i], curve.amplitude(kind)[i, 0]) and not curve.why_unsolved("x")
+
+
+def test_a_top_where_the_branch_was_left_is_named(both_ways):
+    curve = both_ways[0]
+    i = int(np.argmax(curve.amplitude()))
+    for at, named in ((i, True), (i + 1, True), (i + 2, False), (i - 1, False)):
+        jumps = np.zeros(len(curve.frequency), dtype=bool)
+        jumps[at] = True
+        assert ("left and taken up" in replace(curve, jumps=jumps).why_unsolved("x")) == named
+
+
+def test_a_sharp_linear_resonance_is_solved(recwarn):
+    """Damping 1e-5: the last bit of the frequency changes the response by 1e-11; Newton's method cannot do better."""
+    one = np.ones((1, 1))
+    problem = ContactProblem(one, None, one, one, Jenkins1D(), Contacts([0.0], [1.0], [1.0], [1e9]), damping_ratio=1e-5)
+    curve = follow_band(problem, np.ones(1), (0.2, 0.25), harmonics=3, outputs={"x": [1.0]})
+    assert curve.peak("x")[1] == pytest.approx(0.5 / (2e-5 * np.sqrt(1 - 1e-10)), rel=1e-9) and not len(recwarn)
+
+
+@pytest.mark.parametrize("order", [1, 3])
+def test_harmonic_is_of_the_order_of_the_force(order):
+    problem, force = jenkins(load("A1")["parameters"])
+    curve = follow_band(problem, {order: force}, np.array([0.1, 0.2]) / order, harmonics=9, outputs={"x": [1.0]})
+    size = np.abs(curve.harmonics[:, 0])
+    assert np.allclose(curve.amplitude("harmonic")[:, 0], size[:, order], rtol=1e-14)
+    assert np.array_equal(curve.amplitude("harmonic"), curve.amplitude("harmonic", order))
+    assert np.allclose(curve.amplitude("harmonic", 3 * order)[:, 0], size[:, 3 * order], rtol=1e-14)
+    hz, top = find_peaks(curve, problem, "x", "harmonic")[0]
+    assert top >= size[:, order].max() and top == pytest.approx(size[:, order].max(), rel=1e-2)
+    at = solve_at(problem, {order: force}, hz, harmonics=9, outputs={"x": [1.0]})
+    assert at.amplitude("harmonic")[0] == pytest.approx(top, rel=1e-8)
+    other = find_peaks(curve, problem, "x", "harmonic", order=3 * order)[0, 1]
+    assert other == pytest.approx(size[:, 3 * order].max(), rel=2e-2) and other >= size[:, 3 * order].max() * (1 - 1e-9)
+
+
+def test_harmonic_of_a_force_of_two_orders():
+    problem, force = jenkins(load("A1")["parameters"])
+    curve = follow_band(problem, {1: force, 3: 0.3 * force}, (0.1, 0.2), harmonics=5, outputs={"x": [1.0]})
+    both = np.hypot(*np.abs(curve.harmonics[:, 0, [1, 3]]).T)
+    assert np.allclose(curve.amplitude("harmonic")[:, 0], both, rtol=1e-14)
+    assert find_peaks(curve, problem, "x", "harmonic")[0, 1] == pytest.approx(both.max(), rel=1e-2)
+    for order in (0, 6, 1.5, True):
+        with pytest.raises(InputError, match="order = .*: must be a whole number from 1 to harmonics = 5"):
+            curve.amplitude("harmonic", order)
+    with pytest.raises(InputError, match="order = 3: belongs to the kind 'harmonic', not to 'rms'"):
+        curve.peak("x", "rms", order=3)

@@ -2,19 +2,11 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
-from hbm.balance.residual import ContactProblem
-from hbm.laws import Contacts, CubicSpring
 from hbm.peaks import find_peaks
 from hbm.response import follow_band
 from hbm.solutions import solutions_at
-
-
-def duffing(c, cubic=1.0):
-    """m = k = 1 with a cubic spring."""
-    return ContactProblem(np.eye(1), np.array([[c]]), np.eye(1), np.eye(1), CubicSpring(cubic=cubic),
-                          Contacts([0.0], [0.0], [0.0], [0.0]))
+from tests.hbm.cases import duffing, duffing_peak
 
 
 def curve_of(problem, F, band, H=1):
@@ -22,25 +14,16 @@ def curve_of(problem, F, band, H=1):
     return follow_band(problem, np.array([F]), np.array(band) / (2 * np.pi), harmonics=H, outputs={"x": np.ones(1)})
 
 
-def closed_form(c, F, cubic=1.0):
-    """(rad/s, amplitude) of the peak at H = 1: (1 - w^2 + 3/4 cubic A^2)^2 + c^2 w^2 = (F/A)^2 is least there."""
-    def w2(A):
-        return 1 + 0.75 * cubic * A**2 - c**2 / 2
-
-    A = brentq(lambda A: A**2 * (c**4 / 4 + c**2 * w2(A)) - F**2, 1e-6, 1e3, xtol=1e-14, rtol=1e-15)
-    return np.sqrt(w2(A)), A
-
-
 def test_closed_form_itself():
     """m = k = cubic = 1, c = 0.03, F = 0.2: 2.657120165 at 2.508937161 rad/s, by hand."""
-    assert closed_form(0.03, 0.2) == pytest.approx((2.508937161, 2.657120165), rel=1e-9)
+    assert duffing_peak(0.03, 0.2) == pytest.approx((2.508937161, 2.657120165), rel=1e-9)
 
 
 @pytest.mark.parametrize("band", [(0.5, 3.1), (3.1, 0.5), (0.4, 3.5), (3.5, 0.4), (0.5, 5.0), (5.0, 0.5), (2.9, 0.3)])
 def test_sharp_peak_for_any_band_and_direction(band):
     problem = duffing(0.03)
     curve = curve_of(problem, 0.2, band)
-    w, A = closed_form(0.03, 0.2)
+    w, A = duffing_peak(0.03, 0.2)
     assert curve.complete
     assert curve.peak("x")[1] == pytest.approx(A, rel=1e-9)
     assert 2 * np.pi * curve.peak("x")[0] == pytest.approx(w, rel=1e-6)
@@ -53,7 +36,7 @@ def test_random_sharp_peaks():
     rng = np.random.default_rng(1)
     for _ in range(40):
         c, F, cubic = 10 ** rng.uniform([-2.3, -1.5, -1.0], [-0.7, 0.3, 1.0])
-        w, A = closed_form(c, F, cubic)
+        w, A = duffing_peak(c, F, cubic)
         band = np.array([0.3 * rng.uniform(0.8, 1.2), w * rng.uniform(1.15, 1.6)])
         for direction in (1, -1):
             curve = curve_of(duffing(c, cubic), F, band[::direction])

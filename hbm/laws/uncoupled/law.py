@@ -95,6 +95,15 @@ class CoulombFriction(ContactLaw):
         integrals.add_forces(x, pieces, counts, law, place, (g, D, by_preload))
         return ContactForces(g, active, D, by_preload, None, shares)
 
+    def by_friction(self, contacts, x, forces):
+        """(P, nd, nh) N: tangential forces depend on mu N alone, a factor on mu is one on preload and kn u_n."""
+        rate = contacts.preload[:, None, None] * forces.by_preload
+        if self._normal:
+            rate[:, -1] = 0.0
+            moving, nt = forces.contacts, self.sliders
+            rate[moving, :nt] += np.einsum("adjk,ak->adj", forces.D[:, :nt, :, -1], x[moving, -1])
+        return rate
+
     def sticks_surely(self, contacts, amplitude):
         """(P,) bool: neither slip nor lift-off within the amplitude."""
         return _sticks(contacts, amplitude[:, :self.sliders],

@@ -121,3 +121,25 @@ def test_every_end_names_a_remedy(end):
     what, remedy = branch.ended.rsplit(";", 1) if ";" in branch.ended else branch.ended.rsplit(":", 1)
     assert "3.25" in what and "\n" not in branch.ended and len(remedy.split()) >= 5
     assert any(word in remedy for word in ("direction", "damping", "harmonics", "stiffness"))
+
+
+def test_points_that_the_branch_does_not_lead_to_are_marked():
+    """Where endless folds were left, and nowhere else."""
+    def endless(x, p):
+        a, slope = (x[0], 1.0) if x[0] < 5 else (5 + 0.2 * np.sin(5 * (x[0] - 5)), np.cos(5 * (x[0] - 5)))
+        b = x[0] + p
+        return Dense(np.array([(a - p) * b]), np.array([[slope * b + a - p]]), np.array([a - p - b]))
+    branch = follow(endless, start_at(endless, 1.0, 1.0), 10.0, np.ones(1),
+                    Settings(patience=50), restart=lambda p: start_at(endless, -p, p))
+    x = np.array([b.x[0] for b in branch.points])
+    jumps = np.flatnonzero([b.jump for b in branch.points])
+    assert len(jumps) and (np.diff(jumps) == 1).all() and (x[:jumps[0]] > 0).all() and (x[jumps[-1]:] < 0).all()
+
+
+def test_the_way_back_into_the_band_is_marked():
+    """From p = -1 over both folds: below -1 the branch is left out, it comes back where x^3 - 3 x = -1 for the third
+    time."""
+    branch = follow(s_curve, start_at(s_curve, -1.9, -1.0), 8.0, np.ones(1), Settings(outside=5.0))
+    jumps = [b for b in branch.points if b.jump]
+    assert branch.complete and len(jumps) == 1 and jumps[0].parameter == -1.0
+    assert jumps[0].x[0] == pytest.approx(2 * np.cos(2 * np.pi / 9))

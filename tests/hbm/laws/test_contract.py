@@ -76,6 +76,11 @@ class _OtherPreload(laws.DryFriction2T):
         return replace(f, by_preload=1.01 * f.by_preload)
 
 
+class _OtherLimit(laws.DryFriction2T):
+    def by_friction(self, *given):
+        return 1.01 * super().by_friction(*given)
+
+
 class _OtherTangents(Dahl):
     def tangents(self, *given):
         force, state, t = super().tangents(*given)
@@ -148,7 +153,8 @@ class _NotOfRate(Viscous):
     (_NotAnalytic(), "analytic"), (_OneForAll(), "another force or state than step"),
     (_OtherFriction(), "harmonics differ from those of step"), (_OtherTable(), "table gives another force"),
     (_OtherDerivative(), "derivatives of harmonics by the motion"),
-    (_OtherPreload(), "derivatives of harmonics by the preload"), (_NotOfRate(0.3), "by omega"),
+    (_OtherPreload(), "derivatives of harmonics by the preload"),
+    (_OtherLimit(), "derivatives of harmonics by mu"), (_NotOfRate(0.3), "by omega"),
     (_OtherTangents(), "tangents by the state before"), (_OneStepsTangent(), "tangents by the motion"),
     (_OneContactsDerivative(), "derivatives of harmonics by the motion"), (_OtherRest(), "harmonics differ"),
     (_SticksTooSurely(), "does not stick"), (_Directed(), "mirrored"), (_Drifting(), "does not repeat")],
