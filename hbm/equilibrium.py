@@ -23,7 +23,9 @@ import scipy.sparse as sp
 from hbm import fourier
 from hbm.balance.newton import real_times
 from hbm.balance.settings import DEFAULT
-from hbm.continuation.point import Point, size
+from hbm.continuation.corrector import damped
+from hbm.continuation.point import Plane, Point, size
+from hbm.continuation.settings import DEFAULT as SETTINGS
 from hbm.errors import InputError
 from hbm.parameter import Equation
 from hbm.problem import ContactProblem
@@ -151,6 +153,7 @@ def _more_steps(equation, point) -> Iterator[Point]:
         moved, of = size(equation.weights * tx), size(equation.weights * point.x)
         if abs(tp) * of < DEFAULT.fold * moved * abs(point.parameter):
             row, corner = tx / size(tx), 0.0
+    begin = Plane(point.x, point.parameter, row, corner)
     e = equation.evaluate(point.x, point.parameter)
     for _ in range(DEFAULT.more_steps):
         dx, dp = e.solve(row, corner, 0.0)
@@ -160,6 +163,11 @@ def _more_steps(equation, point) -> Iterator[Point]:
         e = equation.evaluate(x, p)
         point = replace(point, x=x, parameter=p, detail=e)
         yield point
+    # at a kink the full steps lead to and fro
+    strict = replace(SETTINGS, tolerance=SETTINGS.patient_residual)
+    new = damped(equation.evaluate, begin, equation.weights, strict, SETTINGS.patient_calls)
+    if new.converged:
+        yield replace(point, x=new.x, parameter=new.parameter, detail=new.detail)
 
 
 def with_residuals(curve: ForcedResponse, residuals: np.ndarray, equation: Equation,

@@ -147,8 +147,8 @@ class Output:
         runs = np.split(wanted, [k for k in range(1, len(wanted)) if wanted[k - 1] not in near])
         chains = [[measure(with_tangent(self.equation.evaluate, points, i, metric)) for i in run] for run in runs]
         highest = max((end for chain in chains for end in chain), key=lambda end: end.value).point
-        detail = highest.detail or self.equation.evaluate(highest.x, highest.parameter)
-        if not detail.balance.sampled(highest.x, detail.w):
+        balance, w = self.equation.balance_at(highest.parameter)
+        if not balance.sampled(highest.x, w):
             return chains, True
         try:
             return [self._resolved(chain, measure, metric) for chain in chains], True
@@ -190,7 +190,8 @@ class Output:
 def _noise(branch, rows):
     """(m,) amplitudes of the outputs, rows (m, r), that are rounding beside the motion of the whole model."""
     point = max((p for p in branch.points if p.converged), key=lambda p: np.linalg.norm(p.detail.modal[:, 1:]))
-    return DEFAULT.peak_noise * np.linalg.norm(rows, axis=1) * np.linalg.norm(point.detail.displacement()[:, 1:])
+    motion = point.detail.balance.receptance.shapes @ point.detail.modal[:, 1:]
+    return DEFAULT.peak_noise * np.linalg.norm(rows, axis=1) * np.linalg.norm(motion)
 
 
 def _noise_of(curve, equation, points, rows):
