@@ -70,7 +70,8 @@ def test_interrupted_anywhere(case, monkeypatch):
         again = follow_band(problem, force, band, journal=Journal(blocks.append, blocks), **options)
         assert again == whole
         known = sum(1 for block in blocks for mark, _ in unpacked(block) if mark < 0)
-        assert len(made) <= calls - known + 3
+        # what is asked anew of points before the interruption: of the last ones, and of those beside a peak
+        assert len(made) <= calls - known + 6
         steps = int(random.integers(10, 6 * calls))
 
 
