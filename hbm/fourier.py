@@ -9,6 +9,8 @@ A periodic x(t) with harmonics 0..H is, with tau = omega t and exp(+i omega t),
     basis:                            e_0 = 1,  e_{2k-1} = cos k tau,  e_{2k} = -sin k tau
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 
@@ -64,40 +66,42 @@ def half_peak_to_peak(X: np.ndarray) -> np.ndarray:
     H = X.shape[-1] - 1
     if H <= 1:
         return np.abs(X[..., 1]) if H else np.zeros(X.shape[:-1])
-    x = to_real(X).reshape(-1, n_real(H))
-    (high, _), (low, _) = _extrema(x, H)
+    (high, low), _ = _extrema(X[..., 1:].reshape(-1, H))
     return 0.5 * (high - low).reshape(X.shape[:-1])
 
 
 def half_peak_to_peak_slope(X: np.ndarray, dX: np.ndarray) -> np.ndarray:
     """(...,) derivative of half_peak_to_peak where X changes by dX: that of the values at the extremal instants."""
     H = X.shape[-1] - 1
-    x, dx = (to_real(Y).reshape(-1, n_real(H)) for Y in (X, dX))
-    (_, high), (_, low) = _extrema(x, H)
-    return 0.5 * np.sum((basis(high, H) - basis(low, H)) * dx, axis=1).reshape(X.shape[:-1])
+    _, tau = _extrema(X[..., 1:].reshape(-1, H))
+    high, low = (np.exp(1j * tau[..., None] * np.arange(1, H + 1)) * dX[..., 1:].reshape(-1, H)).real.sum(axis=-1)
+    return 0.5 * (high - low).reshape(X.shape[:-1])
 
 
-def _extrema(x, H):
-    """((highest value, instant), (lowest value, instant)) of series x (n, 2H+1)."""
-    tau = np.arange(16 * H) * (2 * np.pi / (16 * H))
-    wave = x @ basis(tau, H).T
-    return tuple(_extremum(x, tau[pick(axis=1)], H, sign) for pick, sign in ((wave.argmax, 1.0), (wave.argmin, -1.0)))
+def _extrema(X):
+    """(highest and lowest values (2, n), their instants (2, n)) of series without a mean, X (n, H) of orders 1..H.
 
-
-def _extremum(x, tau, H, sign):
-    """Newton on the rate from the best sample; a sample stays where Newton would make it worse."""
-    step = np.pi / (16 * H)
-    k2 = np.r_[0.0, np.repeat(np.arange(1, H + 1), 2)] ** 2
-    best, at = np.sum(basis(tau, H) * x, axis=1), tau
-    for _ in range(5):
-        rate = np.sum(basis_rate(tau, H) * x, axis=1)
-        curvature = -np.sum(basis(tau, H) * x * k2, axis=1)
-        move = -rate / np.where(curvature == 0, np.inf, curvature)
-        tau = tau + np.clip(move, -step, step)
-        value = np.sum(basis(tau, H) * x, axis=1)
-        higher = sign * value > sign * best
+    Newton on the rate from the best sample; a sample stays where Newton would make it worse.
+    """
+    n, H = X.shape
+    k, (tau, waves) = np.arange(1, H + 1), _waves(H)
+    samples = (X @ waves).real
+    tau, sign = tau[np.r_[samples.argmax(axis=1), samples.argmin(axis=1)]], np.repeat([1.0, -1.0], n)
+    X, step, best, at = np.concatenate([X, X]), np.pi / (16 * H), np.full(2 * n, -np.inf), tau
+    for _ in range(6):
+        z = X * np.exp(1j * tau[:, None] * k)
+        value, rate, curvature = sign * z.real.sum(axis=1), -(z.imag @ k), -(z.real @ k**2)
+        higher = ~(value <= best)
         best, at = np.where(higher, value, best), np.where(higher, tau, at)
-    return best, at
+        tau = tau + np.clip(-rate / np.where(curvature == 0, np.inf, curvature), -step, step)
+    return (sign * best).reshape(2, n), at.reshape(2, n)
+
+
+@lru_cache
+def _waves(H):
+    """16 H instants of a cycle, and exp(i k tau) there (H, 16 H) of the orders 1..H."""
+    tau = np.arange(16 * H) * (2 * np.pi / (16 * H))
+    return tau, np.exp(1j * np.outer(np.arange(1, H + 1), tau))
 
 
 def rms(X: np.ndarray) -> np.ndarray:

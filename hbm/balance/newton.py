@@ -12,7 +12,9 @@ from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
 from hbm import fourier
+from hbm.balance.kernels import applied, condensed, scaled_border, sign_of
 from hbm.balance.memory import check_active_fit
+from hbm.balance.series import real_times
 from hbm.balance.settings import DEFAULT
 from hbm.laws.records import ContactForces
 
@@ -70,10 +72,13 @@ class Linearisation:
         the regularisation nothing else.
         """
         b, hb = self.forces, self.balance
-        push = np.zeros((hb.n_components, hb.nh))
-        push[:, 0] = hb.regularisation(b) * away.reshape(-1, hb.nh)[:, 0]
-        rows = np.flatnonzero(push[:, 0])
-        return self._respond(push, rows) if len(rows) else np.zeros_like(away)
+        push = hb.regularisation(b) * away[::hb.nh]
+        rows = np.flatnonzero(push)
+        if not len(rows):
+            return np.zeros_like(away)
+        g = np.zeros((len(rows), hb.nh))
+        g[:, 0] = push[rows]
+        return self._respond(g, rows)
 
     def displacement(self) -> np.ndarray:
         """(r, H+1) complex q, m."""
@@ -90,8 +95,8 @@ class Linearisation:
 
     def _bordered(self, R, row, corner, value):
         """dx, dp and the sign of the determinant, through the active rows."""
-        Rp, hb = self.by_parameter, self.balance
-        _, rows, local = self._condensed()
+        Rp, hb, b = self.by_parameter, self.balance, self.forces
+        _, rows, places = self._condensed()
         n = len(rows) * hb.nh
         if not n:
             pivot = corner - row @ Rp
@@ -100,77 +105,53 @@ class Linearisation:
         lu, pivots, sign, row_size, column_size = self._factorised(row, corner)
         if not sign:
             return np.full_like(R, np.nan), np.nan, 0.0
-        y = getrs(lu, pivots, np.r_[-self._apply(local, R), (value + row @ R) / row_size])[0]
+        right = np.empty(n + 1)
+        right[:n], right[n] = -applied(b.D, places, b.contacts, R), (value + row @ R) / row_size
+        y = getrs(lu, pivots, right, trans=1, overwrite_b=True)[0]
         dp = y[n] / column_size
-        dg = np.zeros((hb.n_components, hb.nh))
-        dg[rows] = y[:n].reshape(-1, hb.nh)
-        return -R - Rp * dp - self._respond(dg, rows), dp, sign
+        return -R - Rp * dp - self._respond(y[:n].reshape(-1, hb.nh), rows), dp, sign
 
     def _factorised(self, row, corner):
-        """LU of the bordered system on the active rows, kept for the border it was made with; sign 0 where singular."""
+        """LU of the bordered system on the active rows, transposed for LAPACK, kept for the border it was made with,
+        and the sign of its determinant, 0 where it is singular."""
         if self.border and self.border[0] is row and self.border[1] == corner:
             return self.border[2:]
-        DG, rows, local = self._condensed()
-        n = len(rows) * self.balance.nh
-        system = np.empty((n + 1, n + 1), order="F")
-        system[:n, :n] = DG
-        system[np.arange(n), np.arange(n)] += 1.0
-        system[:n, n] = self._apply(local, self.by_parameter)
+        _, rows, places = self._condensed()
+        n, b = len(rows) * self.balance.nh, self.forces
+        system = self._system(n + 1)
+        system[:n, n] = applied(b.D, places, b.contacts, self.by_parameter)
         system[n, :n] = -self._respond_transposed(row, rows) if row.any() else 0.0
         system[n, n] = corner - row @ self.by_parameter
-        row_size = max(np.abs(system[n]).max(), 1e-300)          # the border in the units of the rest
-        system[n] /= row_size
-        column_size = max(np.abs(system[:, n]).max(), 1e-300)
-        system[:, n] /= column_size
-        lu, pivots, info = getrf(system, overwrite_a=True)
-        swaps = np.count_nonzero(pivots != np.arange(n + 1))
-        sign = 0.0 if info or not np.isfinite(lu[-1, -1]) else np.prod(np.sign(np.diag(lu))) * (-1) ** swaps
-        self.border[:] = row, corner, lu, pivots, sign, row_size, column_size
+        sizes = scaled_border(system)
+        lu, pivots, _ = getrf(system.T, overwrite_a=True)
+        self.border[:] = row, corner, lu, pivots, sign_of(lu, pivots), *sizes
         return self.border[2:]
 
+    def _system(self, size):
+        """(size, size): I + D G on the active rows; what is beyond them is not filled."""
+        G, _, places = self._condensed()
+        system = np.empty((size, size))
+        condensed(self.forces.D, places, G, system)
+        return system
+
     def _condensed(self):
+        """G between the components of the active contacts and the active ones (a nd, n, H+1), the numbers of these
+        (n,), and their places in D."""
         if not self.parts:
-            self.parts.extend(self._condense())
+            forces, hb = self.forces, self.balance
+            active = forces.active[forces.contacts]
+            columns = forces.contacts[:, None] * hb.nd + np.arange(hb.nd)
+            rows, G = columns[active], np.zeros((0, 0, hb.H + 1), dtype=complex)
+            if len(rows):
+                check_active_fit(len(active), len(hb.problem.contacts), hb.nd, hb.H)
+                G = hb.contact_receptance.between(columns.ravel(), rows, self.factors, self.w)
+            self.parts.extend((G, rows, np.flatnonzero(active)))
         return self.parts
 
-    def _condense(self):
-        """D G on the active rows (flat n x n), the rows (component numbers), and their places in D."""
-        forces, hb = self.forces, self.balance
-        nd, nh, H = hb.nd, hb.nh, hb.H
-        a = len(forces.contacts)
-        active = forces.active[forces.contacts]
-        local = np.flatnonzero(active.ravel())
-        rows = (forces.contacts[:, None] * nd + np.arange(nd))[active]
-        n = len(rows)
-        if not n:
-            return np.zeros((0, 0)), rows, local
-        check_active_fit(a, len(hb.problem.contacts), nd, H)
-        columns = (forces.contacts[:, None] * nd + np.arange(nd)).ravel()
-        left = forces.D[active] if n < a * nd else forces.D.reshape(n, nh, nd, nh)
-        owner = np.repeat(np.arange(a), active.sum(axis=1))
-        G = hb.contact_receptance.between(columns, rows, self.factors, self.w)
-        DG = np.empty((n, nh, n, nh))
-        for k in range(H + 1):
-            Gk = G[k].reshape(a, nd, n)[owner]
-            if k == 0:
-                DG[:, :, :, 0] = np.matmul(np.ascontiguousarray(left[:, :, :, 0]), Gk.real)
-                continue
-            Z = np.matmul(left[:, :, :, 2 * k - 1] - 1j * left[:, :, :, 2 * k], Gk)
-            DG[:, :, :, 2 * k - 1], DG[:, :, :, 2 * k] = Z.real, -Z.imag
-        return DG.reshape(n * nh, n * nh), rows, local
-
-    def _apply(self, local, x):
-        """D x on the active rows, flat."""
-        b, hb = self.forces, self.balance
-        nd, nh = hb.nd, hb.nh
-        X = x.reshape(-1, nd * nh)[b.contacts]
-        y = np.matmul(b.D.reshape(len(b.contacts), nd * nh, nd * nh), X[:, :, None])[:, :, 0]
-        return y.reshape(-1, nh)[local].ravel()
-
     def _respond(self, g, rows) -> np.ndarray:
-        """G g, flat, for g (nc, nh) that is nonzero on `rows` only."""
+        """G g, flat, for g (n, nh) on `rows` and zero elsewhere."""
         hb = self.balance
-        modal = self.factors * real_times(hb.shapes[rows].T, fourier.to_complex(g[rows]))
+        modal = self.factors * real_times(hb.shapes[rows].T, fourier.to_complex(g))
         return fourier.to_real(real_times(hb.shapes, modal)).ravel()
 
     def _respond_transposed(self, row, rows) -> np.ndarray:
@@ -194,11 +175,11 @@ class Linearisation:
         By inverse iteration on one factorisation: close where that is well below the next one, which is what is asked.
         """
         hb = self.balance
-        DG, rows, _ = self._condensed()
+        rows = self._condensed()[1]
         n = len(rows) * hb.nh
         if not n:
             return 1.0, None
-        A = DG + np.eye(n)
+        A = self._system(n)
         lu, pivots, _ = getrf(A)
         zero = np.abs(np.diag(lu)) < EPS * np.abs(lu).max()      # exactly singular: as good as that to rounding
         lu[zero, zero] = EPS * np.abs(lu).max()
@@ -220,11 +201,3 @@ def _longest(apply, n):
         if abs(size - before) <= 1e-6 * size:
             break
     return size, v / size
-
-
-def real_times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """A @ B for complex B; a real A is not turned into a complex one."""
-    if np.iscomplexobj(A) or not np.iscomplexobj(B):
-        return A @ B
-    B = np.ascontiguousarray(B)
-    return np.ascontiguousarray(A @ B.view(float)).view(complex)

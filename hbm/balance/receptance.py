@@ -19,6 +19,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike
 
+from hbm.balance.kernels import modal_factors
 from hbm.balance.named_motion import describe_motion, mostly
 from hbm.balance.restraint import SUPPORT, check_restrained, with_gauge
 from hbm.balance.settings import DEFAULT
@@ -77,9 +78,7 @@ class Receptance:
         if self.poles.size:
             d = 1 / (1j * w - self.poles[:, None])
             return d, -1j * d * d
-        a, b = self.mass[:, None], 2j * (self.ratio * np.sqrt(self.stiffness * self.mass))[:, None]
-        d = 1 / (self.stiffness[:, None] - a * w**2 + b * w)
-        return d, (2 * a * w - b) * d * d
+        return modal_factors(self.stiffness, self.mass, self.ratio, w)
 
     def constrained(self, rows: np.ndarray) -> "Receptance":
         """With rows (h, r) q = 0 in order 0; InputError where that takes hold of a free motion."""

@@ -14,8 +14,8 @@ import numpy as np
 from hbm import fourier
 from hbm.balance import aft
 from hbm.balance.memory import check_harmonics_fit
-from hbm.balance.newton import EPS, Linearisation, real_times
-from hbm.balance.series import ContactReceptance
+from hbm.balance.newton import EPS, Linearisation
+from hbm.balance.series import ContactReceptance, real_times
 from hbm.balance.settings import DEFAULT
 from hbm.laws.records import ContactForces, Contacts
 from hbm.problem import ContactProblem
@@ -78,6 +78,7 @@ class HarmonicBalance:
         self.force = np.zeros((modes.shape[1], H + 1), dtype=complex)
         for k, F in forces.items():
             self.force[:, k] = modes.T @ F
+        self.stuck_stiffness = law.stuck_stiffness(problem.contacts)
         self.weights = np.tile(np.r_[DEFAULT.order_zero_weight, np.ones(self.nh - 1)], self.n_components)
         self.on_call: Callable[[], None] | None = None              # called at each evaluation
 
@@ -166,5 +167,4 @@ class HarmonicBalance:
 
     def regularisation(self, forces: ContactForces) -> np.ndarray:
         """(P nd,) N/m that Newton's matrix adds to the mean positions: a small share of the active stuck springs."""
-        stiffness = self.problem.law.stuck_stiffness(self.problem.contacts)
-        return DEFAULT.regularisation * (stiffness * forces.active).ravel()
+        return DEFAULT.regularisation * (self.stuck_stiffness * forces.active).ravel()

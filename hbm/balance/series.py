@@ -17,22 +17,17 @@ class ContactReceptance:
         self._kept: tuple = ()              # (reach, low modes, matrices)
 
     def between(self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, w: float) -> np.ndarray:
-        """(H+1, len(to), len(at)) complex between components; factors (m, H+1) : of the modes at the orders of w."""
+        """(len(to), len(at), H+1) complex between components; factors (m, H+1) : of the modes at the orders of w."""
         low, powers = self.terms(w)
-        left, right = self.shapes[to][:, low], self.shapes[at][:, low].T
-        G = np.empty((self.H + 1, len(to), len(at)), dtype=complex)
-        for k in range(self.H + 1):
-            f = factors[low, k, None]
-            if np.iscomplexobj(left):
-                G[k] = left @ (f * right)
-            else:
-                G[k].real, G[k].imag = left @ (f.real * right), left @ (f.imag * right)
+        left, right, factors = self.shapes[to][:, low], self.shapes[at][:, low], np.ascontiguousarray(factors[low])
+        G = np.empty((len(to), len(at), self.H + 1), dtype=complex)
+        rows = max(1, DEFAULT.products // max(right.size, 1))
+        for i in range(0, len(to), rows):
+            products, into = left[i:i + rows, None] * right, G[i:i + rows]
+            into[:] = real_times(products.reshape(into[..., 0].size, len(factors)), factors).reshape(into.shape)
         if powers is not None:
-            S = powers[:, to[:, None], at]
-            x = np.power.outer(1j * w * np.arange(self.H + 1), np.arange(len(powers)))
-            flat = S.reshape(len(powers), -1)
-            G.real += (x.real @ flat).reshape(G.shape)
-            G.imag += (x.imag @ flat).reshape(G.shape)
+            x = np.power.outer(1j * w * np.arange(self.H + 1), np.arange(len(powers))).T
+            G += real_times(powers[:, to[:, None], at].reshape(len(powers), -1).T, x).reshape(G.shape)
         return G
 
     def terms(self, w: float) -> tuple:
@@ -71,3 +66,11 @@ class ContactReceptance:
             powers.append(((P * weight) @ P.T).real)
             weight = weight * fast
         return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), np.array(powers)
+
+
+def real_times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """A @ B for complex B; a real A is not turned into a complex one."""
+    if np.iscomplexobj(A) or not np.iscomplexobj(B):
+        return A @ B
+    B = np.ascontiguousarray(B)
+    return np.ascontiguousarray(A @ B.view(float)).view(complex)

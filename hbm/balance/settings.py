@@ -11,6 +11,7 @@ class BalanceSettings:
     order_zero_weight: float = 0.01  # in the arc length: the mean position is nearly indeterminate in slip
     series_reach: float = 4.0        # modes above this many times the highest harmonic enter by a power series ...
     series_terms: int = 18           # ... with so many terms: 4^-18 is below 1e-10
+    products: int = 1 << 20          # of modal entries held at once, where receptances between contacts are summed
     few_modes: int = 60              # up to which a series does not pay
     sampling: float = 1e-11          # share of the contact forces: a sampled law changes them by more with more samples
     power_iterations: int = 100      # at most, for the softest motion of the Jacobian

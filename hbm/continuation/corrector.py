@@ -22,7 +22,7 @@ def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings
     for iteration in range(1, settings.max_iterations + 1):
         e = evaluate(x, p)
         first = first or e
-        unit = np.clip(size(metric.weights * x), 1e-6 * metric.size, 10 * metric.size)
+        unit = min(max(size(metric.weights * x), 1e-6 * metric.size), 10 * metric.size)
         error = size(e.residual) / unit
         if error <= settings.tolerance:
             return Point(x, p, True, iteration, e)

@@ -5,6 +5,7 @@ determinant det [J, R_p; t'] with a tangent t stays the same along a branch thro
 tells forward from backward where the direction itself jumps.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, TypeAlias
@@ -72,7 +73,7 @@ OnPoint: TypeAlias = Callable[[Point, float], None]          # called with a poi
 
 def size(v: np.ndarray) -> float:
     """Euclidean norm of v (n,)."""
-    return float(np.linalg.norm(v))
+    return math.sqrt(v @ v)
 
 
 def failed(n: int, parameter: float, calls: int = 0) -> Point:
@@ -102,7 +103,7 @@ class Metric:
 
     def norm(self, dx: np.ndarray, dp: float) -> float:
         """Length of a step."""
-        return float(np.hypot(size(self.weights * dx) / self.size, dp / self.length))
+        return math.hypot(size(self.weights * dx) / self.size, dp / self.length)
 
     def inner(self, ax: np.ndarray, ap: float, bx: np.ndarray, bp: float) -> float:
         """Inner product of two steps, to which `norm` belongs."""

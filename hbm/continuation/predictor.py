@@ -1,6 +1,7 @@
 """Where the next point of a branch is expected: polynomials through the points before, along their tangents."""
 
 import numpy as np
+from numba import njit
 
 from hbm.continuation.point import Linearised, Metric, Point
 
@@ -8,28 +9,26 @@ from hbm.continuation.point import Linearised, Metric, Point
 def predict(run: list[Point], metric: Metric, step: float, order: int) -> tuple[np.ndarray, float]:
     """x (n,) and parameter at an arc length `step` beyond the last of the points, which know their tangents."""
     used = run[-(order // 2 + 1):]
-    weights = _weights(_places(used, metric), step, order)[-1]
-    return _sum(weights, *_table(used, metric))
+    units = [_unit(q, metric) for q in used]
+    weights = _weights(_places(used, units, metric), step, order)[-1]
+    X, P = _table(used, units)
+    return weights @ X, float(weights @ P)
 
 
 def prediction_errors(points: list[Point], new: Point, metric: Metric) -> np.ndarray:
     """How far from `new` the polynomials of order 1, 2, ... through the last of the points would have led."""
-    places = _places([*points, new], metric)
-    X, P = _table(points, metric)
-    weights = _weights(places[:-1] - places[-2], places[-1] - places[-2], 2 * len(points) - 1)
-    errors = zip(*_sum(weights, X, P), strict=True)
-    return np.array([metric.norm(x - new.x, p - new.parameter) for x, p in errors])
+    units = [_unit(q, metric) for q in (*points, new)]
+    places = _places([*points, new], units, metric)
+    weights = _weights(places[:-1] - places[-2], -places[-2], 2 * len(points) - 1)
+    X, P = _table(points, units[:-1])
+    away = (weights @ X - new.x) * metric.weights
+    return np.hypot(np.sqrt(np.sum(away * away, axis=1)) / metric.size, (weights @ P - new.parameter) / metric.length)
 
 
-def _table(points, metric):
+def _table(points, units):
     """Points and unit tangents (2 points, n), the parameters likewise: what the weights are for."""
-    units = [_unit(q, metric) for q in points]
     return (np.array([q.x for q in points] + [tx for tx, _ in units]),
             np.array([q.parameter for q in points] + [tp for _, tp in units]))
-
-
-def _sum(weights, X, P):
-    return weights @ X, weights @ P
 
 
 def _unit(point, metric):
@@ -38,17 +37,17 @@ def _unit(point, metric):
     return size * tx, size * tp
 
 
-def _places(points, metric):
+def _places(points, units, metric):
     """Arc lengths along the points, zero at the last: those of circles through two points with their tangents."""
-    units = [_unit(q, metric) for q in points]
-    lengths = []
-    for i in range(len(points) - 1):
-        a, b = points[i:i + 2]
-        turn = metric.norm(units[i + 1][0] - units[i][0], units[i + 1][1] - units[i][1])
-        lengths.append(metric.norm(b.x - a.x, b.parameter - a.parameter) * (1 + min(turn, 1.0)**2 / 24))
-    return np.r_[-np.cumsum(lengths[::-1])[::-1], 0.0]
+    places = [0.0]
+    for i in range(len(points) - 1, 0, -1):
+        a, b, (ax, ap), (bx, bp) = points[i - 1], points[i], units[i - 1], units[i]
+        turn = metric.norm(bx - ax, bp - ap)
+        places.append(places[-1] - metric.norm(b.x - a.x, b.parameter - a.parameter) * (1 + min(turn, 1.0)**2 / 24))
+    return np.array(places[::-1])
 
 
+@njit(cache=True, error_model="numpy")
 def _weights(places, at, highest):
     """(orders, 2 points) weights of the values and of the slopes at the places, by which polynomials continue to `at`.
 
@@ -56,20 +55,22 @@ def _weights(places, at, highest):
     (Newton's divided differences with each place counted twice).
     """
     count = len(places)
-    of = np.repeat(np.arange(count)[::-1], 2)[:highest + 1]
-    unit, place = np.eye(2 * count), places[of]
-    table, reach = unit[of], 1.0
-    weights = [table[0]]
+    table, place = np.zeros((highest + 1, 2 * count)), np.empty(highest + 1)
+    for i in range(highest + 1):
+        place[i] = places[count - 1 - i // 2]
+        table[i, count - 1 - i // 2] = 1.0
+    weights, reach, found = table[0].copy(), 1.0, np.empty((highest, 2 * count))
     for k in range(1, highest + 1):
-        apart = place[k:] - place[:-k]
-        if k == 1:
-            apart[::2] = 1.0                    # a point and itself: the slope stands for their difference
-        table = (table[1:] - table[:-1]) / apart[:, None]
-        if k == 1:
-            table[::2] = unit[count + of[:-1:2]]
+        for i in range(highest + 1 - k):
+            if k == 1 and i % 2 == 0:           # a point and itself: the slope stands for their difference
+                table[i] = 0.0
+                table[i, 2 * count - 1 - i // 2] = 1.0
+            else:
+                table[i] = (table[i + 1] - table[i]) / (place[i + k] - place[i])
         reach *= at - place[k - 1]
-        weights.append(weights[-1] + reach * table[0])
-    return np.array(weights[1:])
+        weights += reach * table[0]
+        found[k - 1] = weights
+    return found
 
 
 def tangent(e: Linearised, row: np.ndarray, corner: float, sign: float, metric: Metric) -> tuple[np.ndarray, float]:

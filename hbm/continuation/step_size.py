@@ -14,7 +14,7 @@ def next_step(step: float, errors: np.ndarray, iterations: int, shortened: bool,
     """
     order = 1 + int(np.argmin(errors * 1.5 ** np.arange(len(errors))))
     error = max(errors[order - 1], 1e-12)
-    growth = np.clip((settings.aim / error) ** (1 / (order + 1)), 0.5, 1.8)
+    growth = min(max((settings.aim / error) ** (1 / (order + 1)), 0.5), 1.8)
     if iterations > 4:
         growth = min(growth, 0.6)
     elif shortened:
