@@ -44,6 +44,7 @@ kt = 1e6
 width = 0.01
 [respond]
 excitation = "touch_one"
+share_force = true
 patches = ["touch_one", "touch_two"]
 levels = [1]
 band = [20000, 40000]

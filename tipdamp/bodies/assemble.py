@@ -49,7 +49,7 @@ def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> 
     nodes = {f"[contact.{s}] the pairs": pairs.blade_node[pairs.side == s] for s in pairs.sides}
     if "respond" in study:
         nodes |= {f"[respond] group '{g}'": meshes[BLADES].group(g)
-                  for g in (study.respond.excitation, *study.respond.patches)}
+                  for g in (*study.respond.excitation, *study.respond.patches)}
     for group in study.blades.clamp:
         held = meshes[BLADES].groups.get(group, ())          # one that is not there is refused where it is used
         for what, mine in nodes.items():

@@ -54,7 +54,8 @@ def named_groups(study: Study) -> Iterator[NamedGroup]:
         yield NamedGroup(BLADES, f"[blades] clamp[{i}]", name, (0, 1, 2, 3))
     yield NamedGroup(DAMPER, "[damper] load_points", study.damper.load_points, (0, 1, 2))
     if "respond" in study:
-        yield NamedGroup(BLADES, "[respond] excitation", study.respond.excitation, (0, 1, 2))
+        for name in study.respond.excitation:
+            yield NamedGroup(BLADES, "[respond] excitation", name, (0, 1, 2))
         for i, name in enumerate(study.respond.patches):
             yield NamedGroup(BLADES, f"[respond] patches[{i}]", name, (0, 1, 2))
     if study.contact.pairs:

@@ -11,7 +11,11 @@ from static_contact.preload import Preload, StaticContact
 from static_contact.roll_springs import RollSpring, roll_springs
 from tipdamp.bodies import BLADES
 from tipdamp.loads import force_at_rest
+from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study
+
+# keys that `excitation` reads, beside those of the groups
+EXCITATION = tuple(f"respond.{key}" for key in ("share_force", "amplitudes", "phase", "engine_order", "blade_count"))
 
 
 def equilibrium(study: Study, model: ReducedModel, pairs: ContactTable) -> dict[str, float]:
@@ -54,10 +58,33 @@ def group(model: ReducedModel, study: Study, name: str) -> np.ndarray:
 
 
 def excitation(study: Study, model: ReducedModel) -> np.ndarray:
-    """(r,) force of 1 N, shared equally by the nodes of the excitation group."""
-    nodes = group(model, study, study.respond.excitation)
-    rows = [model.displacement_row(BLADES, n, study.respond.direction) for n in nodes]
-    return np.mean(rows, axis=0)
+    """(r,) force for Fe = 1 N on all groups of the excitation; complex where they differ in phase, real otherwise.
+
+    Raises InputError where a group has several nodes that are not told to share its force.
+    """
+    settings = study.respond
+    force = np.zeros(model.size, dtype=complex)
+    for name, factor in zip(settings.excitation, force_factors(settings), strict=True):
+        nodes = group(model, study, name)
+        if len(nodes) > 1 and not settings.share_force:
+            raise InputError(f"{study.path}: [respond] excitation: group '{name}' has {len(nodes)} nodes; set "
+                             "share_force = true to share its force equally, or name a group of one node")
+        force += factor * np.mean([model.displacement_row(BLADES, n, settings.direction) for n in nodes], axis=0)
+    return force if force.imag.any() else force.real
+
+
+def force_factors(settings: Respond) -> np.ndarray:
+    """(groups,) complex amplitude of each group for Fe = 1; a positive phase leads."""
+    if settings.engine_order is not None and settings.blade_count is not None:
+        degrees: tuple[float, ...] = (360.0 * settings.engine_order / settings.blade_count,)
+    elif isinstance(settings.phase, str):
+        degrees = (180.0 * (settings.phase == "out_of_phase"),) * (len(settings.excitation) - 1)
+    else:
+        degrees = settings.phase
+    turns = np.array([0.0, *degrees]) / 360.0 % 1.0
+    exact = {0.0: 1, 0.25: 1j, 0.5: -1, 0.75: -1j}              # no rounding of what is real or imaginary
+    phases = np.array([exact.get(turn, np.exp(2j * np.pi * turn)) for turn in turns.tolist()])
+    return phases * (settings.amplitudes or 1.0)
 
 
 def outputs(study: Study, model: ReducedModel) -> dict[str, np.ndarray]:

@@ -12,7 +12,7 @@ from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.bodies.reduce import reduced_model, wants_error
 from tipdamp.free_modes import FreeModes, band, band_warnings, lowest_modes, named_modes
 from tipdamp.progress import Tick
-from tipdamp.stages.model_inputs import excitation, group, outputs, ratio
+from tipdamp.stages.model_inputs import EXCITATION, excitation, group, outputs, ratio
 from tipdamp.stages.results import FreeResponse, ReduceResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
@@ -90,4 +90,4 @@ def _for_error(study):
 
 STAGE = Stage(reduce, line, warnings=warnings, outputs=("model.npz", "pairs.csv", "reduce.json"),
               may_write=("truncation.npz", "surface.npz", "free_modes.npz", "free_modes.vtu"),
-              reads=("free", "loads", *BODY_READS), reads_more=_for_error, reads_files=BODY_FILES)
+              reads=("free", "loads", *EXCITATION, *BODY_READS), reads_more=_for_error, reads_files=BODY_FILES)

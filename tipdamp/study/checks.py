@@ -102,13 +102,34 @@ def refuse_beside_pairs(path: Path, contact: Contact, sides: dict[str, Side]) ->
 
 def check_respond(where: str, respond: Respond) -> None:
     """No curve or patch twice; one patch on each blade."""
-    for key in ("levels", "harmonics", "patches"):
+    for key in ("levels", "harmonics", "patches", "excitation"):
         names = [f"{v:g}" if isinstance(v, float) else str(v) for v in dict(respond)[key]]
         double = [n for n in names if names.count(n) > 1]
         if double:
             raise InputError(f"{where} {key}: {double[0]} is given twice")
+    check_excitation(where, respond)
     if len(respond.patches) != 2:
         raise InputError(f"{where} patches = {list(respond.patches)}: two groups are needed, one on each blade")
+
+
+def check_excitation(where: str, respond: Respond) -> None:
+    """One amplitude for each group; one phase for each further group, as a word, angles or an engine order."""
+    groups, phase, given = len(respond.excitation), respond.phase, respond.model_fields_set
+    if respond.amplitudes and len(respond.amplitudes) != groups:
+        raise InputError(f"{where} amplitudes = {list(respond.amplitudes)}: {groups} needed, one for each group of "
+                         "excitation")
+    if respond.amplitudes and not any(respond.amplitudes):
+        raise InputError(f"{where} amplitudes = {list(respond.amplitudes)}: must not all be 0")
+    if ("engine_order" in given) != ("blade_count" in given):
+        raise InputError(f"{where} engine_order and blade_count go together: their ratio is the phase")
+    if "engine_order" in given and "phase" in given:
+        raise InputError(f"{where} phase and engine_order exclude each other: state one of them")
+    if groups == 1 and given & {"phase", "engine_order"}:
+        raise InputError(f"{where} phase and engine_order need two groups of excitation, one on each blade")
+    if groups > 2 and (phase == "out_of_phase" or "engine_order" in given):
+        raise InputError(f"{where} phase: of {groups} groups, give {groups - 1} angles in degrees")
+    if not isinstance(phase, str) and len(phase) != groups - 1:
+        raise InputError(f"{where} phase = {list(phase)}: {groups - 1} angles needed, one for each further group")
 
 
 def check_sliders(where: str, respond: Respond) -> None:

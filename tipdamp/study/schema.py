@@ -20,6 +20,7 @@ from tipdamp.study.values import (
     NUMBER,
     NUMBERS,
     ONE_OR_MORE,
+    PHASE,
     RATIOS,
     ROLL,
     STATIONS,
@@ -259,7 +260,21 @@ class Free(Section):
 
 class Respond(Section):
     """[respond]: excitation, outputs and settings of the forced response."""
-    excitation: Annotated[str, Key(TEXT, "group (one node) where the force acts")] = "excitation"
+    excitation: Annotated[Texts, Key(ONE_OR_MORE, "group of one node where the force acts, or several groups, such as "
+                                     "one on each blade")] = ("excitation",)
+    share_force: Annotated[bool, Key(FLAG, "a group of several nodes shares its force equally; otherwise such a "
+                                     "group is refused")] = False
+    amplitudes: Annotated[Numbers, Key(NUMBERS, "force on each group for Fe = 1, in the order of `excitation`; "
+                                       "default: 1 each", low=0)] = ()
+    phase: Annotated[Numbers | Literal["in_phase", "out_of_phase"], Key(
+        PHASE, "of the force on the second group against the first, 'in_phase' (0) or 'out_of_phase' (180 degrees), or "
+        "the angles in degrees by which the force on each further group leads the first", low=-360,
+        high=360)] = "in_phase"
+    engine_order: Annotated[int | None, Key(COUNT, "instead of a phase: order of the excitation that the two blades "
+                                            "pass; the second leads by 360 engine_order / blade_count degrees",
+                                            low=0, high=1000)] = None
+    blade_count: Annotated[int | None, Key(COUNT, "blades of the whole wheel, with engine_order", low=2,
+                                           high=1000)] = None
     direction: Annotated[Vector, Key(VECTOR, "direction of the excitation and of the response")] = (1.0, 0.0, 0.0)
     patches: Annotated[Texts, Key(TEXTS, "groups of response nodes, blade 1 first")] = ("patch_1", "patch_2")
     levels: Annotated[Numbers, Key(NUMBERS, "Fe, amplitudes of the excitation", "force", low=0, open_low=True)]

@@ -25,7 +25,7 @@ def figures(results: Results) -> Iterator[Figure]:
     zeta = listing(f"{100 * z:g} %" for z in results.study.free.damping_ratio)
     where = (f"Out of phase the blades vibrate at {hertz(free['out_of_phase'])} Hz, in phase at "
              f"{hertz(free['in_phase'])} Hz." if free else "No mode involves both blades.")
-    caption = ("Linear response of the two blades without damper to a force of 1 N at the excitation node: largest "
+    caption = ("Linear response of the two blades without damper to the excitation of Fe = 1 N: largest "
                f"amplitude over each response patch, damping ratio {zeta}. {where}"
                + results.beside_paper("Corresponds to figure 2"))
     yield Figure("linear_without_damper", "Response without damper", caption, (
