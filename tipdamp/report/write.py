@@ -1,10 +1,10 @@
-"""The stage `report`: summary.json, figures/*.png and report.html."""
+"""The stage `report`: summary.json, figures/*.png, what they show as figures/*.csv, and report.html."""
 
 import time
 
 from tipdamp.progress import Tick
 from tipdamp.report.contents import contents
-from tipdamp.report.drawing import matplotlib
+from tipdamp.report.drawing import figure_table, matplotlib
 from tipdamp.report.drawing.figure import Figure
 from tipdamp.report.introduction import introduction
 from tipdamp.report.page import page
@@ -15,7 +15,7 @@ from tipdamp.study.view import Study
 
 
 def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[str]]) -> list[str]:
-    """Write summary.json, figures/*.png and report.html into the results folder; returns the names of the figures.
+    """Write summary.json, the figures as PNG and CSV, and report.html into the results folder; returns their names.
 
     said - {stage: its warnings} of the stages that the study asks for. Where a library of the report is missing,
     summary.json is written all the same, then InputError says what to install.
@@ -30,10 +30,12 @@ def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[st
         tick(i / (len(figures) + 1), f"figures/{figure.name}.png")
         with store.writing(f"figures/{figure.name}.png") as path:
             matplotlib.draw(figure, path)
+        with store.writing(f"figures/{figure.name}.csv") as path:
+            figure_table.write(figure, path)
     tick(len(figures) / (len(figures) + 1), "report.html")
     text = page("report.html", study, sections, introduction=introduction(results), warnings=summary["warnings"])
     with store.writing("report.html") as path:
         path.write_text(text, encoding="utf-8")
     summary["seconds"]["report"] = round(time.perf_counter() - began, 3)
     store.write_json("summary.json", summary)
-    return [f"figures/{figure.name}.png" for figure in figures]
+    return [f"figures/{figure.name}.{kind}" for figure in figures for kind in ("png", "csv")]

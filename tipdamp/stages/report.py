@@ -26,5 +26,5 @@ def line(store: Store) -> str:
     return str(store.path("report.html"))
 
 
-STAGE = Stage(report, line, outputs=("report.html", "summary.json"), may_write=("figures/*.png",),
+STAGE = Stage(report, line, outputs=("report.html", "summary.json"), may_write=("figures/*.png", "figures/*.csv"),
               reads=PARTS, needs=tuple(BEFORE))

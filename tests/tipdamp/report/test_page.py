@@ -85,6 +85,21 @@ def test_every_section_and_picture_is_there(plain_report):
                      "peaks", "contact_states"}
 
 
+def test_tables_of_the_pictures(plain_report):
+    """Every picture has its numbers beside it; the response is that of the oscillator of the made-up results."""
+    import csv
+
+    folder = plain_report.path("figures")
+    assert {p.stem for p in folder.glob("*.csv")} == {p.stem for p in folder.glob("*.png")}
+    with (folder / "family_H1.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    mine = [(float(r["x"]), float(r["y"])) for r in rows if (r["panel"], r["drawn as"], r["name"]) == (
+        "per newton", "curve", "Fe = 1 N")]
+    hz, um = np.array(mine).T
+    assert len(hz) == 41
+    np.testing.assert_allclose(um, np.abs(0.044 / (1 - (hz / 2800)**2 + 0.044j * hz / 2800)), rtol=1e-8)
+
+
 def test_pictures_are_not_empty(plain_report):
     from matplotlib.image import imread
 
