@@ -92,7 +92,7 @@ class Kept:
         problem, kw = self.problem, self.w * np.arange(self.balance.H + 1)
         q = self.motion()
         inner = real_times(problem.stiffness, q) - real_times(problem.M, q * kw**2) + 1j * kw * self._damping_force(q)
-        for one, reaction in zip(problem.held, problem.reaction_rows @ self.modal[:, 0].real, strict=True):
+        for one, reaction in zip(problem.held, self.balance.reaction_rows @ self.modal[:, 0].real, strict=True):
             if one.mean:
                 inner[:, 0] += one.row * reaction
         return _norm(self.unit, inner + self._at_dofs(self.h) - self._applied())
@@ -123,8 +123,9 @@ class Kept:
         if problem.damping_ratio is None:
             return real_times(problem.C, q)
         y = (2 * of.ratio * np.sqrt(of.mass * of.stiffness))[:, None] * self.modal[:len(of.mass)]
-        heavy = of.mass > DEFAULT.light * of.mass.max()
-        # K phi = (k/m) M phi has no rounding of stiff springs; massless motions have no such m
+        # K phi = (k/m) M phi has no rounding of stiff springs; it does not hold for massless motions, nor mode by mode
+        # where these stand for many more
+        heavy = (of.mass > DEFAULT.light * of.mass.max()) & (of.shapes.shape[1] >= len(q))
         force = real_times(problem.M, real_times(of.modes[:, heavy], y[heavy] / of.mass[heavy, None]))
         if heavy.all():
             return force

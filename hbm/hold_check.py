@@ -70,7 +70,7 @@ def _flanks(heights, i):
 
 def _again(stiffer: Equation, point: Point, problem: ContactProblem, settings: Settings) -> Point:
     """The point with the stiffer springs, from where the same mean force moves the body less."""
-    rest = problem.reaction_rows @ point.detail.modal
+    rest = point.detail.balance.reaction_rows @ point.detail.modal
     back = sum(((1 / DEFAULT.stiffer - 1) * rest[k, 0].real / one.stiffness * one.motion
                 for k, one in enumerate(problem.held) if not one.mean), np.zeros(len(problem.K)))
     x = point.x.reshape(-1, stiffer.balance.nh).copy()
@@ -80,4 +80,4 @@ def _again(stiffer: Equation, point: Point, problem: ContactProblem, settings: S
 
 def _mean_reactions(point):
     """(h,) N or N m."""
-    return (point.detail.balance.problem.reaction_rows @ point.detail.modal)[:, 0].real
+    return (point.detail.balance.reaction_rows @ point.detail.modal)[:, 0].real

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
+from scipy.linalg.lapack import dpotrf
 
 from hbm.errors import InputError, nearest, shown
 from hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
@@ -22,6 +23,7 @@ from hbm.validation import brief, numbers
 SYMMETRY_TOLERANCE = 1e-10
 NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding
 BUCKLED = 1e-8           # negative stiffness, as a share of the diagonal, that is more than rounding
+BLOCK = 256              # rows whose transpose the cache holds
 SLOWEST = 0.1            # rad/s: where no dof alone oscillates faster, M and K are swapped
 HEAVIEST = 1e3            # kg at a dof
 
@@ -197,20 +199,28 @@ def _columns(r, body, node=None, direction=None, position=None) -> tuple:
 
 
 def symmetric(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
-    """The matrix as a dense array; InputError where it is not real, square, finite and symmetric to 1e-10."""
+    """The symmetric part of a matrix as a dense array; InputError where it is not real, square, finite and symmetric to
+    1e-10: what is left of rounding is large beside the small entries."""
     matrix = _real(name, matrix)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name} must be a square matrix, got shape {matrix.shape}")
     if not np.isfinite(matrix).all():
         i, j = np.argwhere(~np.isfinite(matrix))[0]
         raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]}: every entry must be finite")
+    if _mirrored(matrix):
+        return matrix
     gap = np.abs(matrix - matrix.T)
     scale = np.abs(matrix).max()
     if gap.max() > SYMMETRY_TOLERANCE * scale:
         i, j = np.unravel_index(gap.argmax(), gap.shape)
         raise InputError(f"{name} is not symmetric: |{name}[{i}, {j}] - {name}[{j}, {i}]| is "
                          f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10")
-    return matrix
+    return 0.5 * (matrix + matrix.T)
+
+
+def _mirrored(matrix) -> bool:
+    """Whether it is symmetric to the last digit, in blocks that the cache holds."""
+    return all(np.array_equal(matrix[i:i + BLOCK, i:], matrix[i:, i:i + BLOCK].T) for i in range(0, len(matrix), BLOCK))
 
 
 def _real(name, matrix) -> np.ndarray:
@@ -234,13 +244,11 @@ def _check_definite(model):
         i = int((diagonal <= 0).argmax())
         what = f"{diagonal[i]:g} on its diagonal" if model.M[i].any() else "a row of zeros"
         raise InputError(f"M has {what} at {_dof(model, i)}: every dof must have mass")
-    try:
-        np.linalg.cholesky(model.M)
-    except np.linalg.LinAlgError:
+    if not _positive(model.M, 0.0):
         values, shapes = np.linalg.eigh(model.M / np.sqrt(np.outer(diagonal, diagonal)))
         i = int(np.abs(shapes[:, 0]).argmax())
         raise InputError(f"M is not positive definite: a motion mostly of {_dof(model, i)} has the mass "
-                         f"{values[0]:.1e} of its diagonal") from None
+                         f"{values[0]:.1e} of its diagonal")
     if model.C is not None:
         check_damping(model.C, lambda i: _dof(model, i))
     size = np.sqrt(np.maximum(np.abs(model.K.diagonal()), 1e-30 * np.abs(model.K).max()))
@@ -265,11 +273,9 @@ def check_damping(C: np.ndarray, named: Callable[[int], str] = lambda i: f"dof {
 
 def _positive(matrix, shift) -> bool:
     """Whether no eigenvalue is below -shift, as Cholesky has it: a third of the work of the cheapest eigenvalue."""
-    try:
-        np.linalg.cholesky(matrix + max(shift, 1e-300) * np.eye(len(matrix)))
-    except np.linalg.LinAlgError:
-        return False
-    return True
+    shifted = np.array(matrix.T, order="F")
+    shifted[np.diag_indices(len(matrix))] += max(shift, 1e-300)
+    return dpotrf(shifted, lower=1, overwrite_a=1, clean=0)[1] == 0
 
 
 def _check_swapped(M, K):

@@ -11,8 +11,10 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from hbm.balance.named_motion import describe_motion, mostly
-from hbm.balance.receptance import Receptance, stuck_receptance
-from hbm.balance.restraint import SUPPORT, check_rest, floating_motions, with_gauge
+from hbm.balance.receptance import Receptance, ratios, stuck_receptance
+from hbm.balance.reduced import StuckMatrices
+from hbm.balance.restraint import SUPPORT, check_rest, check_restrained, floating_motions, with_gauge
+from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.errors import InputError
 from hbm.hold import HeldMotion, Hold, held_motions, springs, with_springs
@@ -95,8 +97,11 @@ class ContactProblem:
     def stuck_stiffness(self) -> np.ndarray:
         """(r, r) K + B' K_c B, with the springs of what is held."""
         k = self.law.stuck_stiffness(self.contacts).ravel()
-        B = sp.csr_matrix(self.B).toarray()
-        return self.stiffness + (B.T * k) @ B
+        B = sp.csr_matrix(self.B)
+        if 2 * B.nnz > B.shape[0] * B.shape[1]:
+            B = B.toarray()
+            return self.stiffness + (B.T * k) @ B
+        return self.stiffness + (B.T @ B.multiply(k[:, None])).toarray()
 
     def rest_force(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or with other settings."""
@@ -109,21 +114,43 @@ class ContactProblem:
 
     @cached_property
     def _receptance(self):
-        has_springs, stuck = self.law.stuck_stiffness(self.contacts).any(), self.stuck_stiffness
-        free = floating_motions(self.M, self.stiffness, stuck, self.B)
-        if has_springs and not self.law.stiffness_at_rest(self.contacts).any():
-            check_rest(with_gauge(self.M, self.stiffness, free), None if self.preloaded else self.static, self.describe)
+        stuck, (free, remedy) = self.stuck_stiffness, self._checked_motions
         C = self.C if self.damping_ratio is None else None
-        remedy = SUPPORT if has_springs else f"law {self.law.name} has no stuck stiffness: support the body"
         means = [one.row for one in self.held if one.mean]
         remedy += "; mean = true holds no vibration, leave it out" * bool(means)
         found = stuck_receptance(self.M, C, stuck, self.damping_ratio, self.describe, remedy, free)
         return found.constrained(np.array(means)) if means else found
 
     @cached_property
-    def reaction_rows(self) -> np.ndarray:
-        """(h, m) that take the modal coordinates of the receptance to the forces on what holds, N or N m."""
-        receptance = self.receptance()
+    def _checked_motions(self):
+        """(motions of a structure that floats, what to do where another one is free); InputError where one is that
+        nothing holds at rest."""
+        has_springs = self.law.stuck_stiffness(self.contacts).any()
+        free = floating_motions(self.M, self.stiffness, self.stuck_stiffness, self.B)
+        if has_springs and not self.law.stiffness_at_rest(self.contacts).any():
+            check_rest(with_gauge(self.M, self.stiffness, free), None if self.preloaded else self.static, self.describe)
+        return free, SUPPORT if has_springs else f"law {self.law.name} has no stuck stiffness: support the body"
+
+    @property
+    def reducible(self) -> StuckMatrices | None:
+        """The stuck system where all its modes are many, and not known yet; else None. Raises as `receptance`."""
+        return None if "_receptance" in self.__dict__ else self._reducible
+
+    @cached_property
+    def _reducible(self):
+        r, by_ratio = len(self.K), self.damping_ratio is not None
+        few = r <= (DEFAULT.few_modes_of_ratio if by_ratio else DEFAULT.few_modes_of_matrix)
+        if few or by_ratio is (self.C is not None) or any(one.mean for one in self.held):
+            return None
+        ratio = ratios(self.damping_ratio, r) if by_ratio else np.zeros(1)
+        free, remedy = self._checked_motions
+        if np.ptp(ratio) or free.shape[1]:
+            return None
+        K = self.stuck_stiffness
+        return StuckMatrices(self.M, K, self.C, float(ratio[0]), *check_restrained(K, self.describe, remedy=remedy))
+
+    def reaction_rows(self, receptance: Receptance) -> np.ndarray:
+        """(h, m) that take the modal coordinates of a receptance to the forces on what holds, N or N m."""
         shapes, means = receptance.shapes, [i for i, one in enumerate(self.held) if one.mean]
         rows = np.array([one.stiffness * one.row for one in self.held]).reshape(-1, len(shapes)) @ shapes
         rows[means] = 0.0
@@ -132,8 +159,7 @@ class ContactProblem:
 
     def check_mean(self, force: np.ndarray | None = None) -> None:
         """InputError where a constant force, `static` or `force` (r,) N of order 0, acts along a free motion."""
-        receptance = self.receptance()
-        for motion in receptance.shapes[:, receptance.modes.shape[1]:][:, :receptance.free].T:
+        for motion in self._checked_motions[0].T:
             for load in (self.static, force):
                 if load is not None and abs(motion @ load) > 1e-9 * (np.abs(motion) @ np.abs(load)):
                     named = self.describe(motion) if self.describe else None

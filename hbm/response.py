@@ -251,7 +251,7 @@ def _solution(point, balance, hz, case, residual):
         u, forces = point.x.reshape(P, nd, balance.nh), point.detail.forces
         found |= {"harmonics": point.detail.outputs(case.rows),
                   "contact_force": point.detail.contact_force(balance.rest),
-                  "reaction": balance.problem.reaction_rows @ point.detail.modal,
+                  "reaction": point.detail.balance.reaction_rows @ point.detail.modal,
                   "contact_motion": fourier.to_complex(u), "dissipated": fourier.work(forces.g, u),
                   **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True))}
     held = tuple(one.name for one in balance.problem.held)

@@ -59,7 +59,7 @@ def _first_staying(equation, first, last, settings, budget, found):
         if not begin.converged or any(_same(begin, other, equation.weights) for other in known):
             continue
         known.append(begin)
-        if not equation.balance.force.any():
+        if not any(np.any(F) for F in equation.balance.forces.values()):
             found.append(_static(equation, begin, last, settings))
             return
         report(begin, 0.0)
@@ -118,7 +118,7 @@ def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray],
     for i, point in enumerate(branch.points):
         if point.converged:
             shares[i] = point.detail.forces.shares
-            reaction[i] = point.detail.balance.problem.reaction_rows @ point.detail.modal
+            reaction[i] = point.detail.balance.reaction_rows @ point.detail.modal
             # of all components: springs take nothing, and which of them rub is the law's affair
             work[i] = fourier.work(point.detail.forces.g, point.x.reshape(-1, balance.nd, balance.nh))
             if contact:

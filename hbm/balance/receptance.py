@@ -14,6 +14,7 @@ mass, and at w = 0, where no force acts along them, 0. And constraints a' q = 0 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import scipy.linalg as la
@@ -108,7 +109,7 @@ def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping
     if (C is None) == (damping_ratio is None):
         both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
         raise InputError(f"damping: {both} given, exactly one is needed")
-    given = _ratios(damping_ratio, r) if C is None else np.empty(0)
+    given = ratios(damping_ratio, r) if C is None else np.empty(0)
     if free is not None and free.shape[1]:
         return _beside_free(M, C, K, given, describe, remedy, free)
     check_restrained(K, describe, remedy=remedy)
@@ -116,14 +117,20 @@ def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping
     if period2[0] < -1e-10 * period2[-1]:
         dof = np.abs(shapes[:, 0]).argmax() + 1
         raise InputError(f"M is not positive: a motion mostly of dof {dof} has negative mass")
-    period2, shapes = np.maximum(period2[::-1], 0.0), shapes[:, ::-1]
-    if C is None:
-        return Receptance(shapes, np.ones(r), period2, given)
-    modal = shapes.T @ C @ shapes
+    period2, shapes = period2[::-1], shapes[:, ::-1]
+    return of_modes(shapes, period2, None if C is None else shapes.T @ C @ shapes, given)
+
+
+def of_modes(shapes: np.ndarray, period2: np.ndarray, modal: np.ndarray | None, ratio: np.ndarray) -> Receptance:
+    """Receptance of modes (r, m) of unit stiffness and the mass period2 (m,), with a damping matrix (m, m) of these or
+    with damping ratios (m,)."""
+    period2 = np.maximum(period2, 0.0)
+    if modal is None:
+        return Receptance(shapes, np.ones(len(period2)), period2, ratio)
     ratio = 0.5 * np.diag(modal) / np.sqrt(np.maximum(period2, 1e-300))
     off = modal - np.diag(np.diag(modal))
     if np.abs(off).max() <= 1e-12 * np.abs(modal).max():
-        return Receptance(shapes, np.ones(r), period2, ratio)
+        return Receptance(shapes, np.ones(len(period2)), period2, ratio)
     return _pencil(shapes, period2, modal)
 
 
@@ -144,10 +151,11 @@ def _beside_free(M, C, K, ratio, describe, remedy, free):
 def free_receptance(M: np.ndarray, K: np.ndarray, damping_ratio: ArrayLike) -> Receptance:
     """Receptance of (K, M) with damping ratios of its modes; rigid motions may be free, M must be regular."""
     stiffness, shapes = la.eigh(K, M)
-    return Receptance(shapes, np.maximum(stiffness, 0.0), np.ones(len(K)), _ratios(damping_ratio, len(K)))
+    return Receptance(shapes, np.maximum(stiffness, 0.0), np.ones(len(K)), ratios(damping_ratio, len(K)))
 
 
-def _ratios(damping_ratio, r):
+def ratios(damping_ratio: Any, r: int) -> np.ndarray:
+    """(r,) of every mode; InputError where they are none."""
     try:
         ratio = np.atleast_1d(np.asarray(damping_ratio, dtype=float))
     except (TypeError, ValueError):

@@ -29,8 +29,8 @@ class RecordedBalance(HarmonicBalance):
             self.on_call()
         real = Once(partial(self._uncounted, x, w, level, contacts, derivative))
         mark = -1 - crc32(np.r_[x, w, level].tobytes())
-        residual, = self.journal.result(mark, lambda: (real().residual,))
-        return Recorded(self, x, residual, real)
+        residual, cover = self.journal.result(mark, lambda: (real().residual, real().balance.cover))
+        return Recorded(self.covering(cover), x, residual, real)
 
     def _uncounted(self, *arguments):
         on_call, self.on_call = self.on_call, None

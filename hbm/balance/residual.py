@@ -7,14 +7,19 @@ stuck springs (`hbm.laws.records.ContactForces`). Newton's linear system: `hbm.b
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from copy import copy
+from functools import cached_property
+from typing import Any, NamedTuple, Self
 
 import numpy as np
+import scipy.sparse as sp
 
 from hbm import fourier
 from hbm.balance import aft
 from hbm.balance.memory import check_harmonics_fit
 from hbm.balance.newton import EPS, Linearisation
+from hbm.balance.receptance import Receptance
+from hbm.balance.reduced import reduced_receptance
 from hbm.balance.series import ContactReceptance, real_times
 from hbm.balance.settings import DEFAULT
 from hbm.laws.records import ContactForces, Contacts
@@ -67,20 +72,82 @@ class HarmonicBalance:
         self.start = aft.slider_start(start, P, law.sliders)
         self.grid = aft.sample_grid(H, check_samples(samples, H) or law.default_samples(H))
         check_harmonics_fit(P, self.nd, H)
-        self.receptance = problem.receptance()                      # the first thing that takes time
-        problem.check_mean(forces.get(0))
-        self.shapes = np.ascontiguousarray(problem.B @ self.receptance.shapes)
-        self.contact_receptance = ContactReceptance(self.receptance, self.shapes, H)
-        modes = self.receptance.shapes
-        self.static = np.zeros(modes.shape[1]) if problem.static is None else modes.T @ problem.static
         self.rest = problem.rest_force(problem.contacts)            # (P, nd) N, and what the stuck springs have beyond
         self.beyond_rest = law.stuck_force(problem.contacts) - self.rest
-        self.force = np.zeros((modes.shape[1], H + 1), dtype=complex)
-        for k, F in forces.items():
-            self.force[:, k] = modes.T @ F
         self.stuck_stiffness = law.stuck_stiffness(problem.contacts)
         self.weights = np.tile(np.r_[DEFAULT.order_zero_weight, np.ones(self.nh - 1)], self.n_components)
         self.on_call: Callable[[], None] | None = None              # called at each evaluation
+        self.cover = np.full(1 + P, np.inf)     # what its modes hold for: see `covering`
+        self._covering: Any = self              # with the modes of the contacts that have acted so far
+        if not problem.reducible:               # the first thing that takes time
+            problem.receptance()
+        problem.check_mean(forces.get(0))
+
+    @cached_property
+    def receptance(self) -> Receptance:
+        """Of the stuck system: all modes, or in a balance of `covering` those that matter there."""
+        return self.problem.receptance()
+
+    @cached_property
+    def shapes(self) -> np.ndarray:
+        """(nc, m) modes at the components of the contacts."""
+        return np.ascontiguousarray(self.problem.B @ self.receptance.shapes)
+
+    @cached_property
+    def contact_receptance(self) -> ContactReceptance:
+        """Between the components."""
+        return ContactReceptance(self.receptance, self.shapes, self.H)
+
+    @cached_property
+    def reaction_rows(self) -> np.ndarray:
+        """(h, m) of `ContactProblem.reaction_rows`."""
+        return self.problem.reaction_rows(self.receptance)
+
+    @cached_property
+    def force(self) -> np.ndarray:
+        """(m, H+1) N, modal, of level 1, without the constant parts."""
+        force = np.zeros((self.receptance.shapes.shape[1], self.H + 1), dtype=complex)
+        for k, F in self.forces.items():
+            force[:, k] = self.receptance.shapes.T @ F
+        return force
+
+    @cached_property
+    def static(self) -> np.ndarray:
+        """(m,) N, modal, constant."""
+        shapes, static = self.receptance.shapes, self.problem.static
+        return np.zeros(shapes.shape[1]) if static is None else shapes.T @ static
+
+    def covering(self, cover: np.ndarray) -> Self:
+        """This balance with modes that suffice for forces on some contacts up to some frequency.
+
+        cover (1 + P,) : the frequency of the highest harmonic, rad/s, and 1 for each of these contacts, else 0;
+            infinite for all modes. It tells the modes: made again, they are the same to the last digit.
+        """
+        if np.array_equal(cover, self._covering.cover):
+            return self._covering
+        other, system = copy(self), self.problem.reducible
+        for name in ("receptance", "shapes", "contact_receptance", "reaction_rows", "force", "static"):
+            vars(other).pop(name, None)
+        if system and np.isfinite(cover[0]):
+            rows = np.flatnonzero(np.repeat(cover[1:] > 0, self.nd))
+            loads = [part for F in self.forces.values() for part in (np.real(F), np.imag(F))]
+            loads += [] if self.problem.static is None else [self.problem.static]
+            columns = np.column_stack([_dense(self.problem.B[rows]).T, *loads])
+            found = reduced_receptance(system, columns, cover[0])
+            cover = cover if found else np.full_like(cover, np.inf)
+            other.receptance = found or self.problem.receptance()
+        other.cover = cover
+        self._covering = other
+        return other
+
+    def _covering_for(self, w: float, acting: np.ndarray) -> Self:
+        """The balance with modes for the contacts `acting` (P,) at w, and for those that have acted before."""
+        now, top = self._covering, w * max(self.H, 1)
+        before = now.cover if now is not self else np.zeros_like(now.cover)
+        if now is self and not self.problem.reducible or top <= before[0] and not (acting & (before[1:] == 0)).any():
+            return now
+        top = before[0] if top <= before[0] else DEFAULT.reduced_headroom * top
+        return self.covering(np.r_[top, np.maximum(before[1:], acting)])
 
     def rebuilt(self, problem: ContactProblem, forces: dict) -> "HarmonicBalance":
         """The same balance of another problem or other forces."""
@@ -90,8 +157,9 @@ class HarmonicBalance:
 
     def linear(self, w: float, level: float = 1.0) -> np.ndarray:
         """x of the stuck system at a force level: the solution while every contact sticks."""
-        factors = self.receptance.factors(w * np.arange(self.H + 1))[0]
-        return fourier.to_real(self.shapes @ (factors * self.force_at(level))).ravel()
+        modes = self._covering_for(w, np.zeros(len(self.problem.contacts), dtype=bool))
+        factors = modes.receptance.factors(w * np.arange(self.H + 1))[0]
+        return fourier.to_real(modes.shapes @ (factors * modes.force_at(level))).ravel()
 
     def force_at(self, level: float) -> np.ndarray:
         """(m, H+1) modal force at a force level, constant parts included."""
@@ -109,12 +177,19 @@ class HarmonicBalance:
             self.on_call()
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
         forces = self._regularised(self.contact_forces(u, w, contacts))
+        every = contacts is not None or derivative not in (by_frequency, by_level)
+        acting = forces.active.any(axis=1) | forces.g.any(axis=(1, 2)) | every
+        return self._covering_for(w, acting)._linearised(x, w, level, forces, derivative)
+
+    def _linearised(self, x, w, level, forces, derivative):
+        """As `evaluate`, with the contact forces at x and the modes of this balance."""
         factors, rates = self.receptance.factors(w * np.arange(self.H + 1))
         push, g = self.force_at(level), forces.g.reshape(-1, self.nh)
         rows = np.flatnonzero(np.any(g != 0, axis=1))
         if len(rows):
             push = push - real_times(self.shapes[rows].T, fourier.to_complex(g[rows]))
         modal = factors * push
+        u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
         modal_rate = derivative(self, Terms(u, w, forces, push, factors, rates))
         both = real_times(self.shapes, np.concatenate([modal, modal_rate], axis=1))
         residual = x - fourier.to_real(both[:, :self.H + 1]).ravel()
@@ -168,3 +243,7 @@ class HarmonicBalance:
     def regularisation(self, forces: ContactForces) -> np.ndarray:
         """(P nd,) N/m that Newton's matrix adds to the mean positions: a small share of the active stuck springs."""
         return DEFAULT.regularisation * (self.stuck_stiffness * forces.active).ravel()
+
+
+def _dense(B):
+    return B.toarray() if sp.issparse(B) else np.asarray(B)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
+from scipy.linalg.lapack import dpocon, dpotrf
 from scipy.sparse.csgraph import connected_components
 
 from hbm.balance.named_motion import mostly
@@ -46,14 +47,25 @@ def with_gauge(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> np.ndarray:
 
 
 def check_restrained(K: np.ndarray, describe: Callable | None, when: str = "even when every contact sticks",
-                     remedy: str = SUPPORT) -> None:
-    """InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole."""
-    scale = _units(K)
-    scaled = scale[:, None] * K * scale
+                     remedy: str = SUPPORT) -> tuple[np.ndarray, np.ndarray]:
+    """(unit of each dof (r,), Cholesky factor (r, r), lower, of K in these units).
+
+    InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole.
+    """
+    scale, scaled = _scaled(K)
+    factor, failed = dpotrf(scaled, lower=1)
+    size = np.abs(scaled).sum(axis=0).max()
+    least = 0.0 if failed else dpocon(factor, size, uplo="L")[0] * size         # about what the softest one stores
+    if least < DEFAULT.restrained * (DEFAULT.noise * np.finfo(float).eps * size + DEFAULT.loose * len(K)):
+        _check_softest(scale, scaled, describe, when, remedy)
+    return scale, factor
+
+
+def _check_softest(scale, scaled, describe, when, remedy):
     values, vectors = la.eigh(scaled, subset_by_index=[0, 0])
     softest = np.abs(vectors[:, 0])
     noise = DEFAULT.noise * np.finfo(float).eps * (softest @ np.abs(scaled) @ softest)
-    if values[0] >= max(noise, DEFAULT.loose * K.shape[0]):
+    if values[0] >= max(noise, DEFAULT.loose * len(scaled)):
         return
     motion = scale * vectors[:, 0]
     named = describe(motion) if describe else None
@@ -80,18 +92,22 @@ def check_rest(K: np.ndarray, static: np.ndarray | None, describe: Callable | No
 
 def _stiff(K):
     """Whether K restrains every motion clearly, as Cholesky has it."""
-    scale = _units(K)
-    try:
-        np.linalg.cholesky(scale[:, None] * K * scale - DEFAULT.loose * len(K) * np.eye(len(K)))
-    except np.linalg.LinAlgError:
-        return False
-    return True
+    scaled = _scaled(K)[1]
+    scaled[np.diag_indices(len(K))] -= DEFAULT.loose * len(K)
+    return dpotrf(scaled, lower=1, overwrite_a=1, clean=0)[1] == 0
 
 
 def _loose(K):
     """(r, e) unit motions, in units of the dofs, that store next to nothing."""
+    return la.eigh(_scaled(K)[1], subset_by_value=(-np.inf, DEFAULT.loose * len(K)))[1]
+
+
+def _scaled(K):
+    """(unit of each dof (r,), K (r, r) in these units), column by column in memory, for LAPACK to take as it is."""
     scale = _units(K)
-    return la.eigh(scale[:, None] * K * scale, subset_by_value=(-np.inf, DEFAULT.loose * len(K)))[1]
+    scaled = scale[:, None] * K
+    scaled *= scale
+    return scale, scaled.T
 
 
 def _units(K):

@@ -14,11 +14,13 @@ class ContactReceptance:
 
     def __init__(self, receptance: Receptance, shapes: np.ndarray, H: int):
         self.receptance, self.shapes, self.H = receptance, shapes, H
+        few = len(shapes) <= DEFAULT.few_components
+        self._rows = np.arange(len(shapes)) if few else np.empty(0, dtype=int)    # that the series is known for
         self._kept: tuple = ()              # (reach, low modes, matrices)
 
     def between(self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, w: float) -> np.ndarray:
         """(len(to), len(at), H+1) complex between components; factors (m, H+1) : of the modes at the orders of w."""
-        low, powers = self.terms(w)
+        low, powers = self.terms(w, np.union1d(to, at))
         left, right, factors = self.shapes[to][:, low], self.shapes[at][:, low], np.ascontiguousarray(factors[low])
         G = np.empty((len(to), len(at), self.H + 1), dtype=complex)
         rows = max(1, DEFAULT.products // max(right.size, 1))
@@ -27,11 +29,13 @@ class ContactReceptance:
             into[:] = real_times(products.reshape(into[..., 0].size, len(factors)), factors).reshape(into.shape)
         if powers is not None:
             x = np.power.outer(1j * w * np.arange(self.H + 1), np.arange(len(powers))).T
-            G += real_times(powers[:, to[:, None], at].reshape(len(powers), -1).T, x).reshape(G.shape)
+            here = np.searchsorted(self._rows, to)[:, None], np.searchsorted(self._rows, at)
+            G += real_times(powers[:, here[0], here[1]].reshape(len(powers), -1).T, x).reshape(G.shape)
         return G
 
-    def terms(self, w: float) -> tuple:
-        """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for the others.
+    def terms(self, w: float, rows: np.ndarray) -> tuple:
+        """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for the others, between
+        components that have been asked for so far, `rows` among them.
 
         1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of Chebyshev's U_n), and
         1/(i k w - s) = -sum (i k w)^n / s^(n + 1) for poles, which come in conjugate pairs.
@@ -40,6 +44,8 @@ class ContactReceptance:
         if r.shapes.shape[1] < DEFAULT.few_modes:
             return slice(None), None
         top = w * max(self.H, 1)
+        if not np.isin(rows, self._rows).all():
+            self._rows, self._kept = np.union1d(self._rows, rows), ()
         if not self._kept or not 0.5 * self._kept[0] <= top <= self._kept[0]:
             reach = 1.1 * top
             above = reach * DEFAULT.series_reach
@@ -50,7 +56,7 @@ class ContactReceptance:
         return self._kept[1:]
 
     def _of_modes(self, high):
-        P, zeta = self.shapes[:, np.flatnonzero(high)], self.receptance.ratio[high]
+        P, zeta = self.shapes[self._rows][:, np.flatnonzero(high)], self.receptance.ratio[high]
         s = np.sqrt(self.receptance.mass[high])
         powers = np.empty((DEFAULT.series_terms, len(P), len(P)))
         before, now = np.zeros_like(zeta), np.ones_like(zeta)
@@ -60,7 +66,7 @@ class ContactReceptance:
         return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), powers
 
     def _of_poles(self, high):
-        fast, P = 1 / self.receptance.poles[high], self.shapes[:, np.flatnonzero(high)]
+        fast, P = 1 / self.receptance.poles[high], self.shapes[self._rows][:, np.flatnonzero(high)]
         powers, weight = [], -fast
         for _ in range(DEFAULT.series_terms):
             powers.append(((P * weight) @ P.T).real)

@@ -14,10 +14,23 @@ class BalanceSettings:
     products: int = 1 << 20          # of modal entries held at once, where receptances between contacts are summed
     few_modes: int = 60              # up to which a series does not pay
     sampling: float = 1e-11          # share of the contact forces: a sampled law changes them by more with more samples
+    few_components: int = 300        # between which all of the series is made at once, not for those that move alone
+    few_modes_of_matrix: int = 400   # dofs up to which all poles of a damping matrix are computed ...
+    few_modes_of_ratio: int = 2000   # ... and all modes of damping ratios
+    reduced_headroom: float = 1.5    # of the frequency: how far above the present one the modes are to hold
+    reduced_checks: tuple = (0.15, 0.55, 1.0)    # shares of the highest frequency where the response is to repeat ...
+    reduced_change: float = 1e-10    # ... to this share of itself when the space grows ...
+    reduced_change_of_ratio: float = 1e-7    # ... with damping ratios: what changes is the damping of local motions
+    reduced_share: float = 0.3       # of all dofs: from where on all modes are less work
+    reduced_moments: int = 4         # with damping ratios, before ...
+    reduced_shifts: tuple = (0.0, 0.33, 0.67, 1.0, 0.17, 0.5, 0.83)    # ... places between the frequencies ...
+    reduced_slowest: float = 5.0     # ... this many times the highest one, and the fastest of a dof
+    reduced_rounding: float = 1e-12  # of a direction: what is left of it is rounding
     power_iterations: int = 100      # at most, for the softest motion of the Jacobian
     noise: float = 50.0              # times the rounding of the stiffness: what a restrained motion must store
     loose: float = 1e-13             # share of the stiffness, for each dof, that a rigid motion must store: reduction
                                      # rounds too
+    restrained: float = 100.0        # times what a restrained motion must store: more needs no closer look
     static_pole: float = 1e18        # of a motion without mass and damping, in units of the slowest frequency
     unseen: float = 1e-9             # of the motion of a node: relative motion at the contacts that is rounding
     equilibrium: float = 1e-8        # of the force scale: residual of the equation of motion at which a point is kept

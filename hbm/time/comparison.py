@@ -84,7 +84,7 @@ def compare_point(balance: HarmonicBalance, point, rows, settings: IntegrationSe
 
     def judged(steady):
         """(steady, its difference, whether it is on another orbit)."""
-        difference = _difference(balance, point, rows, steady)
+        difference = _difference(point, rows, steady)
         return steady, difference, steady.periodic and left_orbit(balance, point, steady.motion, difference, settings)
 
     found = near = judged(shooting.integrate(integrator, begin, rows, min(settings.patience, settings.max_periods)))
@@ -112,8 +112,8 @@ def integrator_of(balance: HarmonicBalance, w: float, settings: IntegrationSetti
     return (SampledIntegrator if piecewise is None else ExactIntegrator)(balance, w, settings)
 
 
-def _difference(balance, point, rows, steady):
-    X = np.asarray(rows) @ (balance.receptance.shapes @ point.detail.modal)
+def _difference(point, rows, steady):
+    X = point.detail.outputs(np.asarray(rows))
     return float(np.abs(np.abs(steady.harmonics[:, 1]) - np.abs(X[:, 1])).max() / np.abs(X[:, 1]).max())
 
 
@@ -146,9 +146,7 @@ def _finer(balance):
     samples = max(len(balance.grid[0]) - 1, balance.problem.law.default_samples(H))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")                          # of the memory that so many harmonics take
-        finer = HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
-    finer.force[:, :balance.H + 1] = balance.force               # at its level
-    return finer
+        return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 
 
 def _padded(x, finer):
