@@ -64,7 +64,7 @@ def _ends(pairs, front, back):
 def _assembly(rig, size=1.0, cells=None, rows=2):
     """StuckAssembly of both reduced bodies, all pairs, the two free frequencies and shapes, and the number of dofs."""
     from modal.craig_bampton import assemble
-    from static_contact.detachment import StuckAssembly
+    from static_contact.stuck_assembly import StuckAssembly
 
     blades, damper, pairs = _reduced(rig, size, cells, rows)
     hz, shapes = _free_modes(blades.model)

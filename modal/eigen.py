@@ -6,6 +6,7 @@ what is missing is asked for again with the known modes deflated.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
@@ -32,6 +33,7 @@ class EigenSettings:
     degenerate: int = 10_000        # up to this size LAPACK helps where few distinct modes leave ARPACK no subspace
     beyond: int = 2                 # modes beyond those asked for, to see the gap above them
     recounts: int = 8               # shifts tried where a mode lies on one to rounding
+    bound: float = 1e-6             # of an upper bound of omega, which has its own rounding
 
 
 SETTINGS = EigenSettings()
@@ -47,12 +49,12 @@ class Modes:
 
 
 class Factor:
-    """Cholesky factor of a symmetric positive definite sparse matrix K (d, d)."""
+    """Cholesky factor of a symmetric positive definite sparse matrix K (d, d); solver - one that is known already."""
 
-    def __init__(self, K: sp.csr_matrix, settings: EigenSettings = SETTINGS):
+    def __init__(self, K: sp.csr_matrix, settings: EigenSettings = SETTINGS, solver: Any = None):
         self.K, self.settings = sp.csr_matrix(K), settings
         # all nodes may be masters: a matrix of no rows has nothing to factorise
-        self._solver = sparse_factor(self.K) if self.K.shape[0] else None
+        self._solver = (solver or sparse_factor(self.K)) if self.K.shape[0] else None
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """K^-1 right for (d,) or (d, m). Raises SingularStiffness when a residual exceeds 1e-8 of its column."""
@@ -66,6 +68,15 @@ class Factor:
             x[:, part] = self._solver.solve(columns[:, part])
             self._check(columns[:, part], x[:, part])
         return x[:, 0] if right.ndim == 1 else x
+
+    def changed(self, rows: sp.csr_matrix, solved: np.ndarray, k: np.ndarray) -> "Factor":
+        """The factor of K + rows' diag(k) rows by this one [Sherman, Morrison, Woodbury].
+
+        rows (n, d) with solved = K^-1 rows' (d, n), made once for many k (n,) N/m, which may be negative.
+        """
+        on = np.flatnonzero(k)
+        return self if not len(on) else Factor(self.K + rows[on].T @ sp.diags(k[on]) @ rows[on], self.settings,
+                      _Changed(self._solver, rows[on], solved[:, on], k[on]))
 
     def _check(self, right, x):
         """Residual of every column within the limit.
@@ -99,8 +110,13 @@ class Factor:
         modes = self.modes(M, below_hz=hz)
         return modes.omega, modes.phi
 
-    def modes(self, M: sp.csr_matrix, count: int | None = None, below_hz: float | None = None) -> Modes:
-        """The `count` lowest modes, or all below a frequency, and the frequency up to which there are no others."""
+    def modes(self, M: sp.csr_matrix, count: int | None = None, below_hz: float | None = None,
+              at_most: np.ndarray | None = None) -> Modes:
+        """The `count` lowest modes, or all below a frequency, and the frequency up to which there are no others.
+
+        at_most (count,) rad/s: upper bounds from a reduction of the same bodies (Rayleigh, Ritz). A mode that is missed
+        lifts all above it over theirs; where none is, the modes are not counted by a second factorisation.
+        """
         size = self.K.shape[0]
         top = None if below_hz is None else (2 * np.pi * below_hz) ** 2
         if top is not None:
@@ -116,6 +132,8 @@ class Factor:
             return self._checked(M, lam[:count], phi[:, :count], free)
         keep, free = max(int(count), 1), top
         lam, phi = self._lowest(M, keep)
+        if at_most is not None and (np.sqrt(lam[:count]) <= at_most * (1 + self.settings.bound)).all():
+            return self._checked(M, lam[:count], phi[:, :count], lam[count])
         if top is None:
             free = _gap_above(lam, keep)
             lam, phi, free = self._complete(M, lam[:keep], phi, free)
@@ -187,6 +205,18 @@ class Factor:
             raise RuntimeError(f"the residual of a mode is {residual.max():.1e} of its stiffness force, allowed "
                                f"{self.settings.mode_residual:g}")
         return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))
+
+
+class _Changed:
+    """Solves with K + rows' diag(k) rows on a solver of K."""
+
+    def __init__(self, solver, rows, solved, k):
+        self.solver, self.rows, self.solved = solver, rows, solved
+        self.inner = sl.lu_factor(np.diag(1 / k) + rows @ solved)
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        x = self.solver.solve(right)
+        return x - self.solved @ sl.lu_solve(self.inner, self.rows @ x)
 
 
 def _refuse_negative(lam):

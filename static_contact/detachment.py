@@ -1,38 +1,22 @@
-"""Detachment: stuck frequencies of any set of pairs, and pairs detached from the middle until a target is met.
+"""Detachment: stations detached until the stuck frequency meets a target.
 
 [Zucca 2016, sec. 8: "starting from the middle of the damper sides, contact pairs are progressively detached until
-the resonance frequency of the model at full-stick matches"]
+the resonance frequency of the model at full-stick matches"]. Pairs that are open at rest do not stick.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
-import scipy.linalg as sl
+from scipy.optimize import brentq
 
-from hbm.contact import ContactTable, relative_motion
+from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.model import ReducedModel
+from static_contact.stuck_assembly import StuckAssembly
+from static_contact.stuck_search import StuckSearch
 
-MODES = 20          # computed at first; doubled until what is asked for is among them
-ENOUGH = 0.9        # of the followed shape must lie in the modes that were computed
-
-
-@dataclass(frozen=True)
-class StuckModes:
-    """hz : (m,) ascending; shapes : (r, m) mass-normalised; tracked - index of the followed mode
-    mac - energy-weighted MAC of that mode and the followed shape, (follow' M phi)^2 over the whole assembly, 0..1
-    """
-
-    hz: np.ndarray
-    shapes: np.ndarray
-    tracked: int
-    mac: float
-
-    @property
-    def tracked_hz(self) -> float:
-        """Frequency of the followed mode, Hz."""
-        return float(self.hz[self.tracked])
+TIE = 1e-4          # Hz: sets nearer to each other than this fit alike, and the more even one is taken
 
 
 @dataclass(frozen=True)
@@ -47,22 +31,53 @@ class Step:
 
 
 @dataclass(frozen=True)
+class GradedStation:
+    """The station that keeps only a part (0..1) of its area: the factor on its kn and kt."""
+
+    station: int
+    part: float
+
+
+@dataclass(frozen=True)
+class StationWorth:
+    """hz - what the stuck frequency would lose without this station (kept), or gain with it (not kept)."""
+
+    station: int
+    kept: bool
+    hz: float
+
+
+@dataclass(frozen=True)
 class Detachment:
-    """pairs - the table with weight 0 on detached pairs; chosen - the step nearest the target; history - all steps;
-    target_hz - None where the stations were given."""
+    """pairs - the table with weight 0 on detached pairs; chosen - the set nearest the target; history - all sets that
+    were tried; stations - kept ones; graded - None where all are whole; worth - of every station, beside the chosen set
+    of whole stations; equivalent - sets within the scatter of the target, the nearest first; target_hz - None where the
+    stations were given."""
 
     pairs: ContactTable
     chosen: Step
     history: tuple[Step, ...]
     target_hz: float | None
+    stations: tuple[int, ...]
+    worth: tuple[StationWorth, ...]
+    graded: GradedStation | None = None
+    equivalent: tuple[Step, ...] = ()
 
 
 @dataclass(frozen=True)
 class DetachmentOptions:
-    """springs(pairs) -> (m, r) extra rows that go with the carrying pairs (roll springs), or None
+    """springs(pairs) -> RollSpring records that go with the carrying pairs, or None
+    load : (P,) N - static normal force that each pair stands for; pairs without one do not stick. None: all do
+    order : "from_middle": every number of stations at the two ends; "least_loaded": by the load of the stations
+    graded : the last station keeps the part of its area with which the target is met
+    scatter_hz : sets whose frequency is as near to the target fit equally well
     at_least - stations that stay on each side; conserve - see `keep_ends`"""
 
     springs: Callable | None = None
+    load: np.ndarray | None = None
+    order: Literal["from_middle", "least_loaded"] = "from_middle"
+    graded: bool = False
+    scatter_hz: float = 0.0
     at_least: int = 2
     conserve: bool = False
 
@@ -70,57 +85,13 @@ class DetachmentOptions:
 DEFAULT = DetachmentOptions()
 
 
-class StuckAssembly:
-    """Stuck modes of one model for many sets of pairs: M is factored once.
+@dataclass(frozen=True)
+class _Kept:
+    """kept (P,) bool; front, back - number of its stations before and behind the middle."""
 
-    rows(model, pairs) -> (m, r) with b'b summing to the stuck stiffness; another one than `stuck_rows` where the pairs
-    do not act on nodal dofs of the model.
-    """
-
-    def __init__(self, model: ReducedModel, rows: Callable | None = None):
-        self.model, self.rows = model, rows or stuck_rows
-        try:
-            self.L = np.linalg.cholesky(model.M)
-        except np.linalg.LinAlgError:
-            raise InputError("the mass matrix is not positive definite: condense massless dofs first") from None
-        half = sl.solve_triangular(self.L, model.K, lower=True)
-        self.K = sl.solve_triangular(self.L, half.T, lower=True)
-
-    def modes(self, pairs: ContactTable, follow: np.ndarray, *, above_hz: float = 0.0,
-              extra: np.ndarray | None = None) -> StuckModes:
-        """Lowest modes with every carrying pair stuck (kt, kt, kn).
-
-        follow (r,): mass-normalised shape; the mode of the highest MAC with it, (follow' M phi)^2, is the tracked one.
-        For a shape without damper this is the MAC of the blades times their part of the kinetic energy.
-        extra : (m, r) rows e with springs e'e added to K (declared roll springs), or None.
-        As many modes are computed as reach above_hz and hold most of the followed shape.
-        """
-        K = self.K
-        rows = self.rows(self.model, pairs)
-        if extra is not None:
-            rows = np.vstack([rows, extra])
-        if len(rows):
-            half = sl.solve_triangular(self.L, rows.T, lower=True)
-            K = K + half @ half.T
-        K, count = (K + K.T) / 2, MODES
-        while True:
-            count = min(count, len(K))
-            lam, y = sl.eigh(K, subset_by_index=(0, count - 1))
-            shapes = sl.solve_triangular(self.L.T, y, lower=False)
-            mac = (follow @ self.model.M @ shapes) ** 2
-            hz = np.sqrt(np.maximum(lam, 0)) / (2 * np.pi)
-            if count == len(K) or (hz[-1] > above_hz and mac.sum() > ENOUGH):
-                best = int(mac.argmax())
-                return StuckModes(hz, shapes, best, float(mac[best]))
-            count *= 2
-
-
-def stuck_rows(model: ReducedModel, pairs: ContactTable) -> np.ndarray:
-    """(3P, r) rows b with b'b summing to the stuck stiffness B' diag(kt, kt, kn) B."""
-    pairs = pairs.select(pairs.carrying)
-    B = relative_motion(model, pairs).toarray()
-    k = np.column_stack([pairs.kt, pairs.kt, pairs.kn]) * pairs.weight[:, None]
-    return B * np.sqrt(k.ravel())[:, None]
+    front: int
+    back: int
+    kept: np.ndarray
 
 
 def conserve_total(pairs: ContactTable, whole: ContactTable) -> ContactTable:
@@ -139,37 +110,41 @@ def keep_ends(pairs: ContactTable, front: int, back: int, *, conserve: bool = Fa
 
     conserve=False: the others keep their stiffness [Zucca 2016, sec. 7.1]; True: they take over that of all.
     """
-    last = np.array([pairs.station[pairs.side == s].max() for s in pairs.side])
-    kept = (pairs.station < front) | (pairs.station > last - back)
-    detached = pairs.replace(weight=np.where(kept, pairs.weight, 0.0))
+    detached = pairs.replace(weight=np.where(_ends(pairs, front, back), pairs.weight, 0.0))
     return conserve_total(detached, pairs) if conserve else detached
+
+
+def _ends(pairs, front, back) -> np.ndarray:
+    last = np.array([pairs.station[pairs.side == s].max() for s in pairs.side])
+    return (pairs.station < front) | (pairs.station > last - back)
 
 
 def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float, follow: np.ndarray,
                  options: DetachmentOptions = DEFAULT, progress: Callable | None = None) -> Detachment:
-    """Detach stations from the middle, one at a time on all sides, and keep those whose tracked stuck frequency is
-    nearest the target.
+    """Detach stations on all sides and keep those whose tracked stuck frequency is nearest the target.
 
-    follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All steps from every station to
-    options.at_least are made: where two modes come close the tracked frequency may rise for a step. Raises InputError
-    "not reachable: a..b Hz" when the target lies outside what they give.
+    follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All sets of the order are tried:
+    where two modes come close the tracked frequency may rise as stations go. Raises InputError "not reachable: a..b
+    Hz" when the target lies outside what they give.
     """
-    stations, at_least = int(pairs.station.max()) + 1, options.at_least
+    search = _search(assembly, pairs, follow, options)
+    sets = list(_from_middle(pairs, search.closed, options.at_least) if options.order == "from_middle"
+                else _least_loaded(pairs, search.closed, options))
     history = []
-    for kept in range(stations, at_least - 1, -1):
-        _, step = _kept(assembly, pairs, ((kept + 1) // 2, kept // 2), follow, options)
-        history.append(step)
+    for i, one in enumerate(sets):
+        history.append(_step(search, one))
         if progress:
-            progress(step, (stations - kept + 1) / (stations - at_least + 1))
-    found = [s.hz for s in history]
-    # half a step beyond the last set is still nearest to it
-    reach = max(abs(a - b) for a, b in zip(found, found[1:], strict=False)) / 2 if len(found) > 1 else 0.0
-    if not min(found) - reach <= target_hz <= max(found) + reach:
-        raise InputError(f"target {target_hz:g} Hz is not reachable: {min(found):.0f}..{max(found):.0f} Hz with "
-                         f"{at_least}..{stations} stations kept")
-    chosen = min(history, key=lambda s: abs(s.hz - target_hz))
-    return Detachment(keep_ends(pairs, chosen.front, chosen.back, conserve=options.conserve), chosen, tuple(history),
-                      target_hz)
+            progress(history[-1], (i + 1) / len(sets))
+    _check_reach(history, target_hz, options, int(pairs.station.max()) + 1)
+    best = min(range(len(sets)), key=lambda i: _fit(history[i], target_hz))
+    weight, chosen, graded = np.where(sets[best].kept, pairs.weight, 0.0), history[best], None
+    worth = _worth(search, pairs, weight)
+    if options.graded and chosen.hz != target_hz:
+        weight, chosen, graded = _graded(search, pairs, sets, history, best, target_hz)
+    equal = sorted((s for s in history if abs(s.hz - target_hz) <= options.scatter_hz),
+                   key=lambda s: _fit(s, target_hz))
+    return Detachment(search.table(weight), chosen, tuple(history), target_hz, _stations(pairs, weight), worth, graded,
+                      tuple(equal))
 
 
 def keep_stations(assembly: StuckAssembly, pairs: ContactTable, ends: tuple[int, int], follow: np.ndarray,
@@ -178,14 +153,111 @@ def keep_stations(assembly: StuckAssembly, pairs: ContactTable, ends: tuple[int,
     stations = int(pairs.station.max()) + 1
     if sum(ends) > stations:
         raise InputError(f"{ends[0]} + {ends[1]} stations are to be kept, the sides have {stations}")
-    kept, step = _kept(assembly, pairs, ends, follow, options)
-    return Detachment(kept, step, (step,), None)
+    return keep_weights(assembly, pairs, np.where(_ends(pairs, *ends), pairs.weight, 0.0), follow, options, ends)
 
 
-def _kept(assembly, pairs, ends, follow, options):
-    """The pairs with all but the two ends detached, and their step."""
-    kept = keep_ends(pairs, *ends, conserve=options.conserve)
-    if not kept.carrying.any():
-        raise InputError("no contact pairs are left: a free damper needs some on both sides")
-    modes = assembly.modes(kept, follow, extra=options.springs(kept) if options.springs else None)
-    return kept, Step(*ends, modes.tracked_hz, modes.mac)
+def keep_weights(assembly: StuckAssembly, pairs: ContactTable, weight: np.ndarray, follow: np.ndarray,
+                 options: DetachmentOptions = DEFAULT, ends: tuple[int, int] | None = None) -> Detachment:
+    """Keep pairs with the given weights (P,); ends - (front, back) stations, counted from the middle where None."""
+    search = _search(assembly, pairs, follow, options)
+    front, back = ends or _halves(pairs, weight > 0)
+    step = Step(front, back, *search.find(weight))
+    return Detachment(search.table(weight), step, (step,), None, _stations(pairs, weight),
+                      _worth(search, pairs, weight))
+
+
+def _search(assembly, pairs, follow, options):
+    closed = pairs.carrying if options.load is None else pairs.carrying & (options.load > 0)
+    conserve = (lambda kept: conserve_total(kept, pairs)) if options.conserve else None
+    return StuckSearch(assembly, pairs, closed, follow, options.springs, conserve)
+
+
+def _step(search, one) -> Step:
+    return Step(one.front, one.back, *search.find(np.where(one.kept, search.pairs.weight, 0.0)))
+
+
+def _fit(step, target_hz):
+    """Sorts sets: the nearest to the target, of those that fit alike the most even one."""
+    return round(abs(step.hz - target_hz) / TIE), abs(step.front - step.back), -step.front
+
+
+def _from_middle(pairs, closed, at_least) -> Iterator[_Kept]:
+    """Every number of stations at the two ends, at least one at each; those that differ in open pairs alone once."""
+    stations = int(pairs.station.max()) + 1
+    yield _Kept((stations + 1) // 2, stations // 2, pairs.carrying)
+    counts = range(1, stations)
+    front = [n for n in counts if n == 1 or (closed & _ends(pairs, n, 0) & ~_ends(pairs, n - 1, 0)).any()]
+    back = [n for n in counts if n == 1 or (closed & _ends(pairs, 0, n) & ~_ends(pairs, 0, n - 1)).any()]
+    for count in range(stations - 1, max(at_least, 2) - 1, -1):
+        for f in sorted((f for f in front if count - f in back), key=lambda f: abs(2 * f - count - 0.5)):
+            if (closed & ~_ends(pairs, f, count - f)).any():
+                yield _Kept(f, count - f, _ends(pairs, f, count - f) & pairs.carrying)
+
+
+def _least_loaded(pairs, closed, options) -> Iterator[_Kept]:
+    """Stations leave by their part of the side's load, summed over the sides; of equal ones the inner first."""
+    load = np.where(closed, 1.0 if options.load is None else options.load, 0.0)
+    share = sum((load / load[pairs.side == side].sum()) * (pairs.side == side) for side in pairs.sides
+                if load[pairs.side == side].any())
+    stations = np.unique(pairs.station[closed])
+    share = np.round(np.bincount(pairs.station, share)[stations], 6)
+    order = stations[np.lexsort((-np.abs(stations - pairs.station.max() / 2), -share))]
+    for count in range(len(order), options.at_least - 1, -1):
+        kept = np.isin(pairs.station, order[:count]) & pairs.carrying
+        yield _Kept(*_halves(pairs, kept), kept)
+
+
+def _halves(pairs, kept) -> tuple[int, int]:
+    """(front, back): kept stations before and behind the middle."""
+    stations = np.unique(pairs.station[kept])
+    front = int((stations <= pairs.station.max() / 2).sum())
+    return front, len(stations) - front
+
+
+def _check_reach(history: Sequence[Step], target_hz, options, stations):
+    found = np.sort([s.hz for s in history])
+    # half a step beyond the last set is still nearest to it; a graded station reaches no further than the sets
+    reach = 0.0 if options.graded or len(found) < 2 else np.diff(found).max() / 2
+    if not found[0] - reach <= target_hz <= found[-1] + reach:
+        raise InputError(f"target {target_hz:g} Hz is not reachable: {found[0]:.0f}..{found[-1]:.0f} Hz with "
+                         f"{options.at_least}..{stations} stations kept")
+
+
+def _graded(search, pairs, sets, history, best, target_hz):
+    """(weight (P,), Step, GradedStation): between the chosen set and the next one on the other side of the target, the
+    smallest difference and the most even set first."""
+    stuck = np.array([one.kept & search.closed for one in sets])
+    own, above = stuck[best], history[best].hz > target_hz
+    nested = (stuck <= own).all(axis=1) if above else (stuck >= own).all(axis=1)
+    beyond = np.array([s.hz <= target_hz if above else s.hz >= target_hz for s in history])
+    there = np.flatnonzero(nested & beyond)
+    if not len(there):
+        raise InputError(f"target {target_hz:g} Hz: no station beside the {history[best].front} + {history[best].back} "
+                         "kept ones bridges it; set [tune] graded = false")
+    other = min(there, key=lambda i: ((stuck[i] != own).sum(), abs(sets[i].front - sets[i].back), -sets[i].front))
+    large, small = (best, other) if above else (other, best)
+    last = stuck[large] & ~stuck[small]
+    base = np.where(sets[small].kept, pairs.weight, 0.0)
+
+    def weight(part):
+        return np.where(last, part * pairs.weight, base)
+
+    part = float(brentq(lambda a: search.find(weight(a))[0] - target_hz, 0.0, 1.0, xtol=1e-9))
+    step = replace(history[large], **dict(zip(("hz", "mac"), search.find(weight(part)), strict=True)))
+    return weight(part), step, GradedStation(int(pairs.station[last][0]), part)
+
+
+def _worth(search, pairs, weight) -> tuple[StationWorth, ...]:
+    """Of every station that has a closed pair, unless nothing would be left without it."""
+    hz, found = search.find(weight)[0], []
+    for station in np.unique(pairs.station[search.closed]):
+        mine = pairs.station == station
+        kept = bool((weight[mine & search.closed] > 0).any())
+        other = np.where(mine, 0.0 if kept else pairs.weight, weight)
+        if (other[search.closed] > 0).any():
+            found.append(StationWorth(int(station), kept, abs(search.find(other)[0] - hz)))
+    return tuple(found)
+
+
+def _stations(pairs, weight) -> tuple[int, ...]:
+    return tuple(np.unique(pairs.station[weight > 0]).tolist())

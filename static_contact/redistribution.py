@@ -35,7 +35,7 @@ def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, floa
     for side in kept.sides:
         mine = np.flatnonzero(kept.side == side)
         full = whole.select(whole.side == side)
-        part = np.array([_own_part(full, kept, i) for i in mine])
+        part = carried(full, kept.select(mine))
         total = part[part > 0].sum()
         if total <= 0:
             raise InputError(f"side '{side}': none of the kept stations is closed under the pull")
@@ -45,18 +45,34 @@ def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, floa
     return Redistribution(kept.replace(preload=preload), scale, float(moment))
 
 
-def _own_part(full, kept, i):
-    """A kept pair's own force and its part of those of the rows of its station that are not kept.
+def carried(whole: ContactTable, kept: ContactTable) -> np.ndarray:
+    """(P,) N: what of the whole map falls to each pair of `kept` by its place and weight; 0 where it is detached.
 
-    Where nothing falls to the pair its own (negative) preload stays.
+    Its own force and its part of those of the rows of its station that are not kept. Where nothing falls to the pair
+    its own (negative) preload stays: it does not touch. A row that stands for others is open only with all of them.
     """
-    station = full.select(full.station == kept.station[i])
+    force = np.zeros(len(kept))
+    whole = whole.select(whole.carrying)
+    for i in np.flatnonzero(kept.carrying):
+        beside = (kept.side == kept.side[i]) & (kept.station == kept.station[i]) & kept.carrying
+        station = whole.select((whole.side == kept.side[i]) & (whole.station == kept.station[i]))
+        force[i] = _weight_left(station, kept, i) * _own_part(station, kept.row[i], kept.row[beside])
+    return force
+
+
+def _weight_left(station, kept, i) -> float:
+    """Part of its former weight that a kept pair still has: below 1 where its station is graded."""
+    own = station.weight[station.row == kept.row[i]]
+    return kept.weight[i] / (own.max() if len(own) else 1.0)
+
+
+def _own_part(station, row, rows):
+    """What falls to the pair in `row` of all pairs of a station, of which `rows` are kept."""
     closed = np.maximum(station.preload, 0.0)
-    own = station.row == kept.row[i]
-    rows = kept.row[(kept.side == kept.side[i]) & (kept.station == kept.station[i])]
+    own = station.row == row
     takers = np.intersect1d(rows, station.row[closed > 0])
     takers = takers if len(takers) else rows
-    if not closed.any() or kept.row[i] not in takers:
+    if not closed.any() or row not in takers:
         return station.preload[own].max(initial=-np.inf) if own.any() else station.preload.max(initial=0.0)
     return closed[own].sum() + closed[~np.isin(station.row, rows)].sum() / len(takers)
 
@@ -71,7 +87,8 @@ def redistribute_friction(whole: ContactTable, tangential: np.ndarray, normal: R
         left = station & ~np.isin(whole.row, kept.row[beside])
         moved = tangential[left].sum(axis=0) / (beside & (kept.preload > 0)).sum()
         own = tangential[station & (whole.row == kept.row[i])].sum(axis=0)
-        out[i] = normal.scale[str(kept.side[i])] * (own + moved)
+        part = _weight_left(whole.select(station), kept, i)
+        out[i] = normal.scale[str(kept.side[i])] * part * (own + moved)
     return out
 
 

@@ -11,7 +11,7 @@ from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.craig_bampton import Reduction, assemble
 from modal.truncation import Truncation, error_bound, join
-from static_contact.detachment import stuck_rows
+from static_contact.stuck_assembly import stuck_rows
 
 
 def stuck_error_bound(model: ReducedModel, truncation: Truncation, pairs: ContactTable, hz: ArrayLike, *,

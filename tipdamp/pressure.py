@@ -1,4 +1,9 @@
-"""Contact pressure from nodal preload: force over tributary area, or over length where a side is a single line."""
+"""Contact pressure from nodal preload: force over area, or over length where a side is a single line.
+
+A spring stands for a part of the area in the ratio of its stiffness: of equal ones that of a corner node carries about
+as much as any other, and over the smaller tributary area it would look as if the corners were loaded. Forces of hard
+pairs act on the tributary areas.
+"""
 
 from dataclasses import dataclass
 
@@ -14,12 +19,14 @@ _FLAT = 1e-6      # width over length below which the pairs lie on one line
 class Patch:
     """One side of the damper between its pairs. rows : (p,) int - rows of the contact table
     cells : (c, 3) triangles of an area or (c, 2) pieces of a line - indices into `rows`
-    tributary : (p,) m2 or m - area or length of each pair: the part of the cells that is nearest to it."""
+    tributary : (p,) m2 or m - area or length of each pair: the part of the cells that is nearest to it
+    loaded : (p,) m2 or m - that on which its force acts, of the same sum."""
 
     side: str
     rows: np.ndarray
     cells: np.ndarray
     tributary: np.ndarray
+    loaded: np.ndarray
 
     @property
     def is_area(self) -> bool:
@@ -34,17 +41,20 @@ class Patch:
     def load(self, force: np.ndarray) -> np.ndarray:
         """(p,) N/mm2 or N/mm from the preload of the table, (P,) N; open pairs carry nothing."""
         closed = np.maximum(np.asarray(force)[self.rows], 0.0)
-        tributary = np.where(self.tributary > 0, self.tributary, np.nan)    # a pair in the place of another has none
-        return closed / (tributary * (1e6 if self.is_area else 1e3))
+        loaded = np.where(self.loaded > 0, self.loaded, np.nan)    # a pair in the place of another may have none
+        pressure = closed / loaded
+        carried = np.nansum(pressure * self.tributary)
+        # the field over the side, of which each node stands for its tributary area, carries the side force
+        return pressure * (closed.sum() / carried if carried > 0 else 1.0) / (1e6 if self.is_area else 1e3)
 
 
-def patches(pairs: ContactTable) -> list[Patch]:
-    """One for each side of which at least two pairs lie apart."""
-    found = [_patch(pairs, side) for side in pairs.sides]
+def patches(pairs: ContactTable, hard: bool = False) -> list[Patch]:
+    """One for each side of which at least two pairs lie apart; hard - the preload is that of pairs without springs."""
+    found = [_patch(pairs, side, hard) for side in pairs.sides]
     return [patch for patch in found if patch is not None]
 
 
-def _patch(pairs, side):
+def _patch(pairs, side, hard):
     rows = np.flatnonzero(pairs.side == side)
     place = pairs.position[rows]
     plane = (place - place.mean(axis=0)) @ pairs.frame[rows, :2].mean(axis=0).T      # along, across
@@ -60,7 +70,9 @@ def _patch(pairs, side):
         part = _nearest(place[cells])
     tributary = np.zeros(len(rows))
     np.add.at(tributary, cells, part)
-    return Patch(side, rows, cells, tributary)
+    kn = (pairs.kn * pairs.weight)[rows]
+    by_springs = not hard and np.isfinite(kn).all() and kn.any()
+    return Patch(side, rows, cells, tributary, tributary.sum() * kn / kn.sum() if by_springs else tributary)
 
 
 def _nearest(corner):

@@ -1,5 +1,8 @@
 """Stiffness, friction and initial gaps of matched pairs: the study's own values, or from half-space theory."""
 
+from collections.abc import Iterator
+from contextlib import suppress
+
 import numpy as np
 
 from hbm.contact import ContactTable
@@ -9,27 +12,28 @@ from static_contact.equilibrium import side_forces, side_normals
 from static_contact.stiffness.contact_side import ContactSide
 from static_contact.stiffness.elastic_constants import MaterialPair
 from static_contact.stiffness.nodal_stiffness import NodalStiffness, StiffnessModel, given_stiffness, nodal_stiffness
-from static_contact.stiffness.nodal_weights import nodal_values, tributary_weights
 from static_contact.stiffness.rough_surfaces import Roughness
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.loads import pull_vector
-from tipdamp.stages.results import SideStiffness
+from tipdamp.pressure import patches
+from tipdamp.stages.results import SideStiffness, StiffnessWay
 from tipdamp.study.schema import Material, OtherMaterial, Side
 from tipdamp.study.view import Study
 
 MODELS = {"halfspace": "halfspace_3d"}      # names in a study file that differ from those of `nodal_stiffness.MODELS`
+SOFTER = {"plane_depth": "plane strain with depth", "rough_series": "half-spaces and a rough interface in series"}
 Moduli = tuple[float, float, float, float]   # E, nu of the blade, E, nu of the damper
 
 
 def with_values(study: Study, pairs: ContactTable, materials: dict[str, Moduli],
-                pull: np.ndarray | None = None) -> ContactTable:
+                pull: np.ndarray | None = None, fitted: float = 1.0) -> ContactTable:
     """The pairs with stiffness, friction and initial gap of the study; a user-supplied pair table brings its own.
 
-    pull (3,) N: load on the damper, by default Fc.
+    pull (3,) N: load on the damper, by default Fc; fitted - factor found by a fit, on what a model gives
     """
     if study.contact.pairs:
         return pairs
-    kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials, pull))
+    kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials, pull, fitted))
     along = pairs.position @ np.array(study.driver.axis)
     gap = pairs.gap.copy()
     for name, side in study.sides.items():
@@ -40,7 +44,7 @@ def with_values(study: Study, pairs: ContactTable, materials: dict[str, Moduli],
 
 
 def side_stiffness(study: Study, pairs: ContactTable, materials: dict[str, Moduli],
-                   pull: np.ndarray | None = None) -> dict[str, NodalStiffness]:
+                   pull: np.ndarray | None = None, fitted: float = 1.0) -> dict[str, NodalStiffness]:
     """{side: NodalStiffness} under its part of the pull, with all that it was made from; {} with an own table.
 
     materials {side: Moduli} as `side_materials` finds them; only theory needs them.
@@ -50,17 +54,40 @@ def side_stiffness(study: Study, pairs: ContactTable, materials: dict[str, Modul
         return {}
     forces = side_forces(side_normals(pairs), pull_vector(study) if pull is None else pull)
     for name, side in study.sides.items():
-        mine = pairs.side == name
-        count, length = int(mine.sum()), float(np.ptp(pairs.position[mine] @ np.array(study.driver.axis)))
-        if side.kn is not None and side.kt is not None:
-            found[name] = given_stiffness((side.kn, side.kt), count, forces[name], length)
+        mine = pairs.select(pairs.side == name)
+        length = float(np.ptp(mine.position @ np.array(study.driver.axis)))
+        if side.given:
+            found[name] = given_stiffness(_per_node(study, name, mine), len(mine), forces[name], length)
             continue
         depth = (side.depth[0], side.depth[1]) if side.depth else None
         roughness = None if side.h_rms is None or side.gamma is None else Roughness(side.h_rms, side.gamma)
         model = StiffnessModel(MODELS.get(contact.stiffness, contact.stiffness), contact.kind, depth, roughness,
-                               contact.scale)
-        found[name] = nodal_stiffness(contact_side(side, length, materials[name]), forces[name], count, model)
+                               contact.scale * fitted)
+        found[name] = nodal_stiffness(contact_side(side, length, materials[name]), forces[name], len(mine), model)
     return found
+
+
+def _per_node(study, name, mine) -> tuple[float, float]:
+    """kn, kt of a side as a mean over its nodes, given per node, per area or in total."""
+    side = study.sides[name]
+    if side.kn is not None and side.kt is not None:
+        return side.kn, side.kt
+    if side.kn_total is not None and side.kt_total is not None:
+        return side.kn_total / len(mine), side.kt_total / len(mine)
+    area = _tributary(study, name, mine, need_area=True).sum() / len(mine)
+    return side.kn_per_area * area, side.kt_per_area * area
+
+
+def _tributary(study, name, mine, need_area=False) -> np.ndarray:
+    """(n,) m2, or m where the pairs of the side form a line and no area is needed."""
+    found, width = patches(mine), study.sides[name].width
+    if not found:
+        raise InputError(f"{study.path}: [contact.{name}]: its pairs lie at one place, which has no tributary areas")
+    patch = found[0]
+    if need_area and not patch.is_area and not width:
+        raise InputError(f"{study.path}: [contact.{name}] kn_per_area: the pairs form a line, which has no area; state "
+                         "its width, or give kn_total and kt_total")
+    return patch.tributary * (width if need_area and not patch.is_area else 1.0)
 
 
 def contact_side(side: Side, length: float, moduli: Moduli, width: float | None = None) -> ContactSide:
@@ -74,20 +101,21 @@ def node_stiffness(study: Study, pairs: ContactTable,
     """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by tributary area."""
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
     for name, one in sides.items():
-        mine = pairs.side == name
-        kn[mine], kt[mine] = one.kn, one.kt
-        if study.contact.shares == "tributary" and one.model != "given":
-            across = pairs.frame[mine][:, 1].mean(axis=0)
-            try:
-                weights = tributary_weights(pairs.position[mine] @ np.array(study.driver.axis),
-                                            pairs.position[mine] @ across)
-            except InputError as error:
-                raise InputError(f"{study.path}: [contact.{name}], shares = 'tributary': {error}") from None
-            kn[mine], kt[mine] = (nodal_values(one.n_nodes * k, weights) for k in (one.kn, one.kt))
+        mine, weights = pairs.side == name, np.ones(one.n_nodes)
+        if shares(study, name) == "tributary":
+            weights = _tributary(study, name, pairs.select(mine))
+            weights = weights / weights.mean()
+        kn[mine], kt[mine] = one.kn * weights, one.kt * weights
     return kn, kt
 
 
-def facts(study: Study, sides: dict[str, NodalStiffness]) -> dict[str, SideStiffness]:
+def shares(study: Study, name: str) -> str:
+    """How the nodes of a side share its stiffness; per area it is by area."""
+    return "equal" if study.contact.shares == "equal" and study.sides[name].kn_per_area is None else "tributary"
+
+
+def facts(study: Study, sides: dict[str, NodalStiffness], materials: dict[str, Moduli],
+          fitted: float = 1.0) -> dict[str, SideStiffness]:
     """{side: what its stiffness was made from} for the result of the stage."""
     found = {}
     for name, one in sides.items():
@@ -98,26 +126,45 @@ def facts(study: Study, sides: dict[str, NodalStiffness]) -> dict[str, SideStiff
             kind=one.kind if theory else None, half_width_m=one.size, depth_m=one.depth,
             h_rms_m=one.roughness.h_rms if one.roughness else None,
             gamma=one.roughness.gamma if one.roughness else None, scale=one.scale,
-            shares=study.contact.shares if theory else "equal", E_star_Pa=one.pair.E_star if one.pair else None)
+            shares=shares(study, name), E_star_Pa=one.pair.E_star if one.pair else None,
+            ways=tuple(_ways(study, name, one, materials.get(name), fitted)))
     return found
 
 
-def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable,
-                   every: bool = False) -> dict[str, Moduli]:
-    """{side: Moduli} of the cells in contact, where a model makes the stiffness.
+def _ways(study, name, one, moduli, fitted) -> Iterator[StiffnessWay]:
+    """The way in use, the smooth bodies that it starts from where their sizes are known, and the reference."""
+    side, contact, before = study.sides[name], study.contact, []
+    if moduli:
+        with suppress(InputError):          # a given side may have no radius, or one far too small for the load
+            smooth = nodal_stiffness(contact_side(side, one.length, moduli), one.load, one.n_nodes,
+                                     StiffnessModel(kind=contact.kind))
+            before.append(("smooth half-spaces", smooth.kn, smooth.kt))
+    if one.model in SOFTER:
+        before.append((SOFTER[one.model], one.kn / one.scale, one.kt / one.scale))
+    if contact.fit_hz is not None and one.model != "given":
+        before.append((f"fitted to {contact.fit_hz:g} Hz, factor {fitted:.4g}", one.kn, one.kt))
+    elif one.scale != 1:
+        before.append((f"declared factor {one.scale:g}", one.kn, one.kt))
+    if one.model == "given":
+        how = "per area" if side.kn_per_area else "in total" if side.kn_total else "per node"
+        before.append((f"given {how}", one.kn, one.kt))
+    for i, (way, kn, kt) in enumerate(before, start=1):
+        yield StiffnessWay(way=way, kn_N_per_m=kn, kt_N_per_m=kt, in_use=i == len(before))
+    if side.reference_kn is not None and side.reference_kt is not None:
+        yield StiffnessWay(way="reference", kn_N_per_m=side.reference_kn, kt_N_per_m=side.reference_kt)
 
-    every: on given sides too, left out where the cells are of several materials.
-    """
+
+def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, Moduli]:
+    """{side: Moduli} of the cells in contact. Sides with a stiffness of their own, which need none, are left out where
+    the cells are of several materials."""
     found: dict[str, Moduli] = {}
     for name, side in study.sides.items() if not study.contact.pairs else ():
-        if side.given and not every:
-            continue
         mine = pairs.side == name
         try:
             one, two = (material_at(study, meshes[body], nodes[mine], f"[contact.{name}]")
                         for body, nodes in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)))
         except InputError:
-            if every:
+            if side.given:
                 continue
             raise
         found[name] = (one.E, one.nu, two.E, two.nu)

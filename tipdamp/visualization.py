@@ -16,7 +16,7 @@ from hbm.model import ReducedModel
 from hbm.npz import open_npz
 from modal.craig_bampton import Reduction
 from modal.mesh import Mesh
-from static_contact.detachment import StuckModes
+from static_contact.stuck_assembly import StuckModes
 from tipdamp import surface
 from tipdamp.pressure import patches
 from tipdamp.store import Store
@@ -115,10 +115,11 @@ def _stuck_vtu(store, model, shapes: Shapes):
     return _vtu(store, "stuck_modes.vtu", np.concatenate([s.position for s in parts]), cells, data)
 
 
-def keep_preload(store: Store, tables: Mapping[str, ContactTable]) -> list[str]:
-    """preload.vtu: the contact between the pairs with preload and pressure of each {load case: ContactTable}."""
+def keep_preload(store: Store, tables: Mapping[str, ContactTable], hard: bool) -> list[str]:
+    """preload.vtu: the contact between the pairs with preload and pressure of each {load case: ContactTable}; hard -
+    the preload is that of pairs without springs."""
     first = next(iter(tables.values()))
-    sides = patches(first)
+    sides = patches(first, hard)
     cells = [("triangle" if p.is_area else "line", p.rows[p.cells]) for p in sides]
     number = np.array([first.sides.index(s) for s in first.side])
     data = {"side": number, "station": first.station, "row": first.row, "blade node": first.blade_node,

@@ -1,6 +1,6 @@
 """Stuck modes of the full finite-element model: the cross-check of every reduced frequency."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from modal.solvers.inertia import mumps_inertia
 from static_contact.full.assembled import AssembledBodies
 from static_contact.full.ranks import own_rows
 from static_contact.roll_springs import RollSpring
+from static_contact.stuck_assembly import stuck_springs
 
 
 @dataclass(frozen=True)
@@ -29,24 +30,56 @@ class StuckModeSettings:
 SETTINGS = StuckModeSettings()
 
 
+@dataclass(frozen=True)
+class StuckSet:
+    """A set of pairs (the rows of one table, with weights of its own) with its roll springs; hz (m,): its lowest
+    frequencies by a reduction of the same bodies."""
+
+    pairs: ContactTable
+    springs: Sequence[RollSpring]
+    hz: np.ndarray
+
+
 def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs: Sequence[RollSpring] = (), *,
                   together: bool = False) -> np.ndarray:
     """(count,) Hz: lowest modes of the unreduced bodies joined by the stuck springs of the pairs.
 
     springs : RollSpring records on rows of `pairs`; together : all ranks of an mpirun share the work on one problem.
     """
-    K = sp.block_diag([b.K for b in bodies], format="csr")
-    M = sp.block_diag([b.M for b in bodies], format="csr")
-    B = relative_motion(AssembledBodies(bodies), pairs)
-    k = (np.column_stack([pairs.kt, pairs.kt, pairs.kn]) * pairs.weight[:, None]).ravel()
-    K = K + B.T @ sp.diags(k) @ B
-    for s in springs:
-        row = (B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance
-        K = K + s.k * (row.T @ row)
+    K, M, rows = _matrices(bodies, pairs, springs)
+    K = K + rows.T @ sp.diags(_stiffness(pairs, springs, springs)) @ rows
     if together:
         return modes_over_ranks(K.tocsr(), M.tocsr(), count) / (2 * np.pi)
     omega, _ = Factor(K.tocsr()).lowest_modes(M, count)
     return omega / (2 * np.pi)
+
+
+def full_stuck_sets(bodies: list[Body], sets: Sequence[StuckSet]) -> Iterator[np.ndarray]:
+    """(m,) Hz of each set as from `full_stuck_hz`, all on the factor of the first one: the others differ from it by a
+    change of low rank."""
+    springs = list({(s.low, s.high): s for one in sets for s in one.springs}.values())
+    K, M, rows = _matrices(bodies, sets[0].pairs, springs)
+    k = [_stiffness(one.pairs, one.springs, springs) for one in sets]
+    factor = Factor(K + rows.T @ sp.diags(k[0]) @ rows)
+    differ = np.flatnonzero((np.array(k) != k[0]).any(axis=0))
+    solved = factor.solve(rows[differ].T.toarray())
+    for one, its in zip(sets, k, strict=True):
+        own = factor.changed(rows[differ], solved, (its - k[0])[differ]) if its is not k[0] else factor
+        yield own.modes(M, len(one.hz), at_most=2 * np.pi * one.hz).omega / (2 * np.pi)
+
+
+def _matrices(bodies, pairs, springs):
+    """K, M of the bodies, and rows of unit stiffness: relative motion at the pairs, roll at the springs."""
+    B = relative_motion(AssembledBodies(bodies), pairs)
+    roll = [(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]
+    return (*(sp.block_diag(part, format="csr") for part in ([b.K for b in bodies], [b.M for b in bodies])),
+            sp.vstack([B, *roll], format="csr"))
+
+
+def _stiffness(pairs, springs, places):
+    """(n,) N/m of the rows of `_matrices` with springs at `places`."""
+    own = {(s.low, s.high): s.k for s in springs}
+    return np.concatenate([stuck_springs(pairs).ravel(), [own.get((s.low, s.high), 0.0) for s in places]])
 
 
 def modes_over_ranks(K: sp.csr_matrix, M: sp.csr_matrix, count: int,

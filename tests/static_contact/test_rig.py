@@ -6,11 +6,12 @@ import pytest
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.detachment import StuckAssembly, detach_until, keep_ends
+from static_contact.detachment import detach_until, keep_ends
 from static_contact.equilibrium import side_forces, side_normals
 from static_contact.preload import StaticContact
 from static_contact.redistribution import redistribute
 from static_contact.reduction_error import stuck_error_bound
+from static_contact.stuck_assembly import StuckAssembly
 
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # Fc / (2 sin 45): frictionless balance between faces at 45 degrees
 
@@ -96,17 +97,19 @@ def test_carried_preload_is_the_whole_pull(whole):
     assert abs(done.moment) == pytest.approx(EACH_SIDE * 0.8e-3, rel=1e-3)  # what the edge line cannot balance
 
 
-def test_detachment_is_monotone_and_meets_a_target(model, whole, follow):
-    line = whole.replace(weight=(whole.row == 0).astype(float))
-    every = detach_until(StuckAssembly(model), line, 2500.0, follow)
-    hz = [s.hz for s in every.history]
-    assert len(hz) == 30 and (np.diff(hz) < 0).all()
-    middle = every.history[20]
-    found = detach_until(StuckAssembly(model), line, middle.hz + 1.0, follow)
-    assert (found.chosen.front, found.chosen.back) == (middle.front, middle.back)
-    assert found.chosen.front - found.chosen.back in (0, 1)
+def test_detachment_against_brute_force(model, whole, follow):
+    """Every split by an eigenvalue problem of its own: the same frequencies, falling from the middle outwards with
+    each station that goes, and none nearer the target."""
+    line, target = whole.replace(weight=(whole.row == 0).astype(float)), 2500.0
+    assembly = StuckAssembly(model)
+    found = detach_until(assembly, line, target, follow)
+    hz = {(s.front, s.back): s.hz for s in found.history}
+    assert len(hz) == 436 and (np.diff([hz[(n + 1) // 2, n // 2] for n in range(31, 1, -1)]) < 0).all()
+    brute = {s: assembly.modes(keep_ends(line, *s), follow).tracked_hz for s in list(hz)[::3]}
+    assert max(abs(hz[s] - brute[s]) for s in brute) < 1e-5
+    assert abs(found.chosen.hz - target) < min(abs(v - target) for v in hz.values()) + 1e-6
     kept = found.pairs.station[found.pairs.carrying & (found.pairs.side == "left")]
-    assert kept.tolist() == [*range(middle.front), *range(31 - middle.back, 31)]
+    assert kept.tolist() == [*range(found.chosen.front), *range(31 - found.chosen.back, 31)]
 
 
 @pytest.mark.parametrize("target", [9000.0, 1000.0])

@@ -82,7 +82,8 @@ def _tune(results):
 
 
 def _monotone(history: tuple[TuneStep, ...]):
-    steps = sorted(history, key=lambda s: s.front + s.back)
+    """From the middle outwards, with even ends: very uneven ones may meet other modes."""
+    steps = sorted((s for s in history if s.front - s.back in (0, 1)), key=lambda s: s.front + s.back)
     rises = [b for a, b in zip(steps, steps[1:], strict=False) if b.hz < a.hz]
     if rises:
         yield (f"Detachment is not monotone: with {rises[0].front} + {rises[0].back} stations the frequency is below "

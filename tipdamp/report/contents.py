@@ -18,14 +18,25 @@ from tipdamp.report.figures import (
 )
 from tipdamp.report.page import Block, Section
 from tipdamp.report.results import Results
-from tipdamp.report.tables import agreement, assumptions, key_figures, load_cases, peaks, provenance, reduction_check
+from tipdamp.report.tables import (
+    agreement,
+    assumptions,
+    contact_stiffness,
+    kept_sets,
+    key_figures,
+    load_cases,
+    peaks,
+    provenance,
+    reduction_check,
+)
 
 # (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has no data for it
 SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]], ...] = (
     ("figures", "Key figures", (key_figures.tables,)),
     ("linear", "Without damper", (free_response.figures,)),
-    ("preload", "Preload", (preload_map.figures, pressure.figures, load_cases.tables, preload_map.load_case_figures)),
-    ("tuning", "Kept stations", (detachment.figures, kept_preload.figures)),
+    ("preload", "Preload", (contact_stiffness.tables, preload_map.figures, pressure.figures, load_cases.tables,
+                            preload_map.load_case_figures)),
+    ("tuning", "Kept stations", (detachment.figures, kept_sets.tables, kept_preload.figures)),
     ("modes", "Mode shapes", (mode_shapes.figures,)),
     ("response", "Forced response", (peaks.tables, response_family.figures, response_levels.figures,
                                      peak_trend.figures, contact_states.figures)),

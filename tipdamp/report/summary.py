@@ -7,6 +7,8 @@ from tipdamp.stages.results import CurveResult
 
 COPIED = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "at_least_hz", "at_least_m", "points", "failed_points",
           "seconds", "complete", "ended", "patches"}
+OF_TUNE = {"target_hz", "scatter_hz", "table", "stuck_hz", "tuned_pairs", "graded", "open_pairs", "equivalent",
+           "preload_kept"}
 
 
 def summarise(results: Results) -> dict:
@@ -22,8 +24,10 @@ def summarise(results: Results) -> dict:
         summary.update(results.reduce.model_dump(include={"free_hz", "reduction"}))
     if results.preload is not None:
         summary["preload"] = results.preload.model_dump(include={"sides"})["sides"]
+        summary["stiffness"] = {side: [way.model_dump() for way in made.ways]
+                                for side, made in results.preload.stiffness.items()}
     if results.tune is not None:
-        summary |= results.tune.model_dump(include={"target_hz", "stuck_hz", "tuned_pairs", "preload_kept"})
+        summary |= results.tune.model_dump(include=OF_TUNE)
         errors = [check.largest_error for check in results.tune.full_model_check.values()]
         if errors:
             summary["reduction"] = {**summary["reduction"], "largest_error": max(errors)}

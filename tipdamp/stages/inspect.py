@@ -61,7 +61,7 @@ def _meshes(study, store, tick):
     warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction)
     places = {BLADES: meshes[BLADES].position[meshes[BLADES].index(pairs.blade_node)],
               DAMPER: meshes[DAMPER].position[meshes[DAMPER].index(pairs.damper_node)]}
-    moduli = side_materials(study, meshes, pairs, every=True)
+    moduli = side_materials(study, meshes, pairs)
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings, side_moduli=moduli),
                       Inspected(meshes, pairs, places, angles))
 

@@ -31,21 +31,39 @@ def line_of(study: Study, pairs: ContactTable) -> ContactTable:
     return conserve_total(line, pairs) if conserves(study) else line
 
 
+def ends_kept(study: Study, line: ContactTable) -> tuple[int, int]:
+    """(front, back) stations that the study keeps."""
+    if study.tune.stations == "all":
+        stations = int(line.station.max()) + 1
+        return (stations + 1) // 2, stations // 2
+    front, back = study.tune.stations
+    return front, back
+
+
 def conserves(study: Study) -> bool:
     """Whether the pairs that stay take over the stiffness of their whole side."""
     return study.tune.stiffness == "conserved"
 
 
-def declared_springs(study: Study, pairs: ContactTable) -> list[RollSpring]:
-    """Roll springs of the flat sides of which one row stands for several."""
+def declared_springs(study: Study, pairs: ContactTable, closed: np.ndarray | None = None) -> list[RollSpring]:
+    """Roll springs of the flat sides of which one row stands for several; closed (P,) - pairs that stick, default:
+    those that carry."""
     springs = []
+    stuck = pairs if closed is None else pairs.replace(weight=np.where(closed, pairs.weight, 0.0))
     for name, side in study.sides.items():
-        mine = pairs.select(pairs.side == name)
-        one_row = len(np.unique(mine.row[mine.carrying])) == 1
+        one_row = len(np.unique(pairs.row[(pairs.side == name) & pairs.carrying])) == 1
         if side.shape != "cylinder" and side.rows == "edge" and one_row and side.roll_stiffness != 0:
             given = None if side.roll_stiffness == "from_flat" else side.roll_stiffness
-            springs += roll_springs(pairs, name, side.width or 0.0, given)
+            springs += roll_springs(stuck, name, side.width or 0.0, given)
     return springs
+
+
+def softer(study: Study) -> str:
+    """What can be done where the contact of half-space theory is too stiff for a target; empty where it was given."""
+    if study.contact.pairs or all(side.given for side in study.sides.values()):
+        return ""
+    return (f"; the stiffness is that of [contact] stiffness = '{study.contact.stiffness}': a rough interface in "
+            "series ('rough_series'), a declared factor (scale) or a fit to a measurement (fit_hz) make it softer")
 
 
 def group(model: ReducedModel, study: Study, name: str) -> np.ndarray:

@@ -10,6 +10,8 @@ from static_contact.preload import StaticContact
 from tipdamp import friction, loads, stiffness, stresses
 from tipdamp.bodies.read import BODY_READS
 from tipdamp.progress import Tick
+from tipdamp.stages import fitted_stiffness
+from tipdamp.stages.fitted_stiffness import fit_factor
 from tipdamp.stages.model_inputs import equilibrium, preload_map, side_sums, static_contact
 from tipdamp.stages.results import FreeMotion, LoadCasePreload, PreloadResult, ReduceResult, SideForces, SideLoad
 from tipdamp.stages.stage import Stage
@@ -34,7 +36,7 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     if study.preload.stress and "model" in study:
         raise InputError(f"{study.path}: [preload] stress needs meshes, and the study gives matrices ([model])")
     model = ReducedModel.load(store.path("model.npz"))
-    pairs, made = _with_stiffness(study, store, model)
+    pairs, made, said = _with_stiffness(study, store, model)
     tick(0.2, f"{len(pairs)} pairs")
     statics = static_contact(study, model, pairs)
     rest = _with_friction(study, statics, pairs, store) if study.preload.friction else _frictionless(study, statics)
@@ -48,7 +50,7 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     PreloadResult(
         sides=side_forces(found.pairs, rest.forces, rest.balance), residual=found.residual,
         iterations=found.iterations, **rest.facts, stiffness=made, cases=cases,
-        warnings=tuple(reaction_warnings(reactions)),
+        warnings=(*said, *reaction_warnings(reactions)),
         kn_kt_N_per_m={s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()) for s in pairs.sides},
     ).save(store)
     files = ["preload_friction.csv"] if study.preload.friction else []
@@ -56,15 +58,19 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     if study.preload.stress:
         files += stresses.keep_stress(study, store, model, found.displacement, tick)
     tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
-    return [*files, *keep_preload(store, {"pull": pulled, **tables})]
+    return [*files, *keep_preload(store, {"pull": pulled, **tables}, study.contact.normal == "hard")]
 
 
 def _with_stiffness(study, store, model):
-    """The pairs with kn, kt, mu and gap, and what the stiffness of each side was made from."""
+    """The pairs with kn, kt, mu and gap, what the stiffness of each side was made from, and warnings of a fit."""
     pairs, materials = ContactTable.load(store.path("pairs.csv")), ReduceResult.load(store).side_materials
     pull = loads.force_at_rest(study, model)
-    sides = stiffness.side_stiffness(study, pairs, materials, pull)
-    return stiffness.with_values(study, pairs, materials, pull), stiffness.facts(study, sides)
+    fitted, said = 1.0, []
+    if study.contact.fit_hz is not None:
+        fitted, said = fit_factor(study, model, lambda f: stiffness.with_values(study, pairs, materials, pull, f))
+    sides = stiffness.side_stiffness(study, pairs, materials, pull, fitted)
+    made = stiffness.facts(study, sides, materials, fitted)
+    return stiffness.with_values(study, pairs, materials, pull, fitted), made, said
 
 
 def _frictionless(study, statics):
@@ -135,7 +141,8 @@ def warnings(_: Study, store: Store) -> tuple[str, ...]:
 
 
 def _reads_more(study):
-    return BODY_READS * study.preload.stress + friction.READS * study.preload.friction
+    return (BODY_READS * study.preload.stress + friction.READS * study.preload.friction
+            + fitted_stiffness.READS * (study.contact.fit_hz is not None))
 
 
 STAGE = Stage(preload, line, warnings=warnings, outputs=("preload.csv", "preload.json"),

@@ -39,8 +39,9 @@ class Assembly:
     curves: Curves
 
     def linear(self, settings: Respond, hz: np.ndarray, level: float) -> np.ndarray:
-        """(n, outputs) m: response with all kept pairs stuck."""
-        return linear_response(self.model, self.kept, level * self.curves.force, hz, ratio(settings.damping_ratio),
+        """(n, outputs) m: response with all kept pairs stuck that are in contact at rest."""
+        closed = self.kept.select(self.kept.preload > 0)
+        return linear_response(self.model, closed, level * self.curves.force, hz, ratio(settings.damping_ratio),
                                self.curves.rows)
 
 
@@ -54,7 +55,9 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     for there, *back in cases:
         curve, *others = map(assembly.curves.load, (there, *back))
         found.append(curve_result(settings, assembly.kept, curve, others, file=there.file, Fe_N=there.Fe_N, H=there.H))
-        if not found[-1].slipping_pairs and assembly.curves.problem.law.components == ALL_SPRINGS:
+        # the damping is that of all kept pairs stuck: the linear response is the same where none is open at rest
+        alike = assembly.curves.problem.law.components == ALL_SPRINGS and (assembly.kept.preload > 0).all()
+        if not found[-1].slipping_pairs and alike:
             difference[there.file] = stuck_difference(settings, assembly, curve, there.Fe_N)
     with store.writing("stuck.npz") as path:
         hz = np.linspace(*settings.band, POINTS)
@@ -104,7 +107,7 @@ def make_curve(curves: Curves, case: Case, report: Callable[[float, str], None])
 
 def _assembly(study, store):
     model, table = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
-    model = with_springs(model, table, declared_springs(study, table))
+    model = with_springs(model, table, declared_springs(study, table, table.preload > 0))
     kept = table.select(table.carrying)
     static, start, law = None, None, study.respond.law.make()
     if study.preload.friction:

@@ -139,9 +139,19 @@ class SideForces(SideLoad):
     balance_error: Number
 
 
+class StiffnessWay(Record):
+    """kn and kt per node (mean) by one way of giving them; in_use - with which the study computes."""
+    way: str
+    kn_N_per_m: float
+    kt_N_per_m: float
+    in_use: bool = False
+
+
 class SideStiffness(Record):
-    """Nodal stiffness of one side and what it was made from; None where it does not apply."""
+    """Nodal stiffness of one side and what it was made from; None where it does not apply. ways - the one in use beside
+    those that lead to it, and the reference of the study."""
     model: str
+    ways: tuple[StiffnessWay, ...] = ()
     kn_N_per_m: float
     kt_N_per_m: float
     kt_along_N_per_m: float
@@ -254,6 +264,21 @@ class TuneStep(Stations):
     mac: float
 
 
+class GradedStation(Record):
+    """The station that keeps only a part (0..1) of its area."""
+    station: int
+    part: float
+
+
+class StationWorth(Record):
+    """What the stuck frequency would lose without a kept station, or gain with one that is not kept; position_m along
+    the axis."""
+    station: int
+    kept: bool
+    hz: float
+    position_m: float
+
+
 class FullModelCheck(Record):
     """Stuck frequencies of the reduced and of the full model; error_bound - relative, from the reduction alone."""
     reduced_hz: Numbers
@@ -281,10 +306,20 @@ class KeptCase(Record):
 
 
 class TuneResult(Result):
-    """tune.json. full_model_check {set: ...}, empty where matrices were given; target_hz - None for given stations."""
+    """tune.json. full_model_check {set: ...}, empty where matrices were given; target_hz - None for given stations;
+    table - the user's own table of kept pairs, if that is what is kept. closed_pairs, open_pairs - of each set, those
+    that stick and those that are open at rest, which do not; equivalent - sets within the scatter of the target."""
     file: ClassVar[str] = "tune.json"
     target_hz: float | None
+    scatter_hz: float = 0.0
+    table: str | None = None
     tuned_pairs: Stations
+    kept_stations: tuple[int, ...] = ()
+    graded: GradedStation | None = None
+    equivalent: tuple[TuneStep, ...] = ()
+    station_worth: tuple[StationWorth, ...] = ()
+    closed_pairs: OfSets[int]
+    open_pairs: OfSets[int]
     history: tuple[TuneStep, ...]
     stuck_hz: OfSets[float]
     mac: OfSets[float]

@@ -119,7 +119,8 @@ def _check_untouched(name, store, overwrite):
     """A table that a person has edited is neither used unseen nor overwritten."""
     edited = store.edited(name)
     if edited and not overwrite:
-        own = "to use it, name a copy of it in the study ([contact] pairs); " if edited[0] == "pairs.csv" else ""
+        key = {"pairs.csv": "[contact] pairs", "kept.csv": "[tune] kept"}.get(edited[0])
+        own = f"to use it, name a copy of it in the study ({key}); " if key else ""
         raise InputError(f"{store.path(edited[0])} was changed after the stage '{name}' wrote it; {own}to write it "
                          f"anew: tipdamp {name} --force")
 

@@ -7,7 +7,8 @@ from tipdamp.study.law import laws_with_sliders
 from tipdamp.study.schema import Contact, LoadCase, Respond, Section, Side, Tune
 from tipdamp.study.view import Study
 
-OF_MODELS = ("kind", "scale", "shares")       # keys of [contact] on how a model gives the stiffness
+OF_MODELS = ("kind", "scale", "fit_hz")       # keys of [contact] on how a model gives the stiffness
+GIVEN = (("kn", "kt"), ("kn_per_area", "kt_per_area"), ("kn_total", "kt_total"), ("reference_kn", "reference_kt"))
 NEEDED = {"depth": "plane_depth", "h_rms": "rough_series", "gamma": "rough_series"}     # of a side, by which model
 
 
@@ -41,6 +42,8 @@ def check_study(study: Study) -> None:
         refuse_beside_pairs(path, contact, study.sides)
     else:
         check_contact(f"{path}: [contact]", contact)
+    if contact.fit_hz is not None and not {"tune", "respond"} <= set(vars(study)):
+        raise InputError(f"{path}: [contact] fit_hz: needs [tune] and [respond], by which the mode is tracked")
     if "respond" in study:
         check_respond(f"{path}: [respond]", study.respond)
         if study.preload.friction:
@@ -55,6 +58,8 @@ def check_contact(where: str, contact: Contact) -> None:
     for key in OF_MODELS:
         if key in contact.model_fields_set and contact.stiffness == "given":
             raise InputError(f"{where} {key}: leave it out, stiffness = \"given\" uses no model")
+    if contact.fit_hz is not None and "scale" in contact.model_fields_set:
+        raise InputError(f"{where} scale and fit_hz exclude each other: the factor is declared or fitted")
     if contact.stiffness == "rough_series" and contact.kind == "secant":
         raise InputError(f"{where} kind = \"secant\": rough surfaces have no defined onset of contact, stiffness = "
                          "\"rough_series\" has a tangent only")
@@ -81,17 +86,24 @@ def check_side(where: str, side: Side, contact: Contact) -> None:
 
 
 def _check_given_stiffness(where, side, model):
-    if model == "given" and (side.kn is None or side.kt is None):
+    stated = dict(side)
+    ways = [way for way in GIVEN[:-1] if any(stated[key] is not None for key in way)]
+    if model == "given" and not any(None not in (stated[kn], stated[kt]) for kn, kt in GIVEN[:-1]):
         raise InputError(f"{where} kn and kt are missing; give them, or set [contact] stiffness = \"halfspace\"")
-    for key, value, other, stated in (("kn", side.kn, "kt", side.kt), ("kt", side.kt, "kn", side.kn)):
-        if value is None and stated is not None:
-            raise InputError(f"{where} {key} is missing: {other} is given; only both together replace the model")
+    if len(ways) > 1:
+        raise InputError(f"{where} {ways[0][0]} and {ways[1][0]} exclude each other: per node, per area or in total")
+    for kn, kt in GIVEN:
+        if (stated[kn] is None) != (stated[kt] is None):
+            absent, other = (kn, kt) if stated[kn] is None else (kt, kn)
+            why = "are compared" if kn.startswith("reference") else "replace the model"
+            raise InputError(f"{where} {absent} is missing: {other} is given; only both together {why}")
 
 
 def refuse_beside_pairs(path: Path, contact: Contact, sides: dict[str, Side]) -> None:
     """What the table of pairs gives is given there alone."""
-    own = ("blade", "damper", "kn", "kt", "gap", *NEEDED)
-    given: list[tuple[str, Section, tuple[str, ...]]] = [("[contact]", contact, ("mu", *OF_MODELS, "stiffness"))]
+    own = ("blade", "damper", *(key for way in GIVEN for key in way), "gap", *NEEDED)
+    of_all = ("mu", *OF_MODELS, "shares", "stiffness")
+    given: list[tuple[str, Section, tuple[str, ...]]] = [("[contact]", contact, of_all)]
     given += [(f"[contact.{name}]", side, own) for name, side in sides.items()]
     for where, section, keys in given:
         for key in keys:
@@ -164,10 +176,15 @@ def check_modes(where: str, body: Section) -> None:
 
 
 def check_tune(where: str, tune: Tune) -> None:
-    """A target or the stations."""
+    """A target, the stations or a table; keys of a target have no meaning without one."""
     stations = tune.stations
-    if (tune.target_hz is None) == (not stations):
-        raise InputError(f"{where} needs either target_hz or stations = [front, back]")
+    if not tune.kept and (tune.target_hz is None) == (not stations):
+        raise InputError(f"{where} needs either target_hz, or stations = [front, back], or a table kept = \"...\"")
+    for key in ("scatter_hz", "order", "graded"):
+        if key in tune.model_fields_set and tune.target_hz is None:
+            raise InputError(f"{where} {key}: leave it out, it belongs to target_hz")
+    if tune.preload == "table" and not tune.kept:
+        raise InputError(f"{where} preload = 'table': needs a table kept = \"...\"; without one 'scaled' or 'resolved'")
     if stations and stations != "all" and (len(stations) != 2 or not any(stations)):
         raise InputError(f"{where} stations = {list(stations)}: must be two numbers [front, back], not both 0, or "
                          "'all'")

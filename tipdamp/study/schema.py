@@ -5,7 +5,7 @@ docs/study_files.md and the JSON schema for editors are made from them (study/ke
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tipdamp.study.law import DEFAULT, LAW, LawChoice
 from tipdamp.study.values import (
@@ -153,11 +153,14 @@ class Contact(Section):
     kind: Annotated[Literal["tangent", "secant"], Key(
         CHOICE, "of the stiffness from a model: 'tangent' at the side's force under the pull, or 'secant' from zero "
         "force")] = "tangent"
-    scale: Annotated[float, Key(NUMBER, "factor on all stiffness from a model, such as one found by calibration; given "
-                                "kn and kt are taken as they are", low=0, open_low=True)] = 1.0
+    scale: Annotated[float, Key(NUMBER, "declared factor on all stiffness from a model: real contacts are softer than "
+                                "smooth half-spaces; given stiffness is taken as it is", low=0, open_low=True)] = 1.0
+    fit_hz: Annotated[float | None, Key(NUMBER, "measured stuck frequency, instead of scale: the factor on all "
+                                        "stiffness from a model is found with which the line model has it, every "
+                                        "station stuck, or those of [tune] stations", low=0, open_low=True)] = None
     shares: Annotated[Literal["equal", "tributary"], Key(
-        CHOICE, "nodes of a side share the stiffness from a model: 'equal', or by 'tributary' area, which gives end "
-        "nodes half (needs every row at every station)")] = "equal"
+        CHOICE, "nodes of a side share its whole stiffness, from a model or given: 'equal', or by 'tributary' area, "
+        "which gives end nodes half. Of kn and kt per node the whole is their number times the value")] = "equal"
     normal: Annotated[Literal["springs", "hard"], Key(
         CHOICE, "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)")] = "springs"
 
@@ -171,6 +174,19 @@ class Side(Section):
                                     "force/length", low=0, open_low=True)] = None
     kt: Annotated[float | None, Key(NUMBER, "tangential stiffness per node", "force/length", low=0,
                                     open_low=True)] = None
+    kn_per_area: Annotated[float | None, Key(NUMBER, "normal stiffness per area instead, each node by its tributary "
+                                             "area: the same for every mesh", "force/length3", low=0,
+                                             open_low=True)] = None
+    kt_per_area: Annotated[float | None, Key(NUMBER, "tangential stiffness per area", "force/length3", low=0,
+                                             open_low=True)] = None
+    kn_total: Annotated[float | None, Key(NUMBER, "normal stiffness of the whole side instead, shared as [contact] "
+                                          "shares says", "force/length", low=0, open_low=True)] = None
+    kt_total: Annotated[float | None, Key(NUMBER, "tangential stiffness of the whole side", "force/length", low=0,
+                                          open_low=True)] = None
+    reference_kn: Annotated[float | None, Key(NUMBER, "published or measured normal stiffness per node, set beside the "
+                                              "one in use in the report", "force/length", low=0, open_low=True)] = None
+    reference_kt: Annotated[float | None, Key(NUMBER, "its tangential stiffness per node", "force/length", low=0,
+                                              open_low=True)] = None
     radius: Annotated[float | None, Key(NUMBER, "radius of a cylindrical side, or of the edges of a rounded one; a "
                                         "stiffness from a model needs it", "length", low=0, open_low=True)] = None
     width: Annotated[float | None, Key(NUMBER, "width of a flat side, or of the flat part of a rounded one; a "
@@ -192,8 +208,8 @@ class Side(Section):
 
     @property
     def given(self) -> bool:
-        """Whether the side brings its own kn and kt, which replace every model."""
-        return self.kn is not None
+        """Whether the side brings its own stiffness, which replaces every model."""
+        return any(value is not None for value in (self.kn, self.kn_per_area, self.kn_total))
 
 
 class Rotation(Section):
@@ -238,15 +254,30 @@ class Tune(Section):
     """[tune]: which stations are kept."""
     target_hz: Annotated[float | None, Key(NUMBER, "measured stuck frequency that the kept stations must meet", low=0,
                                            open_low=True)] = None
+    scatter_hz: Annotated[float, Key(NUMBER, "measured scatter of the target: sets of stations whose frequency is as "
+                                     "near to it fit equally well, and are listed", low=0)] = 0.0
+    order: Annotated[Literal["from_middle", "least_loaded"], Key(
+        CHOICE, "in which stations are detached to meet the target: 'from_middle': every number of stations at the "
+        "front and at the back is tried; 'least_loaded': by the preload map, the least loaded station first")
+    ] = "from_middle"
+    graded: Annotated[bool, Key(FLAG, "the last station keeps a part of its area, a factor on its kn and kt, so that "
+                                "the target is met exactly")] = False
     stations: Annotated[tuple[int, ...] | Literal["all"], Key(
         STATIONS, "[front, back]: stations kept at each end, or 'all', instead of a target", low=0, high=9999)] = ()
+    kept: Annotated[str, Key(TEXT, "your own table of kept pairs: a copy of kept.csv, edited by hand. Its weight, kn, "
+                             "kt, mu and preload replace all that is found; pairs without a row are detached")] = ""
     stiffness: Annotated[Literal["kept", "conserved"], Key(
         CHOICE, "'kept': a node keeps its share of the full patch; 'conserved': the nodes that stay take over the "
         "stiffness of their whole side")] = "kept"
     follow: Annotated[Literal["out_of_phase", "in_phase"], Key(CHOICE, "free mode that is tracked")] = "out_of_phase"
-    preload: Annotated[Literal["scaled", "resolved"], Key(
+    preload: Annotated[Literal["scaled", "resolved", "table"], Key(
         CHOICE, "'scaled': the whole map's part on the kept stations carries the whole pull; 'resolved': the static "
-        "problem is solved again on them")] = "scaled"
+        "problem is solved again on them; 'table': that of the table `kept`, with which it is the default")] = "scaled"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_table(cls, given: dict) -> dict:
+        return {"preload": "table", **given} if "kept" in given else given
 
 
 class Free(Section):

@@ -72,7 +72,8 @@ def _units(path, given):
         if not isinstance(name, str) or name not in allowed:
             raise InputError(f"{path}: [units] {key} = {name!r}: {nearest(str(name), allowed)}")
         factors[key] = allowed[name]
-    return {**factors, "force/length": factors["force"] / factors["length"]}
+    return {**factors, "force/length": factors["force"] / factors["length"],
+            "force/length3": factors["force"] / factors["length"] ** 3}
 
 
 def _named(raw, section):

@@ -73,7 +73,8 @@ class Study:
                 for k, file in enumerate(files, 1) if file and (not sections or section in sections)}
 
 
-FILES = (("model", "matrices"), ("blades", "mesh"), ("damper", "mesh"), ("contact", "pairs"))     # (section, key)
+FILES = (("model", "matrices"), ("blades", "mesh"), ("damper", "mesh"), ("contact", "pairs"),
+         ("tune", "kept"))     # (section, key)
 PARTS = tuple(name for name in Study.__annotations__ if name not in ("path", "results"))    # all that can be declared
 
 

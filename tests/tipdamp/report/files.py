@@ -109,6 +109,8 @@ def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None, name
                       "history": [{"front": 3, "back": 2, "hz": 2900.0, "mac": 0.8},
                                   {"front": 2, "back": 2, "hz": 2801.0, "mac": 0.9}],
                       "stuck_modes_hz": {"full_area": [3000.0], "full_line": [2900.0], "tuned": [2801.0]},
+                      "closed_pairs": {"full_area": 15, "full_line": 10, "tuned": 8},
+                      "open_pairs": {"full_area": 0, "full_line": 0, "tuned": 0},
                       "stuck_hz": {"full_area": 3000.0, "full_line": 2900.0, "tuned": 2801.0},
                       "mac": {"full_area": 0.7, "full_line": 0.8, "tuned": 0.9},
                       "full_model_check": {"tuned": {"reduced_hz": [2801.0], "full_hz": [2800.9],

@@ -100,8 +100,8 @@ def test_stuck_curve_by_a_second_route(rig_results, rig):
     model, table = ReducedModel.load(rig_results.path("model.npz")), ContactTable.load(rig_results.path("kept.csv"))
     from scipy.linalg import eigh
 
-    from static_contact.detachment import stuck_rows
     from static_contact.roll_springs import with_springs
+    from static_contact.stuck_assembly import stuck_rows
 
     model = with_springs(model, table, terms.declared_springs(study, table))
     rows = stuck_rows(model, table)

@@ -1,9 +1,12 @@
 """Stage tune: options of [tune], of the kept rows and of their preload."""
 
+import re
+
 import numpy as np
 import pytest
 
 from hbm.contact import ContactTable
+from static_contact.redistribution import carried
 from tests.tipdamp.rig_study import read
 
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # N, frictionless balance between faces at 45 degrees
@@ -48,8 +51,99 @@ def test_the_in_phase_mode_can_be_followed(variant):
 
 def test_tuning_to_a_target(variant):
     found = read(variant("tune", ("stations = [5, 4]", "target_hz = 2500")), "tune.json")
-    best = min(found["history"], key=lambda s: abs(s["hz"] - 2500))
-    assert found["tuned_pairs"] == {"front": best["front"], "back": best["back"]} and len(found["history"]) == 30
+    best = min(abs(s["hz"] - 2500) for s in found["history"])
+    kept = found["tuned_pairs"]
+    chosen = next(s for s in found["history"] if (s["front"], s["back"]) == (kept["front"], kept["back"]))
+    assert abs(chosen["hz"] - 2500) < best + 1e-4 and len(found["history"]) == 436
+    assert found["stuck_hz"]["tuned"] == pytest.approx(chosen["hz"], abs=1e-5)
+    assert [s["kept"] for s in found["station_worth"]] == [i in found["kept_stations"] for i in range(31)]
+
+
+@pytest.mark.parametrize("order", ["from_middle", "least_loaded"])
+def test_graded_station(variant, order):
+    """The target is met, the graded pairs carry that part of their load, and the whole pull is carried."""
+    folder = variant("tune", ("stations = [5, 4]", f'target_hz = 2500\ngraded = true\norder = "{order}"'))
+    found = read(folder, "tune.json")
+    whole, kept = (ContactTable.load(folder / f"{n}.csv") for n in ("preload", "kept"))
+    assert found["stuck_hz"]["tuned"] == pytest.approx(2500, abs=0.01)
+    last, part = found["graded"]["station"], found["graded"]["part"]
+    on = kept.carrying & (kept.side == "left")
+    factor = kept.preload[on] / whole.preload[on]
+    assert factor[kept.station[on] == last] == pytest.approx(part * factor[kept.station[on] != last].mean(), rel=1e-9)
+    assert kept.preload[on].sum() == pytest.approx(EACH_SIDE, rel=1e-6)
+
+
+def crowned(folder):
+    """pairs.csv with a crown on the left side."""
+    pairs = ContactTable.load(folder / "pairs.csv")
+    crown = np.interp(pairs.position[:, 1], *np.transpose(CROWN))
+    pairs.replace(gap=np.where(pairs.side == "left", crown, 0.0)).save(folder / "pairs.csv")
+
+
+CROWN = [[0, 0], [0.0175, 30e-6], [0.035, 40e-6], [0.0525, 30e-6], [0.07, 0]]
+
+
+def test_pairs_open_at_rest_do_not_stick(variant, tmp_path):
+    """A crown opens 11 pairs of the left side: area and line fall, and both as without these pairs."""
+    flat = read(variant("tune"), "tune.json")["stuck_hz"]
+    crowned(tmp_path)
+    folder = variant("tune", ("stations = [5, 4]", "stations = [12, 9]"))
+    found, whole = read(folder, "tune.json"), ContactTable.load(folder / "preload.csv")
+    opened = whole.preload <= 0
+    assert opened.sum() == 11 and (whole.side[opened] == "left").all()
+    assert found["open_pairs"]["full_area"] == found["open_pairs"]["full_line"] == 11
+    kept = ContactTable.load(folder / "kept.csv")
+    assert found["open_pairs"]["tuned"] == (kept.carrying & opened).sum() > 0
+    assert (kept.preload[kept.carrying & opened] < 0).all()      # they may close as the damper moves
+    for name in ("full_area", "full_line"):
+        assert found["stuck_hz"][name] < flat[name] - 10
+    whole.replace(weight=np.where(opened, 0.0, 1.0)).save(tmp_path / "pairs.csv")
+    without = read(variant("tune", ("stations = [5, 4]", "stations = [12, 9]")), "tune.json")
+    assert without["stuck_hz"] == pytest.approx(found["stuck_hz"], rel=1e-9)
+
+
+def test_row_that_stands_for_a_flat_goes_with_its_station(variant, tmp_path):
+    """Row 0 open, row 1 closed: row 0 stands for the station and sticks. Both open: it goes."""
+    variant("tune")
+    whole = ContactTable.load(tmp_path / "results" / "rig" / "preload.csv")
+    low, high = ((whole.side == "right") & (whole.station == 3) & (whole.row == r) for r in (0, 1))
+    one = whole.preload.copy()
+    one[low] = -0.3
+    line = whole.replace(weight=(whole.row == 0).astype(float))
+    assert carried(whole.replace(preload=one), line)[low] == pytest.approx(one[high])
+    one[high] = -0.1
+    assert carried(whole.replace(preload=one), line)[low] == pytest.approx(-0.3)
+
+
+def test_a_table_of_kept_pairs_overrides_the_target(variant, tmp_path):
+    """Edited by hand: a pair with half its area, one with more preload, its rows turned round; it stays as it is."""
+    folder = variant("tune", ("stations = [5, 4]", "target_hz = 2500"))
+    kept = ContactTable.load(folder / "kept.csv")
+    weight, preload = kept.weight.copy(), kept.preload.copy()
+    place = np.flatnonzero(kept.carrying)[2]
+    weight[place], preload[place] = 0.5, 9.0
+    own = kept.replace(weight=weight, preload=preload).select(slice(None, None, -1)).save(tmp_path / "mine.csv")
+    text = own.read_text()
+    found = read(variant("tune", ("stations = [5, 4]", 'target_hz = 2500\nkept = "mine.csv"')), "tune.json")
+    after = ContactTable.load(folder / "kept.csv")
+    assert (after.weight == weight).all() and (after.preload == preload).all()
+    assert found["table"] == "mine.csv" and own.read_text() == text
+    assert 0 < read(folder, "tune.json")["stuck_hz"]["tuned"] < 2600
+    # another preload than the table's where the study says so
+    scaled = variant("tune", ("stations = [5, 4]", 'kept = "mine.csv"\npreload = "scaled"'))
+    assert read(scaled, "tune.json")["preload_kept"]["left"]["sum_N"] == pytest.approx(EACH_SIDE, rel=1e-6)
+
+
+@pytest.mark.parametrize("change, said", [
+    (lambda kept: kept.select([0, 1, 0]), "row 3: side 'left', .* is there twice"),
+    (lambda kept: kept.replace(blade_node=kept.blade_node + 1), "row 1: .* the study has no such pair"),
+])
+def test_a_table_of_other_pairs_is_refused(variant, tmp_path, capsys, change, said):
+    folder = variant("tune")
+    change(ContactTable.load(folder / "kept.csv")).save(tmp_path / "mine.csv")
+    with pytest.raises(AssertionError):
+        variant("tune", ("stations = [5, 4]", 'kept = "mine.csv"'))
+    assert re.search(f"mine.csv, {said}", capsys.readouterr().err)
 
 
 def test_conserved_total(variant):

@@ -59,7 +59,7 @@ def test_units_are_converted_once(tmp_path):
     ("harmonics = [1]", "harmonics = [0]", "must lie between 1 and 99"),
     ("harmonics = [1]", "harmonics = [1.5]", "must be a whole number"),
     ("damping_ratio = 0.022", "damping_ratio = 1.2", "must be at least 0 and at most 0.9999"),
-    ("stations = [5, 4]", "", "needs either target_hz or stations"),
+    ("stations = [5, 4]", "", "needs either target_hz, or stations"),
     ("stations = [5, 4]", "stations = [5]", r"must be two numbers \[front, back\]"),
     ("modes = 30", "modes = -1", r"\[blades\] modes = -1: must lie between 0 and 2000"),
     ("modes = 30", "modes = 30\nerror = 1e-4", r"\[blades\] modes and error exclude each other"),

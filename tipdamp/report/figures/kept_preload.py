@@ -11,7 +11,7 @@ from tipdamp.report.results import Results
 from tipdamp.report.text import listing, number
 
 HOW = {"scaled": "the preload of the whole patch on the kept stations, scaled so that it balances the whole load",
-       "resolved": "from static contact on the kept stations alone"}
+       "resolved": "from static contact on the kept stations alone", "table": "as the table of the study states it"}
 
 
 def figures(results: Results) -> Iterator[Figure]:

@@ -22,13 +22,16 @@ def figures(results: Results) -> Iterator[Scene]:
     """One picture of the preload at rest and of every further load case."""
     if results.whole is not None:
         rest = results.study.preload.case or PULL
-        yield pressure_map({rest: results.whole, **results.loads}, results.surfaces, results.axis)
+        tables = {rest: results.whole, **results.loads}
+        yield pressure_map(tables, results.surfaces, results.axis, results.study.contact.normal == "hard")
 
 
-def pressure_map(tables: Mapping[str, ContactTable], surfaces: Mapping[str, Surface], axis: ArrayLike) -> Scene:
-    """Preload of {load case: ContactTable} on the damper: colour is pressure (or force per length), stems are pairs."""
+def pressure_map(tables: Mapping[str, ContactTable], surfaces: Mapping[str, Surface], axis: ArrayLike,
+                 hard: bool = False) -> Scene:
+    """Preload of {load case: ContactTable} on the damper: colour is pressure (or force per length), stems are pairs;
+    hard - it is that of pairs without springs."""
     first = next(iter(tables.values()))
-    sides = patches(first)
+    sides = patches(first, hard)
     top = max(float(table.preload.max()) for table in tables.values())
     scales = _scales(sides, tables)
     length = 0.09 * float(np.ptp(first.position @ np.asarray(axis)) or np.ptp(first.position)) * MM
@@ -81,8 +84,9 @@ def _texts(table: ContactTable, patch: Patch) -> Iterator[str]:
 
 
 def _meaning(patch: Patch) -> str:
-    what = "preload over tributary area" if patch.is_area else "preload over length, as the pairs form a line"
-    return f"side '{patch.side}' {patch.unit} ({what})"
+    what = "preload over area" if patch.is_area else "preload over length, as the pairs form a line"
+    by = "tributary" if np.allclose(patch.loaded, patch.tributary) else "in the ratio of the nodal stiffness"
+    return f"side '{patch.side}' {patch.unit} ({what}, {by})"
 
 
 def _totals(sides, tables) -> str:

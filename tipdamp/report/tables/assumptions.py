@@ -56,7 +56,7 @@ def _contact(results):
 def _stiffness(made: SideStiffness) -> str:
     """Given, or the model with what it was made from."""
     if made.model == "given":
-        return "given"
+        return "given" + (", shared by tributary area (mean)" if made.shares == "tributary" else "")
     parts = [f"{THEORY[made.model]} ({made.model})",
              f"{made.kind} at {number(made.load_N)} N on {1e3 * made.length_m:g} mm",
              f"half-width of contact {micro(made.half_width_m)} µm", f"E* = {number(made.E_star_Pa, scale=1e-9)} GPa",
@@ -84,7 +84,8 @@ def _kept(results):
                f"{amount(done.moment_Nm, 'N m')} about the axis of the damper: the force of each station is moved to "
                "its kept row")
     else:
-        yield "preload of the kept stations", "static contact solved again on them"
+        yield ("preload of the kept stations", f"as {tune.table} states it" if results.study.tune.preload == "table"
+               else "static contact solved again on them")
     for motion, load in done.reactions.items():
         yield "load balanced by a constraint in the static solution", force_along(motion, load)
 

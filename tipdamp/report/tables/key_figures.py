@@ -36,14 +36,18 @@ def _stuck(results):
     table = results.whole
     rows_of = {s: len(np.unique(table.row[table.side == s])) for s in table.sides}
     detail = listing(f"{n} row{'s' * (n > 1)} on '{s}'" for s, n in rows_of.items())
-    yield _frequency(results, f"stuck, whole area: {detail} (Hz)", tune.stuck_hz.full_area, "full_area_hz")
-    yield _frequency(results, "stuck, whole line (Hz)", tune.stuck_hz.full_line, "full_line_hz")
-    kept = f"tuned to {tune.target_hz:g} Hz" if tune.target_hz else "given stations"
-    yield _frequency(results, f"stuck, {kept} (Hz)", tune.stuck_hz.tuned, "tuned_hz")
+    opened = {name: f", {n} pair{'s' * (n > 1)} open at rest" if n else "" for name, n in tune.open_pairs}
+    yield _frequency(results, f"stuck, whole area: {detail}{opened['full_area']} (Hz)", tune.stuck_hz.full_area,
+                     "full_area_hz")
+    yield _frequency(results, f"stuck, whole line{opened['full_line']} (Hz)", tune.stuck_hz.full_line, "full_line_hz")
+    kept = ("own table" if tune.table else f"tuned to {tune.target_hz:g} Hz" if tune.target_hz else "given stations")
+    yield _frequency(results, f"stuck, {kept}{opened['tuned']} (Hz)", tune.stuck_hz.tuned, "tuned_hz")
     for end, count in (("front", tune.tuned_pairs.front), ("back", tune.tuned_pairs.back)):
         given = reference.get(end)
         yield (f"kept stations, {end}", f"{count}", NOTHING if given is None else f"{given:g}",
                NOTHING if given is None else _change(count - given))
+    if tune.graded:
+        yield f"part of its area that station {tune.graded.station} keeps", f"{tune.graded.part:.4g}", NOTHING, NOTHING
 
 
 def _frequency(results, what, value, key):

@@ -1,0 +1,52 @@
+"""The factor on the contact stiffness with which the stuck assembly has a measured frequency."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.model import ReducedModel
+from static_contact.detachment import keep_ends
+from static_contact.redistribution import carried
+from static_contact.roll_springs import spring_rows
+from static_contact.stiffness.nodal_weights import calibrate_scale
+from static_contact.stuck_assembly import StuckAssembly
+from tipdamp import loads
+from tipdamp.bodies import BLADES
+from tipdamp.stages import model_inputs as inputs
+from tipdamp.stages.reduce import free_modes
+from tipdamp.study.view import Study
+
+READS = ("tune.follow", "tune.stations", "tune.stiffness", "respond.direction", "respond.patches")
+FACTORS = (1e-3, 1e2)       # between which it is looked for
+MET_HZ = 0.1                # a fit that ends farther off met a place where pairs open or close
+
+
+def fit_factor(study: Study, model: ReducedModel, scaled: Callable[[float], ContactTable]) -> tuple[float, list[str]]:
+    """The factor with which the line model, stuck at every station or at those of [tune] stations, has the frequency
+    [contact] fit_hz; and a warning where none meets it. scaled(factor) -> the pairs with that stiffness.
+
+    The preload is solved again for every factor, without friction: pairs that are open at rest do not stick. Raises
+    InputError where no factor reaches the frequency.
+    """
+    assembly, goal = StuckAssembly(model), study.contact.fit_hz or 0.0
+    follow = np.zeros(model.size)
+    follow[model.body == BLADES] = free_modes(study, model.part(BLADES)).follow[study.tune.follow]
+
+    def frequency(factor: float) -> float:
+        pairs = scaled(factor)
+        found = inputs.static_contact(study, model, pairs).solve(loads.at_rest(study, model), constrain=True)
+        whole = inputs.preload_map(found, pairs)
+        line = inputs.line_of(study, whole)
+        if study.tune.stations:
+            line = keep_ends(line, *inputs.ends_kept(study, line), conserve=inputs.conserves(study))
+        closed = carried(whole, line) > 0
+        springs = spring_rows(model, line, inputs.declared_springs(study, line, closed))
+        stuck = line.replace(weight=np.where(closed, line.weight, 0.0))
+        return assembly.modes(stuck, follow, extra=springs).tracked_hz
+
+    factor = calibrate_scale(frequency, goal, *FACTORS)
+    met = frequency(factor)
+    return factor, [] if abs(met - goal) < MET_HZ else [
+        f"[contact] fit_hz = {goal:g}: no factor meets it, since pairs open or close or modes cross near {factor:.4g}, "
+        f"which gives {met:.1f} Hz"]

@@ -1,0 +1,95 @@
+"""The preload of the kept pairs, and what they carry in further load cases."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from hbm.model import ReducedModel
+from static_contact.redistribution import balancing_forces, redistribute, redistribute_friction
+from tipdamp import friction, loads
+from tipdamp.stages import model_inputs as inputs
+from tipdamp.stages import results
+from tipdamp.store import Store
+from tipdamp.study.view import Study
+
+
+@dataclass(frozen=True)
+class KeptPreload:
+    """pairs - the full table, weight 0 on detached pairs, with the preload of the kept ones; facts - how it came there
+    forces {side: N} of equilibrium; balance - unbalanced part; tangential (P, 2) N with friction, else None."""
+
+    pairs: ContactTable
+    facts: results.Redistribution
+    forces: dict[str, float]
+    balance: float
+    tangential: np.ndarray | None = None
+
+
+def kept_preload(study: Study, store: Store, model: ReducedModel, whole: ContactTable,
+                 line: ContactTable) -> KeptPreload:
+    """The preload of the kept pairs (those of `line` that carry), by the way that the study asks for."""
+    tangential = friction.load(store.path("preload_friction.csv"), whole) if study.preload.friction else None
+    if study.tune.preload == "table":
+        return _of_table(study, model, whole, line)
+    if study.tune.preload == "resolved":
+        return _resolved(study, model, whole, line)
+    return _scaled(study, model, whole, line, tangential)
+
+
+def _of_table(study, model, whole, line):
+    """As the user's own table states it, balanced or not."""
+    if study.preload.friction:
+        raise InputError("[tune] preload = 'table': the table has no friction forces, and [preload] friction = true; "
+                         "set [tune] preload = 'scaled' or 'resolved'")
+    balance = inputs.balance_error(line.select(line.carrying), loads.force_at_rest(study, model))
+    return KeptPreload(line, results.Redistribution(), inputs.equilibrium(study, model, whole), balance)
+
+
+def _resolved(study, model, whole, line):
+    """Static contact solved again on the kept pairs alone."""
+    statics = inputs.static_contact(study, model, line)
+    if not study.preload.friction:
+        result = statics.solve(loads.at_rest(study, model), constrain=True)
+        facts = results.Redistribution(reactions=result.reactions, residual=result.residual)
+        forces = inputs.equilibrium(study, model, whole)
+        return KeptPreload(inputs.preload_map(result, line), facts, forces, result.balance)
+    state = friction.solve(study, model, statics.pairs, friction.history(study, model))
+    kept = inputs.preload_map(state, line)
+    facts = results.Redistribution(friction=friction.facts(state), residual=state.residual)
+    balance = friction.balance_error(kept.select(kept.carrying), state.tangential[kept.carrying],
+                                     loads.force_at_rest(study, model))
+    return KeptPreload(kept, facts, inputs.side_sums(state.pairs), balance, state.tangential)
+
+
+def _scaled(study, model, whole, line, tangential):
+    """The whole map's part on the kept stations, scaled to the side forces of equilibrium."""
+    carrying, load, axis = np.flatnonzero(line.carrying), loads.force_at_rest(study, model), study.driver.axis
+    kept = line.select(carrying)
+    if tangential is None:
+        forces = inputs.equilibrium(study, model, whole)
+    else:
+        forces = balancing_forces(whole, kept, tangential, load, axis)
+    done = redistribute(whole, kept, forces, axis)
+    preload = line.preload.copy()
+    preload[carrying] = done.pairs.preload
+    facts = results.Redistribution(scale=done.scale, moment_Nm=done.moment)
+    if tangential is None:
+        return KeptPreload(line.replace(preload=preload), facts, forces, inputs.balance_error(done.pairs, load))
+    moved = np.zeros_like(tangential)
+    moved[carrying] = redistribute_friction(whole, tangential, done)
+    return KeptPreload(line.replace(preload=preload), facts, forces,
+                       friction.balance_error(done.pairs, moved[carrying], load), moved)
+
+
+def kept_case(study: Study, model: ReducedModel, pairs: ContactTable, name: str) -> results.KeptCase:
+    """What the kept pairs carry in a further load case, without friction and solved on them alone."""
+    try:
+        result = inputs.static_contact(study, model, pairs).solve(loads.total(study, name, model), constrain=True)
+    except InputError as error:
+        return results.KeptCase(refused=str(error))
+    forces = {s: result.force[(pairs.side == s) & pairs.carrying] for s in pairs.sides}
+    sides = {s: results.SideLoad(sum_N=f.sum(), max_N=f.max(initial=0.0), detached=(f <= 0).sum())
+             for s, f in forces.items()}
+    return results.KeptCase(sides=sides, reactions=result.reactions, residual=result.residual)
