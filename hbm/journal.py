@@ -1,4 +1,8 @@
-"""The journal of a curve: an interrupted curve goes on where it was, with the same numbers."""
+"""The journal of a curve: an interrupted curve goes on where it was, with the same numbers.
+
+    follow_band(problem, F, band, outputs=rows, journal=Journal(kept.append))                  # was interrupted
+    follow_band(problem, F, band, outputs=rows, journal=Journal(kept.append, list(kept)))      # goes on
+"""
 
 import math
 import time
@@ -46,8 +50,9 @@ class Journal:
             if known[0] != mark:
                 raise StaleJournal
             return known[1]
-        arrays = compute()
-        self.fresh.append((mark, tuple(np.array(a) for a in arrays)))      # copies: a solver may use its arrays again
+        # copies: a solver may use its arrays again, and those of a journal lie in memory like these, to the last bit
+        arrays = tuple(np.array(a, order="C") for a in compute())
+        self.fresh.append((mark, arrays))
         if self.clock() >= self.due:
             self.flush()
         return arrays

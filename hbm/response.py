@@ -42,6 +42,7 @@ from hbm.tracing import record, trace
 from hbm.validation import (
     check_forcing,
     check_harmonics,
+    check_kind,
     check_outputs,
     check_settings,
     check_values,
@@ -185,6 +186,8 @@ class _Case:
     def checked(cls, problem, forcing, options):
         r, H = problem.K.shape[0], check_harmonics(options.harmonics)
         forces = check_forcing(forcing, r, H)
+        if options.journal is not None:
+            check_kind("journal", options.journal, Journal, "Journal(keep, blocks)")
         return cls(H, forces, *check_outputs(options.outputs, r), check_settings(options.settings, options.progress))
 
     def balance(self, problem, options, w) -> HarmonicBalance:

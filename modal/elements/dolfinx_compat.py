@@ -4,6 +4,8 @@ What the two versions do differently is in the functions at the end; everything 
 """
 
 import logging
+import signal
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -48,7 +50,8 @@ class Block:
 
         petsc.start()
         import ufl
-        from dolfinx.io.gmshio import cell_perm_array
+        with _interruptible():
+            from dolfinx.io.gmshio import cell_perm_array
         from dolfinx.mesh import CellType, create_mesh
         from mpi4py import MPI
 
@@ -130,6 +133,16 @@ def _in_each_direction(data, indices, indptr):
     tripled = sp.csr_matrix((data, indices, indptr), (n, n))[np.repeat(np.arange(n), 3)]
     direction = np.repeat(np.tile(np.arange(3, dtype=indices.dtype), n), np.diff(tripled.indptr))
     return sp.csr_matrix((tripled.data, 3 * tripled.indices + direction, tripled.indptr), (3 * n, 3 * n))
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """The import of gmsh has Ctrl-C end the process at once."""
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

@@ -5,6 +5,7 @@ import pytest
 
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.settings import Settings
+from hbm.errors import InputError
 from hbm.journal import Block, Journal, StaleJournal, packed, unpacked
 from hbm.response import follow_band
 from tests.hbm.cases import beam, load, unilateral
@@ -73,6 +74,12 @@ def test_interrupted_anywhere(case, monkeypatch):
         # what is asked anew of points before the interruption: of the last ones, and of those beside a peak
         assert len(made) <= calls - known + 6
         steps = int(random.integers(10, 6 * calls))
+
+
+def test_a_journal_is_a_journal():
+    problem, force, band, options = rubbing()
+    with pytest.raises(InputError, match="journal = 'a file': must be a Journal"):
+        follow_band(problem, force, band, journal="a file", **options)
 
 
 def test_journal_of_another_curve():

@@ -5,6 +5,9 @@ The same tests run under dolfinx 0.5.2 (Debian 12) and 0.9 (Debian 13).
 
 import ast
 import logging
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -120,3 +123,14 @@ def _names(text):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield node.value
+
+
+def test_ctrl_c_still_interrupts():
+    """In a fresh process: dolfinx imports gmsh, which would have Ctrl-C end it without a word."""
+    program = ("import signal; from modal.elements.dolfinx_compat import Block; from tests.modal.blocks import block\n"
+               "made = block('tetra'); Block.of(made.position, 'tetra', made.cells['tetra'])\n"
+               "assert 'gmsh' in __import__('sys').modules\n"
+               "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler")
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True,
+                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+    assert done.returncode == 0, done.stderr
