@@ -16,7 +16,7 @@ class ContactReceptance:
         self.receptance, self.shapes, self.H = receptance, shapes, H
         few = len(shapes) <= DEFAULT.few_components
         self._rows = np.arange(len(shapes)) if few else np.empty(0, dtype=int)    # that the series is known for
-        self._kept: tuple = ()              # (reach, low modes, matrices)
+        self._kept: dict[float, tuple] = {}      # by reach: low modes, matrices
 
     def between(self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, w: float) -> np.ndarray:
         """(len(to), len(at), H+1) complex between components; factors (m, H+1) : of the modes at the orders of w."""
@@ -43,17 +43,15 @@ class ContactReceptance:
         r = self.receptance
         if r.shapes.shape[1] < DEFAULT.few_modes:
             return slice(None), None
-        top = w * max(self.H, 1)
         if not np.isin(rows, self._rows).all():
-            self._rows, self._kept = np.union1d(self._rows, rows), ()
-        if not self._kept or not 0.5 * self._kept[0] <= top <= self._kept[0]:
-            reach = 1.1 * top
+            self._rows, self._kept = np.union1d(self._rows, rows), {}
+        # a power of two, whatever came before: a curve that is continued later has the same series
+        reach = 2.0 ** np.ceil(np.log2(w * max(self.H, 1)))
+        if reach not in self._kept:
             above = reach * DEFAULT.series_reach
-            if r.poles.size:
-                self._kept = reach, *self._of_poles(np.abs(r.poles) > above)
-            else:
-                self._kept = reach, *self._of_modes((np.sqrt(r.mass) * above < 1) & (r.ratio < 0.3))
-        return self._kept[1:]
+            self._kept[reach] = (self._of_poles(np.abs(r.poles) > above) if r.poles.size else
+                                 self._of_modes((np.sqrt(r.mass) * above < 1) & (r.ratio < 0.3)))
+        return self._kept[reach]
 
     def _of_modes(self, high):
         P, zeta = self.shapes[self._rows][:, np.flatnonzero(high)], self.receptance.ratio[high]

@@ -45,7 +45,7 @@ def measured(jobs):
 
 
 if __name__ == "__main__":
-    from tests.benchmarks.jobs import measured              # a process finds `timed` by the name of its module
+    from tests.benchmarks.jobs import measured  # a process finds `timed` by the name of its module
 
     compile_kernels(None, rig()[0].law, None)
     found = {jobs: measured(jobs) for jobs in (1, 2)}
