@@ -71,7 +71,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
 def _make(cases: list[Case], curves: Curves, tick: Ticker, workers: Workers) -> None:
     """Make the curves that the store does not have, each with a bar of its own; the longest first."""
     missing = sorted((case for case in cases if not curves.finished(case)), key=lambda case: (-case.H, -case.Fe_N))
-    if missing:
+    if missing and not curves.problem.reducible:
         curves.problem.receptance()                   # once for all curves and processes
     with ExitStack() as all_bars:
         bars: dict[int, tuple[ExitStack, Ticker]] = {}

@@ -1,0 +1,22 @@
+"""The series of the far modes: what came before does not change it."""
+
+import numpy as np
+import pytest
+
+from hbm.balance.series import ContactReceptance
+from tests.hbm.cases import rig
+
+
+@pytest.mark.parametrize("before", [0.3, 0.7, 0.95, 1.2, 3.0])
+def test_the_way_to_a_frequency_does_not_count(before):
+    problem = rig()[0]
+    receptance = problem.receptance()
+    shapes, w, rows = problem.B @ receptance.shapes, 2 * np.pi * 2800.0, np.arange(12)
+
+    def between(made, w):
+        return made.between(rows, rows, receptance.factors(w * np.arange(4))[0], w)
+    fresh, used = (ContactReceptance(receptance, shapes, 3) for _ in range(2))
+    between(used, before * w)
+    assert (between(used, w) == between(fresh, w)).all()
+    one_by_one = np.einsum("am,bm,mk->abk", shapes[rows], shapes[rows], receptance.factors(w * np.arange(4))[0])
+    assert np.abs(between(fresh, w) - one_by_one).max() < 1e-9 * np.abs(one_by_one).max()
