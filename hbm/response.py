@@ -216,9 +216,9 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     equation, settings = Equation(case.balance(problem, options, w), parameter, hz), case.settings
     scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
     branch = trace(equation, scale * first, scale * last, settings, options.progress)
+    for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
+        warnings.warn(f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3)
     if len(branch.points) > 2:
-        for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
-            warnings.warn(f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3)
         peak_points = refine_largest(equation, branch, case.rows, settings)
     change = stiffer_change(equation, branch, case.rows, settings)
     if in_words := change_in_words(change, (one.name for one in problem.held)):

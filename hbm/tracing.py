@@ -10,7 +10,6 @@ from hbm.balance.named_motion import mostly
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.branch import Branch
 from hbm.continuation.budget import Budget, BudgetExceeded
-from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.follow import follow
 from hbm.continuation.point import failed, size
 from hbm.continuation.settings import Settings
@@ -18,6 +17,7 @@ from hbm.parameter import Equation, Parameter
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse, widest_gap
 from hbm.starts import first_of, starts
+from hbm.unmoved import follow_unmoved, moves_contacts
 
 LEFT = ("left", "closed")        # ends of branches that leave the band for good
 
@@ -59,10 +59,11 @@ def _first_staying(equation, first, last, settings, budget, found):
         if not begin.converged or any(_same(begin, other, equation.weights) for other in known):
             continue
         known.append(begin)
-        if not any(np.any(F) for F in equation.balance.forces.values()):
-            found.append(_static(equation, begin, last, settings))
-            return
         report(begin, 0.0)
+        if not any(np.any(F) for F in equation.balance.forces.values()) or np.isnan(equation.hz) and \
+                not moves_contacts(begin.detail.balance):
+            found.append(follow_unmoved(equation, begin, last, settings, report))
+            return
         found.append(follow(equation.evaluate, begin, last, equation.weights, settings, report,
                             lambda p: first_of(_starts(equation, p, settings, False))))
         if found[-1].end not in LEFT:
@@ -72,11 +73,6 @@ def _first_staying(equation, first, last, settings, budget, found):
 def _starts(equation, p, settings, off_band):
     """Solutions at a value, one way after the other, as points of the branch."""
     return equation.solutions(p, lambda balance, w: starts(balance, w, settings, off_band), settings)
-
-
-def _static(equation, begin, last, settings):
-    end = solve_fixed(equation.evaluate, begin.x, last, equation.weights, settings)
-    return Branch([begin, end], "static", last, end.converged, 2)
 
 
 def _same(a, b, weights) -> bool:

@@ -13,6 +13,7 @@ from hbm.errors import InputError, shown
 
 MOST_HARMONICS = 200
 MOST_SAMPLES = 2**16
+LEAST_FORCE, MOST_FORCE = 1e-250, 1e100    # N
 MAY_BE_ZERO = ("outside", "max_restarts", "max_gaps")      # of the settings
 
 
@@ -80,6 +81,10 @@ def check_forcing(forcing: Any, r: int, H: int) -> dict[int, np.ndarray]:
             raise InputError(f"forcing of harmonic {k}: harmonics = {H} keeps orders 0..{H} only")
         if F.shape != (r,) or not np.isfinite(F).all():
             raise InputError(f"forcing of harmonic {k}: must be finite with shape ({r},), got shape {F.shape}")
+        largest = np.abs(F).max(initial=0.0)
+        if largest and not LEAST_FORCE <= largest <= MOST_FORCE:
+            raise InputError(f"forcing of harmonic {k}: its largest entry is {largest:.3g} N, must be between "
+                             f"{LEAST_FORCE:g} and {MOST_FORCE:g} N, which double precision can carry, or zero")
         checked[int(k)] = F
     return checked
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hbm.continuation.corrector import correct, heading, oriented, solve_fixed
-from hbm.continuation.point import Evaluate, Metric, OnPoint, Point
+from hbm.continuation.point import Evaluate, Metric, OnPoint, Point, size
 from hbm.continuation.predictor import forward, on_branch, predict, prediction_errors, tangent
 from hbm.continuation.settings import Settings
 from hbm.continuation.step_size import next_step, shorter_step
@@ -76,7 +76,7 @@ class BranchTracer:
     """State of `follow`: the points since the last gap (`run`), the step, and the progress of the branch.
 
     lost : no step from the last point is short enough; shortened : whether the step was, since the last point
-    begin, way, sense : of the parameter; length : its unit of arc length
+    begin, way, sense : of the parameter; settled : the last point at which it had moved noticeably
     sign : of the bordered determinant, forward along the branch; largest : weighted size of the unknowns so far
     stale, turns : points and folds since the last progress; gaps, attempts : gaps bridged and restarts tried
     """
@@ -87,10 +87,19 @@ class BranchTracer:
         self.branch = Branch([start], calls=start.iterations)
         self.begin, self.sense = start.parameter, np.sign(end - start.parameter)
         self.way = abs(end - start.parameter)
-        self.length = settings.parameter_share * self.way
-        self.largest = float(np.linalg.norm(weights * start.x))
-        self.stale, self.turns, self.gaps, self.attempts = 0, 0, 0, 0
+        self.largest = size(weights * start.x)
+        self.stale, self.turns, self.gaps, self.attempts, self.settled = 0, 0, 0, 0, start
         self.begin_at(start)
+
+    @property
+    def range(self) -> float:
+        """Of the parameter, by which steps and progress are measured: in a very wide band, some times the parameter."""
+        return min(self.way, self.settings.widest * abs(self.run[-1].parameter) or self.way)
+
+    @property
+    def length(self) -> float:
+        """By which a unit step moves the parameter."""
+        return self.settings.parameter_share * self.range
 
     def begin_at(self, point: Point) -> None:
         """Start again, from a point that does not continue the points before."""
@@ -117,9 +126,9 @@ class BranchTracer:
 
     def metric(self) -> Metric:
         """Of the arc length at the last point."""
-        size = float(np.linalg.norm(self.weights * self.run[-1].x))
-        self.largest = max(self.largest, size)
-        return Metric(self.weights, max(size, 1e-3 * self.largest) or 1.0, self.length)
+        now = size(self.weights * self.run[-1].x)
+        self.largest = max(self.largest, now)
+        return Metric(self.weights, max(now, 1e-3 * self.largest) or 1.0, self.length)
 
     def next_point(self) -> Point | None:
         """The next point of the branch; None where the step was too long."""
@@ -159,7 +168,7 @@ class BranchTracer:
             self._note_outside(new)
         elif self.outside(before.parameter) > 0 and self._closed(before, new):
             self.branch.finish("closed", self.begin)
-        elif np.linalg.norm(new.x) > self._bound():
+        elif self._grows(new):
             self.branch.finish("unbounded", new.parameter)
         elif self._drifts():
             self.branch.finish("drift", new.parameter)
@@ -197,7 +206,7 @@ class BranchTracer:
         if len(before) == 2:
             self.turns += (new.parameter - before[1].parameter) * (before[1].parameter - before[0].parameter) < 0
         self.stale += 1
-        if self.ahead(new.parameter, self.furthest.parameter) > self.settings.progress * self.way:
+        if self.ahead(new.parameter, self.furthest.parameter) > self.settings.progress * self.range:
             self.furthest, self.stale, self.turns = new, 0, 0
 
     def _note_outside(self, new):
@@ -217,8 +226,13 @@ class BranchTracer:
         if on_point:
             on_point(new, self.step)
 
-    def _bound(self):
-        return self.settings.runaway * max(np.linalg.norm(p.x) for p in self.branch.points[:2] if p.converged)
+    def _grows(self, new) -> bool:
+        """Whether the unknowns grow without bound while the parameter all but stands."""
+        before = self.settled.parameter
+        if abs(new.parameter - before) > self.settings.apart * abs(before):
+            self.settled = new
+        start = max(size(p.x) for p in (*self.branch.points[:2], self.settled) if p.converged)
+        return size(new.x) > self.settings.runaway * start
 
     def _turn(self, new, last, x, p, metric):
         """Past a kink: the tangent of the linearisation beyond it leads on. None where that does not help."""

@@ -72,8 +72,12 @@ OnPoint: TypeAlias = Callable[[Point, float], None]          # called with a poi
 
 
 def size(v: np.ndarray) -> float:
-    """Euclidean norm of v (n,)."""
-    return math.sqrt(v @ v)
+    """Euclidean norm of v (n,); squares neither vanish nor overflow."""
+    square = v @ v
+    if 1e-280 < square < 1e280 or not (largest := float(np.abs(v).max(initial=0.0))) or not math.isfinite(largest):
+        return math.sqrt(square)
+    v = v / largest
+    return largest * math.sqrt(v @ v)
 
 
 def failed(n: int, parameter: float, calls: int = 0) -> Point:
@@ -107,12 +111,13 @@ class Metric:
 
     def inner(self, ax: np.ndarray, ap: float, bx: np.ndarray, bp: float) -> float:
         """Inner product of two steps, to which `norm` belongs."""
-        return float((self.weights * ax) @ (self.weights * bx) / self.size**2 + ap * bp / self.length**2)
+        ax, bx = (self.weights * x / self.size for x in (ax, bx))
+        return float(ax @ bx + ap * bp / self.length**2)
 
     def border(self, dx: np.ndarray, dp: float) -> tuple[np.ndarray, float]:
         """Row and corner of the unit plane normal to (dx, dp)."""
         unit = 1 / self.norm(dx, dp)
-        return self.weights**2 * dx * (unit / self.size**2), dp * unit / self.length**2
+        return self.weights**2 * (dx / self.size) * (unit / self.size), dp * unit / self.length**2
 
     def plane(self, x: np.ndarray, p: float, dx: np.ndarray, dp: float) -> Plane:
         """The plane through (x, p) normal to (dx, dp)."""

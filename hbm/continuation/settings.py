@@ -15,6 +15,8 @@ class Settings:
     largest_step: float = 0.25
     smallest_step: float = 1e-5
     parameter_share: float = 0.1  # of the range: by how much a unit step moves the parameter
+    widest: float = 100.0         # times the parameter: the range, for that, of a band that is wider still
+    apart: float = 0.01           # of the parameter: how far it must move for a growth of the unknowns to be no runaway
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
     aim: float = 1.2e-3           # error of a predicted point to which the steps are fitted
     highest_order: int = 5        # of the predicting polynomials

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from hbm.errors import InputError
 from hbm.laws import Contacts, DryFriction1T, DryFriction2T, IsotropicFriction, Jenkins1D, UnilateralSpring
+from hbm.peaks import find_peaks
 from hbm.problem import ContactProblem
-from hbm.response import follow_band, follow_parameter
+from hbm.response import follow_band, follow_parameter, solve_at
+from hbm.solutions import solutions_at
 
 X = {"x": np.array([1.0, 0, 0, 0])}
 F = np.array([10.0, 0, 0, 0])
@@ -57,3 +60,66 @@ def test_contact_force_over_the_preload():
     assert stays_closed.any()
     mean = curve.contact_force[stays_closed, 0, 1, 0].real - 1e5 * curve.contact_motion[stays_closed, 0, 1, 0].real
     assert mean == pytest.approx(50.0 * curve.parameter[stays_closed], rel=1e-9)
+
+
+@pytest.mark.parametrize("band", [(50, 1e4), (50, 1e8), (1e8, 50), (0.01, 160), (160, 0.01), (1e-4, 1e6)], ids=str)
+def test_bands_far_wider_than_the_resonances(band):
+    """The peak is that of an ordinary band, and no motion is said to walk away."""
+    usual = follow_band(problem(Jenkins1D()), F, (50, 160), harmonics=3, outputs=X)
+    curve = follow_band(problem(Jenkins1D()), F, band, harmonics=3, outputs=X)
+    assert curve.complete and curve.reached_end and 0.1 < np.nanmax(curve.share_slip) < 1
+    assert curve.peak("x")[1] == pytest.approx(usual.peak("x")[1], rel=1e-9)
+    assert curve.frequency[[0, -1]] == pytest.approx(band)
+
+
+@pytest.mark.parametrize("size", [1e-250, 1e-100, 1e-20, 1e-3])
+def test_tiny_forces(size):
+    """The contact sticks: the linear response, in proportion."""
+    one, tiny = (follow_band(problem(Jenkins1D(), 1e3), f * F, (60, 130), harmonics=3, outputs=X) for f in (1.0, size))
+    assert tiny.complete and tiny.share_stick.min() == 1 == one.share_stick.min()
+    assert np.array(tiny.peak("x")) == pytest.approx(np.array(one.peak("x")) * [1, size], rel=1e-6, abs=0)
+
+
+@pytest.mark.parametrize("size", [1e-302, 1e-260, 1e150, 1e300])
+def test_forces_that_no_arithmetic_carries(size):
+    with pytest.raises(InputError, match=r"largest entry is \S+ N, must be between 1e-250 and 1e\+100 N"):
+        follow_band(problem(Jenkins1D()), size * F, (60, 130), outputs=X)
+
+
+def test_huge_forces():
+    """The contact slides: the response without it, but for its limit."""
+    curve = follow_band(problem(Jenkins1D()), 1e99 * F, (60, 130), harmonics=3, outputs=X)
+    assert curve.complete
+    assert curve.harmonics[:, 0, 1] / 1e99 == pytest.approx(free(F, curve.frequency), rel=2e-8)
+
+
+@pytest.mark.parametrize("band", [(20, 160), (160, 20), (20, 1e6)], ids=str)
+@pytest.mark.parametrize("law", [Jenkins1D(), IsotropicFriction()], ids=lambda law: law.name)
+def test_a_force_that_does_not_reach_the_contact(law, band):
+    """The body beside: its own resonance, solved to the last digit, while nothing moves at the contact."""
+    p, rows = problem(law), {"x": X["x"], "beside": np.eye(5)[4]}
+    M, C, K = (np.pad(A, (0, 1)) for A in (p.M, p.C, p.K))
+    M[4, 4], C[4, 4], K[4, 4] = 0.5, 0.4, 2e5
+    beside = ContactProblem(M, C, K, np.pad(p.B, ((0, 0), (0, 1))), law, p.contacts)
+    rows["x"] = np.pad(rows["x"], (0, 1))
+    curve = follow_band(beside, 3.0 * np.eye(5)[4], band, harmonics=3, outputs=rows, at=[90.0])
+    w = 2 * np.pi * curve.frequency
+    assert curve.complete and curve.frequency[[0, -1]] == pytest.approx(band)
+    assert curve.harmonics[:, 1, 1] == pytest.approx(3.0 / (2e5 - 0.5 * w**2 + 0.4j * w), rel=1e-9)
+    assert np.abs(curve.harmonics[:, 0]).max() < 1e-15 * curve.peak("beside")[1]
+    top = np.sqrt(2e5 / 0.5 - 0.5 * 0.8**2)                              # of |X|: w^2 = w0^2 (1 - 2 zeta^2)
+    assert curve.peak("beside")[1] == pytest.approx(3.0 / (0.4 * np.sqrt(4e5 - 0.4**2)), rel=1e-9)
+    assert 2 * np.pi * curve.peak("beside")[0] == pytest.approx(top, rel=1e-4) and curve.peak_points[:, 1].any()
+    assert len(find_peaks(curve, beside, "beside")) == 1 and 90.0 in curve.frequency
+    assert solutions_at(curve, beside, 91.0)[0, 1, 1] == pytest.approx(
+        3.0 / (2e5 - 0.5 * (182 * np.pi) ** 2 + 0.4j * 182 * np.pi), rel=1e-9)
+    assert solve_at(beside, 3.0 * np.eye(5)[4], 91.0, outputs=rows).converged
+
+
+def test_no_force_at_all():
+    """The static state at both ends of the band, and where it was asked for."""
+    curve = follow_band(problem(Jenkins1D()), 0 * F, (60, 130), outputs=X, at=[70.0, 100.0])
+    assert curve.complete and curve.frequency == pytest.approx([60, 70, 100, 130])
+    assert not curve.harmonics.any() and "static state" in curve.ended
+    over = follow_parameter(problem(Jenkins1D()), 0 * F, 80.0, "level", (1.0, 3.0), outputs=X, at=[2.0])
+    assert over.complete and over.parameter == pytest.approx([1, 2, 3])
