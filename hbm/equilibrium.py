@@ -14,7 +14,7 @@ from these, known at every point, and the error of that response, in proportion 
 matrices, at the ends of a curve and at its largest motion.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -34,15 +34,18 @@ from hbm.result import ForcedResponse
 TINY = float(np.finfo(float).tiny)
 
 
-def settle(equation: Equation, points: list[Point]) -> np.ndarray:
+def settle(equation: Equation, points: list[Point], pinned: Iterable[float]) -> np.ndarray:
     """(n,) residuals over the force scale of the points, NaN where one was not found.
 
     Points above the limit are replaced, in the list, by what further Newton steps make of them.
+    pinned : parameters at which points must stay, exactly
     """
+    pinned = set(pinned)
     residuals = force_residuals(equation, points)
     for i in np.flatnonzero(residuals > DEFAULT.equilibrium):
         residuals[i] = force_residuals(equation, [points[i]])[0]
-        for new in _more_steps(equation, points[i]) if residuals[i] > DEFAULT.equilibrium else ():
+        steps = _more_steps(equation, points[i], points[i].parameter in pinned)
+        for new in steps if residuals[i] > DEFAULT.equilibrium else ():
             residual = force_residuals(equation, [new])[0]
             if residual < residuals[i]:
                 residuals[i], points[i] = residual, new
@@ -146,27 +149,24 @@ def _norm(unit, force):
     return float(largest * np.linalg.norm(scaled / largest)) if largest > 0 else 0.0
 
 
-def _more_steps(equation, point) -> Iterator[Point]:
-    """The point after further Newton steps, at its parameter or, in a fold, across the branch."""
-    row, corner = np.zeros(len(point.x)), 1.0
-    if point.tangent is not None:
-        tx, tp = point.tangent
-        moved, of = size(equation.weights * tx), size(equation.weights * point.x)
-        if abs(tp) * of < DEFAULT.fold * moved * abs(point.parameter):
-            row, corner = tx / size(tx), 0.0
-    begin = Plane(point.x, point.parameter, row, corner)
-    e = equation.evaluate(point.x, point.parameter)
-    for _ in range(DEFAULT.more_steps):
-        dx, dp = e.solve(row, corner, 0.0)
-        x, p = e.x + dx, point.parameter + dp
-        if not (np.isfinite(x).all() and np.isfinite(p)):
-            return
+def _more_steps(equation, point, pinned) -> Iterator[Point]:
+    """The point after further Newton steps: at its parameter, then across the branch where it is not pinned there."""
+    begin = Plane(point.x, point.parameter, np.zeros(len(point.x)), 1.0)
+    planes = [begin]
+    if point.tangent is not None and not pinned:
+        planes.append(begin._replace(row=point.tangent[0] / max(size(point.tangent[0]), TINY), corner=0.0))
+    for x, p, row, corner in planes:
         e = equation.evaluate(x, p)
-        point = replace(point, x=x, parameter=p, detail=e)
-        yield point
+        for _ in range(DEFAULT.more_steps):
+            dx, dp = e.solve(row, corner, 0.0)
+            x, p = x + dx, p + dp
+            if not (np.isfinite(x).all() and np.isfinite(p)):
+                break
+            e = equation.evaluate(x, p)
+            yield replace(point, x=x, parameter=p, detail=e)
     # at a kink the full steps lead to and fro
     strict = replace(SETTINGS, tolerance=SETTINGS.patient_residual)
-    new = damped(equation.evaluate, begin, equation.weights, strict, SETTINGS.patient_calls)
+    new = damped(equation.evaluate, planes[-1], equation.weights, strict, SETTINGS.patient_calls)
     if new.converged:
         yield replace(point, x=new.x, parameter=new.parameter, detail=new.detail)
 

@@ -156,7 +156,7 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
             raise InputError(f"guess: has the shape {x.shape}, must be ({len(balance.weights)},)")
         point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
     points = [point]
-    residual = float(settle(Equation(balance, Frequency()), points)[0])
+    residual = float(settle(Equation(balance, Frequency()), points, [w])[0])
     return _solution(replace(points[0], converged=residual <= SETTINGS.equilibrium), balance, hz, case, residual)
 
 
@@ -223,7 +223,7 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     change = stiffer_change(equation, branch, case.rows, settings)
     if in_words := change_in_words(change, (one.name for one in problem.held)):
         warnings.warn(in_words, stacklevel=4)
-    residuals = settle(equation, branch.points)
+    residuals = settle(equation, branch.points, (scale * first, scale * last, *scale * at))
     curve = record(branch, equation, (case.names, case.rows), options.contact, (peak_points, change),
                    time.perf_counter() - began)
     return with_residuals(curve, residuals, equation, branch.points)

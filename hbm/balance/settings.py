@@ -35,15 +35,14 @@ class BalanceSettings:
     unseen: float = 1e-9             # of the motion of a node: relative motion at the contacts that is rounding
     equilibrium: float = 5e-9        # of the force scale: residual of the equation of motion at which a point is kept;
                                      # summed in another order it stays below 1e-8
-    more_steps: int = 3              # of Newton's method for a point above it
-    fold: float = 1e-3               # dp/p beside dx/x, below which these steps go across the branch
+    more_steps: int = 5              # of Newton's method for a point above it
     light: float = 1e-10             # modal mass beside the largest, below which it is rounding
     stiff: float = 1e3               # contact springs beside the stiffest dof, above which rounding is estimated ...
     unreached: float = 1e-12         # of the largest product of shape and force: what is rounding in a mode
     evenly: int = 41                 # points of a branch along which no contact moves, and as many more ...
     around: int = 41                 # ... around each of its resonances, ...
     least_width: float = 1e-7        # ... whose damping ratio may be zero
-    resonance: float = 30.0          # ... with so much more motion at a resonance than beside it
+    resonance: float = 20.0          # ... with so much more motion at a resonance than beside it
     rigid: float = 0.05              # share of a motion that is left beside the rigid one of its body
     hold: float = 1e-5               # of the stiffness of the sticking pairs along a motion: a hold that is soft
     faced: float = 3e-3              # direction cosine from which contact normals resist a motion that is held
