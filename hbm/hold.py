@@ -5,7 +5,6 @@ couple on the body, that bends nothing. Soft beside the contacts and the inertia
 force is the mean friction force that a stop would have to balance.
 """
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -41,7 +40,7 @@ class HeldMotion:
 
     name : 'damper: slide along y'; unit : of its force, 'N' or 'N m'
     row, motion : (r,) amount of the motion in q, and the motion itself; stiffness : N/m or N m/rad, of the amount
-    mean : order 0 alone is held, rigidly
+    mean : order 0 alone is held, rigidly; doubt : a sentence where contact normals resist the motion too
     """
 
     name: str
@@ -50,13 +49,14 @@ class HeldMotion:
     motion: np.ndarray
     stiffness: float
     mean: bool = False
+    doubt: str = ""
 
 
 def held_motions(model: ReducedModel, pairs: ContactTable, holds: Hold | Sequence[Hold]) -> tuple[HeldMotion, ...]:
     """The holds on the dofs of a model whose pairs carry.
 
     Raises InputError for an unknown body or motion, a stiffness that is not positive, a motion that the body cannot do,
-    that its own stiffness holds, or that is held twice; warns where contact normals resist it.
+    that its own stiffness holds, or that is held twice.
     """
     found: list[HeldMotion] = []
     for hold in [holds] if isinstance(holds, Hold) else holds:
@@ -74,6 +74,11 @@ def with_springs(K: np.ndarray, held: Sequence[HeldMotion]) -> np.ndarray:
     """(r, r) K + sum k row row'."""
     rows = np.array([np.sqrt(one.stiffness) * one.row for one in held])
     return K + rows.T @ rows if len(rows) else K
+
+
+def spring_forces(held: Sequence[HeldMotion], q: np.ndarray) -> dict[str, float]:
+    """{name: N or N m}: the forces on the springs that hold motions where the displacement is q (r,)."""
+    return {one.name: one.stiffness * float(one.row @ q) for one in held}
 
 
 def springs(held: Sequence[HeldMotion]) -> tuple[HeldMotion, ...]:
@@ -102,11 +107,10 @@ def _held(model, pairs, hold):
         raise InputError(f"mean = {brief(hold.mean)}: must be True or False")
     _refuse_supported(model, hold.body, motion, given)
     faced = np.abs(B[2::3] @ motion).max(initial=0.0) / np.abs(motion).max()
-    if faced > DEFAULT.faced:
-        warnings.warn(f"hold = {brief(hold.motion)}: contact normals face the {name} of the {hold.body} by {faced:.2g} "
-                      "of its size and hold it already while they are closed; leave it out unless they open",
-                      stacklevel=5)
-    return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean)
+    doubt = "" if faced <= DEFAULT.faced else (
+        f"hold = {brief(hold.motion)}: contact normals face the {name} of the {hold.body} by {faced:.2g} of its size "
+        "and hold it already while they are closed; leave it out unless they open")
+    return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean, doubt)
 
 
 def _stuck_stiffness(B, pairs, motion):

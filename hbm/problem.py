@@ -219,9 +219,12 @@ def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, o
     B = relative_motion(model, used)
     if "n" in law.components and (lacking := without_normal_motion(B, used)):
         warnings.warn(lacking, stacklevel=3)
+    held = held_motions(model, used, hold)
+    for doubt in filter(None, (one.doubt for one in held)):
+        warnings.warn(doubt, stacklevel=3)
     if law.components != ("t1", "t2", "n"):
         rows = ["t1", "t2", "n"]
         B = B[np.concatenate([[3 * i + rows.index(c) for c in law.components] for i in range(len(used))])]
     return ContactProblem(model.M, model.C if damping_ratio is None else None, model.K, B, law, settings, static,
                           origin == "preloaded", damping_ratio, partial(describe_motion, model),
-                          held_motions(model, used, hold)), kept
+                          held), kept

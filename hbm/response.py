@@ -109,7 +109,10 @@ def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, f
     if start is not None and not isinstance(start, str):
         start = numbers("start", start, "must be 'zero_force', 'zero_slider' or slider positions (P, 2) in m")
         options["start"] = start[kept] if start.shape[:1] == kept.shape else start
-    return _with_all_pairs(follow_band(problem, forcing, band, **options), kept)
+    curve = follow_band(problem, forcing, band, **options)
+    if in_words := change_in_words(curve.held_change, curve.held):
+        warnings.warn(in_words, stacklevel=2)
+    return _with_all_pairs(curve, kept)
 
 
 def follow_band(problem: ContactProblem, forcing: Forcing, band: Sequence[float], **options: Any) -> ForcedResponse:
@@ -221,8 +224,6 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     if len(branch.points) > 2:
         peak_points = refine_largest(equation, branch, case.rows, settings)
     change = stiffer_change(equation, branch, case.rows, settings)
-    if in_words := change_in_words(change, (one.name for one in problem.held)):
-        warnings.warn(in_words, stacklevel=4)
     residuals = settle(equation, branch.points, (scale * first, scale * last, *scale * at))
     curve = record(branch, equation, (case.names, case.rows), options.contact, (peak_points, change),
                    time.perf_counter() - began)

@@ -66,7 +66,8 @@ class FreeMotions:
                   for (name, unit), amount, faced, much in zip(self.names, amounts, self.faced, too_much, strict=True)
                   if much]
         if loaded:
-            raise InputError("; ".join(loaded))
+            raise InputError(f"{'; '.join(loaded)}; take the load off, or hold the motion (hold, in [damper] or "
+                             "[model] of a study)")
 
     def taken_up(self, along: np.ndarray) -> np.ndarray:
         """(r,) nodal forces that do the work `along` (m,): pure couples against rolls, pure forces against slides, so

@@ -106,7 +106,8 @@ class FrictionalContact:
         A = model.K + self.B.T * self.k0 @ self.B
         names = free_motions(rigid_motions(model), model, self.B[self.k0 > 0]).names
         if names:
-            raise InputError(f"{', '.join(n for n, _ in names)}: not even stuck pairs resist this")
+            raise InputError(f"{', '.join(n for n, _ in names)}: not even stuck pairs resist this; hold it (hold, in "
+                             "[damper] or [model] of a study)")
         try:
             self.factor = sl.cho_factor(A)
         except np.linalg.LinAlgError:

@@ -7,6 +7,7 @@ complementarity problem. With a reference spring k0 at every pair A = K + B_n' k
 pairs is one small system on the compliance G = B_n A^-1 B_n', and a further load or gap costs milliseconds.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
+from hbm.hold import HeldMotion, spring_forces, with_springs
 from hbm.model import ReducedModel
 from static_contact.complementarity import NoEquilibrium, NormalContact, solve_complementarity
 from static_contact.free_motions import free_motions, name_of_drift
@@ -52,7 +54,8 @@ class Motion:
 class Preload:
     """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening of open ones (0
     where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
-    displacement : (r,) m; motions - free ones and the load along each
+    displacement : (r,) m; motions - free ones and the load along each; held : {name: N or N m} - force on what holds a
+    motion
     reactions : {name: N or N m} - of loads and contact forces along free motions, taken up in the reference
     state; empty where that is no more than 1e-8 of the load
     residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
@@ -68,6 +71,7 @@ class Preload:
     displacement: np.ndarray
     motions: tuple[Motion, ...]
     reactions: dict[str, float]
+    held: dict[str, float]
     residual: float
     balance: float | None
     iterations: int
@@ -77,10 +81,13 @@ class Preload:
 class StaticContact:
     """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
 
-    def __init__(self, model: ReducedModel, pairs: ContactTable, settings: StaticSettings = SETTINGS):
-        """settings.rigid.facing : may be lowered when coordinates are exact. Raises InputError without pairs, and
-        where a motion that is not known to be rigid meets no stiffness."""
+    def __init__(self, model: ReducedModel, pairs: ContactTable, settings: StaticSettings = SETTINGS,
+                 held: Sequence[HeldMotion] = ()):
+        """settings.rigid.facing : may be lowered when coordinates are exact; held : rigid motions on springs. Raises
+        InputError without pairs, and where a motion that is not known to be rigid meets no stiffness."""
         check_pairs(pairs)
+        self.bodies, self.held = model, held
+        model = model.with_stiffness(with_springs(model.K, held)) if held else model
         self.model, self.pairs, self.settings = model, pairs, settings
         self.B = relative_motion(model, pairs)[2::3].toarray()
         self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
@@ -135,8 +142,9 @@ class StaticContact:
                        force=force, opening=np.where(closed, 0.0, gap - u), displacement=q,
                        motions=tuple(Motion(*name, float(amount)) for name, amount
                                      in zip(self.motions.names, along, strict=True)),
-                       reactions=reaction, residual=_ratio(left, scale),
-                       balance=self._balance(load - taken if reaction else load, force), iterations=iterations,
+                       reactions=reaction, held=spring_forces(self.held, q), residual=_ratio(left, scale),
+                       balance=self._balance((load - taken if reaction else load) + (self.bodies.K - self.model.K) @ q,
+                                             force), iterations=iterations,
                        method=method)
 
     def _contact(self, applied, gap):
@@ -165,8 +173,8 @@ class StaticContact:
         total, left = 0.0, 0.0
         for body in dict.fromkeys(self.pairs.damper_body.tolist()):
             motions = np.array([(self.model.body == body) & (self.model.direction == d) for d in "xyz"], dtype=float).T
-            stiffness = np.abs(self.model.K @ motions).max(initial=0.0)
-            if motions.any() and stiffness < self.settings.rigid.free_stiffness * np.abs(self.model.K).max():
+            stiffness = np.abs(self.bodies.K @ motions).max(initial=0.0)
+            if motions.any() and stiffness < self.settings.rigid.free_stiffness * np.abs(self.bodies.K).max():
                 total += np.linalg.norm(motions.T @ load) ** 2
                 left += np.linalg.norm(motions.T @ (load - self.B.T @ force)) ** 2
         return float(np.sqrt(left / total)) if total > 0 else None

@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 
+UNLOADED = 1e-9          # of the largest side force: a side, such as a stop, that has nothing to carry at rest
+
 
 @dataclass(frozen=True)
 class Redistribution:
@@ -37,9 +39,9 @@ def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, floa
         full = whole.select(whole.side == side)
         part = carried(full, kept.select(mine))
         total = part[part > 0].sum()
-        if total <= 0:
+        scale[side] = float(forces[side] / total) if total > 0 else 1.0
+        if total <= 0 and forces[side] > UNLOADED * max(forces.values()):
             raise InputError(f"side '{side}': none of the kept stations is closed under the pull")
-        scale[side] = float(forces[side] / total)
         preload[mine] = np.where(part > 0, part * scale[side], part)
         moment += _moment(full, axis) - _moment(kept.replace(preload=preload).select(mine), axis)
     return Redistribution(kept.replace(preload=preload), scale, float(moment))

@@ -90,7 +90,8 @@ class Curves:
         p, start = self.problem, self.start
         arrays = (p.M, p.C, p.K, p.B, p.static, p.damping_ratio, self.force, start, *vars(p.contacts).values())
         law = [(f.name, vars(p.law)[f.name]) for f in fields(p.law)]
-        return fingerprint(_program(), *map(_array, arrays), p.preloaded, p.law.name, law, list(self.rows),
+        held = [[one.name, one.row, one.stiffness, one.mean] for one in p.held]
+        return fingerprint(_program(), *map(_array, arrays), held, p.preloaded, p.law.name, law, list(self.rows),
                            np.array(list(self.rows.values())))
 
     def make(self, case: Case, progress: Callable) -> None:

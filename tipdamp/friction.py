@@ -57,12 +57,6 @@ def facts(state: FrictionState, without_friction: dict[str, float] | None = None
                          without_friction_N=without_friction or {})
 
 
-def balance_error(pairs: ContactTable, tangential: np.ndarray, load: np.ndarray) -> float:
-    """|load - sum (N n + T t)| / |load|."""
-    total = np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum("pd,pdx->x", tangential, pairs.frame[:, :2])
-    return float(np.linalg.norm(load - total) / np.linalg.norm(load))
-
-
 def save(path: Path, pairs: ContactTable, tangential: np.ndarray, slider: np.ndarray, slips: np.ndarray) -> None:
     """Write T (P, 2) N, slider positions (P, 2) m and whether each pair slips as CSV."""
     with open(path, "w", newline="", encoding="utf-8") as f:

@@ -4,10 +4,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hbm.contact import ContactTable
 from hbm.errors import InputError, nearest
 from hbm.model import ReducedModel
+from hbm.rigid import parse_motion
 from modal.body import Body
 from modal.mesh import Mesh
+from static_contact.rigid_motions import SETTINGS as RIGID
 from tipdamp.bodies import DAMPER
 from tipdamp.study.view import Study
 
@@ -24,6 +27,12 @@ class PointLoad(NamedTuple):
 def pull_vector(study: Study) -> np.ndarray:
     """(3,) N: Fc."""
     return study.driver.pull * np.array(study.driver.pull_direction)
+
+
+def held_directions(study: Study, pairs: ContactTable) -> np.ndarray:
+    """(m, 3) directions along which the study holds the damper and no pair's normal does."""
+    ways = np.array([parse_motion(one.motion)[2][:3] for one in study.driver.hold]).reshape(-1, 3)
+    return ways[ways.any(axis=1) & (np.abs(ways @ pairs.normal.T).max(axis=1, initial=0.0) <= RIGID.facing)]
 
 
 def unit_pull(study: Study, body: Body, mesh: Mesh) -> PointLoad:

@@ -1,9 +1,10 @@
 """Checks of contact pairs before anything is computed: normals, distances, nodes without a partner."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from hbm.contact import ContactTable
+from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.faces import boundary_faces, node_normals
@@ -31,34 +32,37 @@ def surface_angles(pairs: ContactTable, meshes: dict) -> np.ndarray:
     """(P,) degrees: how far n is off the damper's outward normal or the blade's inward one, whichever is worse; of
     several faces at a node the nearest counts. 180 where a node is not on the surface."""
     worst = np.zeros(len(pairs))
-    for body, nodes, sign in ((DAMPER, pairs.damper_node, 1.0), (BLADES, pairs.blade_node, -1.0)):
-        mesh = meshes[body]
+    for body, bodies, nodes, sign in ((DAMPER, pairs.damper_body, pairs.damper_node, 1.0),
+                                      (BLADES, pairs.blade_body, pairs.blade_node, -1.0)):
+        mesh, there = meshes[body], np.flatnonzero(bodies != GROUND)
         faces = boundary_faces(mesh)
-        for i, index in enumerate(mesh.index(nodes)):
+        for i, index in zip(there, mesh.index(nodes[there]), strict=True):
             normals = node_normals(mesh, index, faces)
             cosine = (sign * normals @ pairs.normal[i]).max() if len(normals) else -1.0
             worst[i] = max(worst[i], np.degrees(np.arccos(np.clip(cosine, -1, 1))))
     return worst
 
 
-def forces_per_pull(pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...]) -> tuple[dict, str | None]:
-    """{side: N} for 1 N of pull without friction, or what stands against it."""
+def forces_per_pull(pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...],
+                    held: ArrayLike = ()) -> tuple[dict, str | None]:
+    """{side: N} for 1 N of pull without friction, held along directions (m, 3), or what stands against it."""
     try:
-        return side_forces(side_normals(pairs), pull_direction), None
+        return side_forces(side_normals(pairs), pull_direction, held=held), None
     except InputError as error:
         return {}, str(error)
 
 
-def pull_warnings(pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...]) -> list[str]:
+def pull_warnings(pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...],
+                  held: ArrayLike = ()) -> list[str]:
     """One sentence when the pull does not press the damper against its sides."""
-    _, trouble = forces_per_pull(pairs, pull_direction)
+    _, trouble = forces_per_pull(pairs, pull_direction, held)
     return [f"pull_direction = {np.round(pull_direction, 4).tolist()}: {trouble}"] if trouble else []
 
 
 def side_checks(pairs: ContactTable, places: dict[str, np.ndarray], pull_direction: np.ndarray | tuple[float, ...],
-                angles: np.ndarray | None = None) -> dict[str, SideCheck]:
+                angles: np.ndarray | None = None, held: ArrayLike = ()) -> dict[str, SideCheck]:
     """{side: geometry of its pairs}; places {body: (P, 3) m} of their nodes; angles (P,) of `surface_angles`."""
-    forces, trouble = forces_per_pull(pairs, pull_direction)
+    forces, trouble = forces_per_pull(pairs, pull_direction, held)
     apart = np.einsum("pij,pj->pi", pairs.frame, places[BLADES] - places[DAMPER])
     found = {}
     for side in pairs.sides:

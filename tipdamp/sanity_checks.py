@@ -109,6 +109,8 @@ def _stiffness(study, inspected):
     pull = float(np.linalg.norm(pull_vector(study)))
     for name, moduli in inspected.side_moduli.items():
         side, found = study.sides[name], inspected.pair_checks[name]
+        if side.shape == "cylinder" and not side.radius:             # none is larger than the damper
+            side = side.model_copy(update={"radius": np.ptp(inspected.bodies[DAMPER].box_m, axis=0).max() / 2})
         sized = side.radius if side.shape == "cylinder" else side.width or found.across_m
         if side.kn is None or not found.force_per_pull or not found.length_m or not sized:
             continue

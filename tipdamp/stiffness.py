@@ -14,7 +14,7 @@ from static_contact.stiffness.elastic_constants import MaterialPair
 from static_contact.stiffness.nodal_stiffness import NodalStiffness, StiffnessModel, given_stiffness, nodal_stiffness
 from static_contact.stiffness.rough_surfaces import Roughness
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.loads import pull_vector
+from tipdamp.loads import held_directions, pull_vector
 from tipdamp.pressure import patches
 from tipdamp.stages.results import SideStiffness, StiffnessWay
 from tipdamp.study.schema import Material, OtherMaterial, Side
@@ -52,7 +52,8 @@ def side_stiffness(study: Study, pairs: ContactTable, materials: dict[str, Modul
     contact, found = study.contact, {}
     if contact.pairs:
         return {}
-    forces = side_forces(side_normals(pairs), pull_vector(study) if pull is None else pull)
+    forces = side_forces(side_normals(pairs), pull_vector(study) if pull is None else pull,
+                         held=held_directions(study, pairs))
     for name, side in study.sides.items():
         mine = pairs.select(pairs.side == name)
         length = float(np.ptp(mine.position @ np.array(study.driver.axis)))

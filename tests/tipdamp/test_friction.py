@@ -114,10 +114,10 @@ def test_one_tangent_starts_from_its_friction(whole_run, tmp_path):
     pairs, T = state(store, study, "kept")
     change = [("[respond]", f'{LOADS}{TUNE}\nlaw = "DryFriction1T"')]
     assembly = _assembly(load_study(corner_study.write(tmp_path, change=change)), store)
-    assert -assembly.kept.kt[:, None] * assembly.start == pytest.approx(T[pairs.carrying][:, :1])
-    found = solve_at(assembly.problem, 1e-6 * assembly.force, 20000.0, harmonics=1, outputs=assembly.rows,
-                     start=assembly.start)
-    assert found.converged and np.abs(found.harmonics[:, 0]).max() < 1e-3 * np.abs(assembly.start).max()
+    assert -assembly.kept.kt[:, None] * assembly.curves.start == pytest.approx(T[pairs.carrying][:, :1])
+    curves = assembly.curves
+    found = solve_at(curves.problem, 1e-6 * curves.force, 20000.0, harmonics=1, outputs=curves.rows, start=curves.start)
+    assert found.converged and np.abs(found.harmonics[:, 0]).max() < 1e-3 * np.abs(assembly.curves.start).max()
 
 
 @pytest.mark.parametrize("text, words", [

@@ -51,6 +51,13 @@ def test_contact_stiffer_than_two_half_spaces(tmp_path, capsys):
     assert 1.28e9 < bound < 1.32e9
 
 
+def test_cylinder_without_radius(tmp_path, capsys):
+    """Its kn is held against the stiffest cylinder that the damper has room for."""
+    change = [('shape = "flat"\nkn = 1e6\nkt = 1e6\nwidth = 0.01', 'shape = "cylinder"\nkn = 1e9\nkt = 1e6')]
+    _, _, warnings = inspect(corner_study.write(tmp_path, change=change), capsys)
+    assert [w for w in warnings if w.startswith("[contact.one] kn = 1e+09 N/m on 9 nodes is 9e+09 N/m for the side")]
+
+
 def test_pull_direction_turned_round(tmp_path, capsys):
     code, _, warnings = inspect(corner_study.write(tmp_path, change=[("[1, 0, 1]", "[-1, 0, -1]")]), capsys)
     assert code == 0 and any(w.startswith("pull_direction = [-0.7071, 0.0, -0.7071]: side 'one' would have to pull the "

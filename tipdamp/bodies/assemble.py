@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hbm.contact import ContactTable
+from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError
 from modal.body import Body
 from modal.elasticity import Material
@@ -46,7 +46,8 @@ def _material(section: schema.Material | schema.OtherMaterial) -> Material:
 def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, np.ndarray]:
     """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto: contact, excitation and
     response. InputError where one of them is clamped."""
-    nodes = {f"[contact.{s}] the pairs": pairs.blade_node[pairs.side == s] for s in pairs.sides}
+    on_blades = pairs.blade_body != GROUND
+    nodes = {f"[contact.{s}] the pairs": pairs.blade_node[on_blades & (pairs.side == s)] for s in pairs.sides}
     if "respond" in study:
         nodes |= {f"[respond] group '{g}'": meshes[BLADES].group(g)
                   for g in (*study.respond.excitation, *study.respond.patches)}
@@ -56,4 +57,4 @@ def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> 
             if len(both := np.intersect1d(mine, held)):
                 raise InputError(f"{study.path}: {what}: node {both[0]} of the blades is clamped by group '{group}' "
                                  f"and cannot move ({len(both)} such nodes)")
-    return {BLADES: np.concatenate(list(nodes.values())), DAMPER: pairs.damper_node}
+    return {BLADES: np.concatenate(list(nodes.values())), DAMPER: pairs.damper_node[pairs.damper_body != GROUND]}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hbm.contact import ContactTable
+from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError
 from modal.mesh import Mesh
 from tipdamp.bodies import BLADES, DAMPER
@@ -32,9 +32,13 @@ def own_pairs(study: Study) -> ContactTable:
     if unknown:
         raise InputError(f"{study.path}: [contact.{unknown[0]}]: the pairs have sides {', '.join(pairs.sides)}")
     for column, bodies, body in (("blade_body", pairs.blade_body, BLADES), ("damper_body", pairs.damper_body, DAMPER)):
-        odd = sorted(set(bodies.tolist()) - {body})
+        odd = sorted(set(bodies.tolist()) - {body, GROUND})
         if odd:
-            raise InputError(f"{where}: {column} '{odd[0]}' must be '{body}'")
+            raise InputError(f"{where}: {column} '{odd[0]}' must be '{body}', or '{GROUND}' for a fixed counterpart")
+    alone = (pairs.blade_body == GROUND) & (pairs.damper_body == GROUND)
+    if alone.any():
+        raise InputError(f"{where}, pair {int(alone.argmax()) + 1}: blade_body and damper_body are both '{GROUND}'; "
+                         f"one must be '{BLADES}' or '{DAMPER}'")
     _check_springs(where, pairs)
     for name in pairs.sides:
         _check_stations(f"{where}, side '{name}'", pairs.select(pairs.side == name), np.array(study.driver.axis))
@@ -64,11 +68,20 @@ def _check_stations(where, pairs, axis):
                          "than the one before it")
 
 
+def places_on(meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, np.ndarray]:
+    """{"blades", "damper": (P, 3) m} of the two nodes of each pair; of the ground the place in the table."""
+    found = {}
+    for name, bodies, numbers in ((BLADES, pairs.blade_body, pairs.blade_node),
+                                  (DAMPER, pairs.damper_body, pairs.damper_node)):
+        found[name], there = pairs.position.copy(), bodies != GROUND
+        found[name][there] = meshes[name].position[meshes[name].index(numbers[there])]
+    return found
+
+
 def check_positions(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> None:
     """A user-supplied pair table must belong to these meshes: nodes exist and lie where the table says."""
     for name, numbers in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)):
-        mesh = meshes[name]
-        off = np.linalg.norm(mesh.position[mesh.index(numbers)] - pairs.position, axis=1)
+        off = np.linalg.norm(places_on(meshes, pairs)[name] - pairs.position, axis=1)
         if off.max() > study.contact.tolerance:
             i = int(off.argmax())
             raise InputError(f"{study.path}: [contact] pairs, row {i + 1}: node {numbers[i]} of the {name} lies "

@@ -10,8 +10,8 @@ from tipdamp.study.view import Study, every_key
 
 # what every stage that works on meshes or given matrices reads of the study
 BODY_FILES = ("model", "blades", "damper", "contact")          # sections that name meshes, matrices or pairs
-BODY_READS = ("length_unit", "material", "materials", "rotation", "blades", *every_key(DAMPER, but="pull"),
-              *every_key("model", but="pull"), "driver.axis", "driver.pull_direction", "contact.pairs",
+BODY_READS = ("length_unit", "material", "materials", "rotation", "blades", *every_key(DAMPER, but=("pull", "hold")),
+              *every_key("model", but=("pull", "hold")), "driver.axis", "driver.pull_direction", "contact.pairs",
               "contact.tolerance", "contact.distance", "sides.blade", "sides.damper", "sides.shape", "sides.given",
               "respond.excitation", "respond.direction", "respond.patches")
 

@@ -106,8 +106,9 @@ def _redistributed(results):
 
 
 def _balance(what: str, sides: Mapping[str, SideForces]):
+    largest = max((abs(s.equilibrium_N) for s in sides.values()), default=0.0)
     for side, s in sides.items():
-        if abs(s.sum_N - s.equilibrium_N) > LIMITS.balance * abs(s.equilibrium_N):
+        if abs(s.sum_N - s.equilibrium_N) > LIMITS.balance * largest:
             yield (f"The sum of {what} on side '{side}' is {number(s.sum_N)} N, not the {number(s.equilibrium_N)} N of "
                    "equilibrium.")
     worst = max((s.balance_error or 0.0 for s in sides.values()), default=0.0)

@@ -7,6 +7,7 @@ from tipdamp.report.figures import (
     contact_states,
     detachment,
     free_response,
+    held,
     kept_preload,
     measured,
     mode_shapes,
@@ -29,6 +30,7 @@ from tipdamp.report.tables import (
     provenance,
     reduction_check,
 )
+from tipdamp.report.tables import held as held_table
 
 # (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has no data for it
 SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]], ...] = (
@@ -39,7 +41,8 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
     ("tuning", "Kept stations", (detachment.figures, kept_sets.tables, kept_preload.figures)),
     ("modes", "Mode shapes", (mode_shapes.figures,)),
     ("response", "Forced response", (peaks.tables, response_family.figures, response_levels.figures,
-                                     peak_trend.figures, contact_states.figures)),
+                                     peak_trend.figures, held_table.tables, held.figures,
+                                     contact_states.figures)),
     ("measured", "Measured and computed", (agreement.tables, measured.figures)),
     ("pairs", "Contact pairs", (contact_pairs.figures,)),
     ("assumptions", "Assumptions", (assumptions.tables,)),

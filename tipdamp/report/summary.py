@@ -6,7 +6,7 @@ from tipdamp.report.versions import versions
 from tipdamp.stages.results import CurveResult
 
 COPIED = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "at_least_hz", "at_least_m", "points", "failed_points",
-          "seconds", "complete", "ended", "patches"}
+          "seconds", "complete", "ended", "patches", "held", "held_change"}
 OF_TUNE = {"target_hz", "scatter_hz", "table", "stuck_hz", "tuned_pairs", "graded", "open_pairs", "equivalent",
            "preload_kept"}
 
@@ -15,8 +15,9 @@ def summarise(results: Results) -> dict:
     """The content of summary.json; keys of stages that the study has no section for are left out.
 
     peak_m - m, half of peak-to-peak along the force, largest over the patch of blade 1; slipping_pairs - their number;
-    back - the same curve followed from the other end of the band. A curve that stopped, or whose highest point borders
-    a gap, has no peak: at_least_m is the largest amplitude that was solved, ended the reason.
+    back - the same curve followed from the other end of the band; held - force on what holds a motion.
+    A curve that stopped, or whose highest point borders a gap, has no peak: at_least_m is the largest amplitude that
+    was solved, ended the reason.
     """
     summary: dict = {"title": results.study.title, "study": results.study.path.name,
                "pull_N": results.study.driver.pull}

@@ -8,7 +8,7 @@ from tipdamp import loads, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes
 from tipdamp.bodies.matrices import given_model
-from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.pair import matched_pairs, places_on
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.progress import Tick
 from tipdamp.report.inspection_page import Inspected, inspection_page
@@ -32,7 +32,7 @@ def _matrices(study, store):
     model, pairs = given_model(study)
     shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
     warnings = [*friction_warnings(study), *pair_checks.warnings(pairs)]
-    warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction)
+    warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
     bodies = {b: InspectedBody(dofs=int((model.body == b).sum())) for b in (BLADES, DAMPER)}
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings), shown)
 
@@ -58,12 +58,10 @@ def _meshes(study, store, tick):
     if not study.contact.pairs:
         warnings += distance_warnings(study, pairs, meshes)
     warnings += [*friction_warnings(study), *pair_checks.warnings(pairs, angles)]
-    warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction)
-    places = {BLADES: meshes[BLADES].position[meshes[BLADES].index(pairs.blade_node)],
-              DAMPER: meshes[DAMPER].position[meshes[DAMPER].index(pairs.damper_node)]}
+    warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
     moduli = side_materials(study, meshes, pairs)
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings, side_moduli=moduli),
-                      Inspected(meshes, pairs, places, angles))
+                      Inspected(meshes, pairs, places_on(meshes, pairs), angles))
 
 
 def _of_mesh(mesh, file):
@@ -94,7 +92,8 @@ def _with_page(study, store, result, shown):
     if shown.pairs is not None:
         direction = np.array(study.driver.pull_direction)
         found["pairs"] = {s: int((shown.pairs.side == s).sum()) for s in shown.pairs.sides}
-        found["pair_checks"] = pair_checks.side_checks(shown.pairs, shown.places, direction, shown.angles)
+        found["pair_checks"] = pair_checks.side_checks(shown.pairs, shown.places, direction, shown.angles,
+                                                        loads.held_directions(study, shown.pairs))
     if absent := missing("plotly", "jinja2"):
         found["warnings"] = (*result.warnings, f"inspect.html is left out: {absent} is not installed")
         return InspectResult(**found)
@@ -127,4 +126,4 @@ def warnings(study: Study, store: Store) -> list[str]:
 
 
 STAGE = Stage(inspect, line, warnings=warnings, outputs=("inspect.json",), may_write=("inspect.html",),
-              reads_files=BODY_FILES, reads=("title", "loads", "contact.mu", *BODY_READS))
+              reads_files=BODY_FILES, reads=("title", "loads", "contact.mu", "driver.hold", *BODY_READS))

@@ -43,7 +43,7 @@ def _of_table(study, model, whole, line):
     if study.preload.friction:
         raise InputError("[tune] preload = 'table': the table has no friction forces, and [preload] friction = true; "
                          "set [tune] preload = 'scaled' or 'resolved'")
-    balance = inputs.balance_error(line.select(line.carrying), loads.force_at_rest(study, model))
+    balance = inputs.balance_error(study, line.select(line.carrying), loads.force_at_rest(study, model))
     return KeptPreload(line, results.Redistribution(), inputs.equilibrium(study, model, whole), balance)
 
 
@@ -55,11 +55,11 @@ def _resolved(study, model, whole, line):
         facts = results.Redistribution(reactions=result.reactions, residual=result.residual)
         forces = inputs.equilibrium(study, model, whole)
         return KeptPreload(inputs.preload_map(result, line), facts, forces, result.balance)
-    state = friction.solve(study, model, statics.pairs, friction.history(study, model))
+    state = friction.solve(study, statics.model, statics.pairs, friction.history(study, model))
     kept = inputs.preload_map(state, line)
     facts = results.Redistribution(friction=friction.facts(state), residual=state.residual)
-    balance = friction.balance_error(kept.select(kept.carrying), state.tangential[kept.carrying],
-                                     loads.force_at_rest(study, model))
+    balance = inputs.balance_error(study, kept.select(kept.carrying), loads.force_at_rest(study, model),
+                                   state.tangential[kept.carrying])
     return KeptPreload(kept, facts, inputs.side_sums(state.pairs), balance, state.tangential)
 
 
@@ -76,11 +76,11 @@ def _scaled(study, model, whole, line, tangential):
     preload[carrying] = done.pairs.preload
     facts = results.Redistribution(scale=done.scale, moment_Nm=done.moment)
     if tangential is None:
-        return KeptPreload(line.replace(preload=preload), facts, forces, inputs.balance_error(done.pairs, load))
+        return KeptPreload(line.replace(preload=preload), facts, forces, inputs.balance_error(study, done.pairs, load))
     moved = np.zeros_like(tangential)
     moved[carrying] = redistribute_friction(whole, tangential, done)
     return KeptPreload(line.replace(preload=preload), facts, forces,
-                       friction.balance_error(done.pairs, moved[carrying], load), moved)
+                       inputs.balance_error(study, done.pairs, load, moved[carrying]), moved)
 
 
 def kept_case(study: Study, model: ReducedModel, pairs: ContactTable, name: str) -> results.KeptCase:
@@ -92,4 +92,4 @@ def kept_case(study: Study, model: ReducedModel, pairs: ContactTable, name: str)
     forces = {s: result.force[(pairs.side == s) & pairs.carrying] for s in pairs.sides}
     sides = {s: results.SideLoad(sum_N=f.sum(), max_N=f.max(initial=0.0), detached=(f <= 0).sum())
              for s, f in forces.items()}
-    return results.KeptCase(sides=sides, reactions=result.reactions, residual=result.residual)
+    return results.KeptCase(sides=sides, reactions={**result.reactions, **result.held}, residual=result.residual)

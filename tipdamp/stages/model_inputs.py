@@ -1,16 +1,19 @@
 """Inputs of the reduced model from the study: contact line, roll springs, force, outputs, damping, statics."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from hbm.contact import ContactTable
+from hbm import hold
+from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError, nearest
+from hbm.hold import HeldMotion
 from hbm.model import ReducedModel
 from static_contact.detachment import conserve_total
-from static_contact.equilibrium import side_forces, side_normals
+from static_contact.equilibrium import beside, side_forces, side_normals
 from static_contact.preload import Preload, StaticContact
 from static_contact.roll_springs import RollSpring, roll_springs
-from tipdamp.bodies import BLADES
-from tipdamp.loads import force_at_rest
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.loads import force_at_rest, held_directions
 from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study
 
@@ -18,9 +21,19 @@ from tipdamp.study.view import Study
 EXCITATION = tuple(f"respond.{key}" for key in ("share_force", "amplitudes", "phase", "engine_order", "blade_count"))
 
 
+def held_motions(study: Study, model: ReducedModel, pairs: ContactTable) -> tuple[HeldMotion, ...]:
+    """The rigid motions of the damper that the study holds, on the dofs of a model with these pairs."""
+    try:
+        return hold.held_motions(model, pairs, [hold.Hold(one.motion, one.stiffness, one.mean, DAMPER)
+                                                for one in study.driver.hold])
+    except InputError as error:
+        raise InputError(f"{study.path}: [{'model' if 'model' in study else DAMPER}] {error}") from None
+
+
 def equilibrium(study: Study, model: ReducedModel, pairs: ContactTable) -> dict[str, float]:
-    """{side: N} that balance the load at rest without friction."""
-    return side_forces(side_normals(pairs), force_at_rest(study, model))
+    """{side: N} that balance the load at rest without friction; the sum of its pairs for a side without damper."""
+    found = side_forces(side_normals(pairs), force_at_rest(study, model), held=held_directions(study, pairs))
+    return {**side_sums(pairs), **found}
 
 
 def line_of(study: Study, pairs: ContactTable) -> ContactTable:
@@ -116,9 +129,12 @@ def ratio(values: tuple[float, ...]) -> float | np.ndarray:
     return values[0] if len(values) == 1 else np.array(values)
 
 
-def balance_error(pairs: ContactTable, load: np.ndarray) -> float:
-    """|pull - sum N n| / |pull|."""
-    return float(np.linalg.norm(load - np.maximum(pairs.preload, 0) @ pairs.normal) / np.linalg.norm(load))
+def balance_error(study: Study, pairs: ContactTable, load: np.ndarray, tangential: ArrayLike = 0.0) -> float:
+    """|load - sum (N n + T t)| / |load| with T (P, 2) N, beside the directions along which the damper is held."""
+    mine = pairs.damper_body != GROUND
+    T, pairs = np.broadcast_to(tangential, (len(pairs), 2))[mine], pairs.select(mine)
+    total = np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum("pd,pdx->x", T, pairs.frame[:, :2])
+    return float(np.linalg.norm(beside(held_directions(study, pairs), load - total)) / np.linalg.norm(load))
 
 
 def side_sums(pairs: ContactTable) -> dict[str, float]:
@@ -128,8 +144,8 @@ def side_sums(pairs: ContactTable) -> dict[str, float]:
 
 def static_contact(study: Study, model: ReducedModel, pairs: ContactTable) -> StaticContact:
     """On the springs kn, or with hard contact where the study says so."""
-    hard = study.contact.normal == "hard"
-    return StaticContact(model, pairs.replace(kn=np.full(len(pairs), np.inf)) if hard else pairs)
+    hard, held = study.contact.normal == "hard", held_motions(study, model, pairs)
+    return StaticContact(model, pairs.replace(kn=np.full(len(pairs), np.inf)) if hard else pairs, held=held)
 
 
 def preload_map(result: Preload, pairs: ContactTable) -> ContactTable:

@@ -5,6 +5,7 @@ from typing import Any
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
+from hbm.hold import spring_forces
 from hbm.model import ReducedModel
 from static_contact.preload import StaticContact
 from tipdamp import friction, loads, stiffness, stresses
@@ -12,7 +13,7 @@ from tipdamp.bodies.read import BODY_READS
 from tipdamp.progress import Tick
 from tipdamp.stages import fitted_stiffness
 from tipdamp.stages.fitted_stiffness import fit_factor
-from tipdamp.stages.model_inputs import equilibrium, preload_map, side_sums, static_contact
+from tipdamp.stages.model_inputs import balance_error, equilibrium, preload_map, side_sums, static_contact
 from tipdamp.stages.results import FreeMotion, LoadCasePreload, PreloadResult, ReduceResult, SideForces, SideLoad
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
@@ -45,12 +46,13 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     with store.writing("preload.csv") as path:
         pulled.save(path)
     cases = {name: load_case(study, store, statics, pairs, name) for name in study.loads}
+    doubts = [one.doubt for one in statics.held if one.doubt]
     reactions = {"the pull": rest.facts.get("reactions", {}),
                  **{f"[loads.{name}]": case.reactions for name, case in cases.items()}}
     PreloadResult(
         sides=side_forces(found.pairs, rest.forces, rest.balance), residual=found.residual,
         iterations=found.iterations, **rest.facts, stiffness=made, cases=cases,
-        warnings=(*said, *reaction_warnings(reactions)),
+        warnings=(*said, *doubts, *reaction_warnings(reactions)),
         kn_kt_N_per_m={s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()) for s in pairs.sides},
     ).save(store)
     files = ["preload_friction.csv"] if study.preload.friction else []
@@ -76,8 +78,9 @@ def _with_stiffness(study, store, model):
 def _frictionless(study, statics):
     result = statics.solve(loads.at_rest(study, statics.model))
     motions = [FreeMotion(name=m.name, unit=m.unit, load=m.load) for m in result.motions]
-    return AtRest(result, equilibrium(study, statics.model, statics.pairs), result.balance,
-                  {"method": result.method, "free_motions": motions, "reactions": result.reactions})
+    return AtRest(result, equilibrium(study, statics.model, result.pairs), result.balance,
+                  {"method": result.method, "free_motions": motions, "reactions": result.reactions,
+                   "held": result.held})
 
 
 def _with_friction(study, statics, pairs, store):
@@ -85,9 +88,10 @@ def _with_friction(study, statics, pairs, store):
     state = friction.solve(study, statics.model, statics.pairs, friction.history(study, statics.model))
     with store.writing("preload_friction.csv") as path:
         friction.save(path, pairs, state.tangential, state.slider, state.slips)
-    balance = friction.balance_error(state.pairs, state.tangential, loads.force_at_rest(study, statics.model))
-    facts = friction.facts(state, equilibrium(study, statics.model, pairs))
-    return AtRest(state, side_sums(state.pairs), balance, {"method": "friction", "friction": facts})
+    balance = balance_error(study, state.pairs, loads.force_at_rest(study, statics.model), state.tangential)
+    facts = friction.facts(state, equilibrium(study, statics.model, state.pairs))
+    return AtRest(state, side_sums(state.pairs), balance, {
+        "method": "friction", "friction": facts, "held": spring_forces(statics.held, state.displacement)})
 
 
 def load_case(study: Study, store: Store, statics: StaticContact, pairs: ContactTable, name: str) -> LoadCasePreload:
@@ -97,7 +101,7 @@ def load_case(study: Study, store: Store, statics: StaticContact, pairs: Contact
         if study.preload.friction:
             result: Any = friction.solve(study, statics.model, statics.pairs, [load])
             resultant = loads.resultant(statics.model, load)
-            balance, reactions = friction.balance_error(result.pairs, result.tangential, resultant), {}
+            balance, reactions = balance_error(study, result.pairs, resultant, result.tangential), {}
         else:
             result = statics.solve(load)
             balance, reactions = result.balance, result.reactions
@@ -109,7 +113,7 @@ def load_case(study: Study, store: Store, statics: StaticContact, pairs: Contact
     sides = {s: SideLoad(sum_N=result.force[pairs.side == s].sum(), max_N=result.force[pairs.side == s].max(),
                          detached=(result.force[(pairs.side == s) & pairs.carrying] <= 0).sum()) for s in pairs.sides}
     return LoadCasePreload(file=file, sides=sides, residual=result.residual, balance_error=balance,
-                           reactions=reactions)
+                           reactions=reactions, held=spring_forces(statics.held, result.displacement))
 
 
 def reaction_warnings(cases: dict[str, dict[str, float]]) -> list[str]:

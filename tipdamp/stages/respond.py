@@ -1,15 +1,18 @@
 """Stage respond: forced response of the kept pairs at every level and number of harmonics."""
 
 import warnings as python_warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from hbm import fourier
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
+from hbm.hold import HeldMotion
+from hbm.hold_check import change_in_words
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.result import ForcedResponse
@@ -18,8 +21,8 @@ from tipdamp import friction
 from tipdamp.curves import Case, Curves, forget, sweep
 from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Ticker
-from tipdamp.stages.model_inputs import declared_springs, excitation, outputs, ratio
-from tipdamp.stages.results import BackCurve, CurveResult, Peak, RespondResult
+from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, ratio
+from tipdamp.stages.results import BackCurve, CurveResult, HeldForce, Peak, RespondResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.schema import Respond
@@ -54,7 +57,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     found, difference = [], {}
     for there, *back in cases:
         curve, *others = map(assembly.curves.load, (there, *back))
-        found.append(curve_result(settings, assembly.kept, curve, others, file=there.file, Fe_N=there.Fe_N, H=there.H))
+        found.append(curve_result(settings, assembly, curve, others, file=there.file, Fe_N=there.Fe_N, H=there.H))
         # the damping is that of all kept pairs stuck: the linear response is the same where none is open at rest
         alike = assembly.curves.problem.law.components == ALL_SPRINGS and (assembly.kept.preload > 0).all()
         if not found[-1].slipping_pairs and alike:
@@ -117,7 +120,9 @@ def _assembly(study, store):
         start = sliders[:, :law.sliders]
     problem, _ = contact_problem(model, kept, law, static=static,
                                  damping_ratio=ratio(study.respond.damping_ratio))
-    return Assembly(model, kept, Curves(problem, excitation(study, model), outputs(study, model), start, store))
+    problem = replace(problem, held=held_motions(study, model, kept))
+    return Assembly(model.with_stiffness(problem.stiffness), kept,
+                    Curves(problem, excitation(study, model), outputs(study, model), start, store))
 
 
 def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedResponse, level: float) -> float:
@@ -127,20 +132,30 @@ def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedRespons
     return float(np.abs(curve.harmonics[good, :, 1] - x).max() / np.abs(x).max())
 
 
-def curve_result(settings: Respond, kept: ContactTable, curve: ForcedResponse, back: list[ForcedResponse],
+def curve_result(settings: Respond, assembly: Assembly, curve: ForcedResponse, back: list[ForcedResponse],
                  **case: Any) -> CurveResult:
     """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force; counts."""
     patches = {patch: patch_peak(curve, patch) for patch in settings.patches}
     first = settings.patches[0]
-    top, (low, high) = patches[first], settings.band
+    top, (low, high), held = patches[first], settings.band, assembly.curves.problem.held
     other = [BackCurve(**dict(patch_peak(one, first)), complete=one.complete, ended=one.ended,
-                       failed_points=(~one.converged).sum(), seconds=one.seconds) for one in back]
+                       failed_points=(~one.converged).sum(), seconds=one.seconds,
+                       held=held_forces(one, held, first)) for one in back]
     return CurveResult(
         **case, **dict(top), patches=patches, points=len(curve.frequency), failed_points=(~curve.converged).sum(),
-        slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)), seconds=curve.seconds,
+        slipping_pairs=tuple(pair_names(assembly.kept, curve.slipping_pairs)), seconds=curve.seconds,
         residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended, origin=curve.origin,
         start=curve.start, peak_inside_band=top.peak_hz is not None and low < top.peak_hz < high,
-        back=other[0] if other else None)
+        back=other[0] if other else None, held=held_forces(curve, held, first), held_change=curve.held_change)
+
+
+def held_forces(curve: ForcedResponse, held: Sequence[HeldMotion], patch: str) -> dict[str, HeldForce]:
+    """{motion: force on what holds it} at the point where the patch moves most."""
+    names = [n for n in curve.output_names if n.rpartition(":")[0] == patch]
+    hz = max((curve.at_least(n) for n in names), key=lambda p: p[1])[0]
+    X = curve.reaction[np.flatnonzero(curve.frequency == hz)[0]] if np.isfinite(hz) else np.full((len(held), 1), np.nan)
+    return {one.name: HeldForce(unit=one.unit, hz=hz, mean=x[0].real, amplitude=float(fourier.half_peak_to_peak(x)),
+                                spring=not one.mean) for one, x in zip(held, X, strict=True)}
 
 
 def patch_peak(curve: ForcedResponse, patch: str) -> Peak:
@@ -184,8 +199,16 @@ def line(store: Store) -> str:
 
 
 def warnings(_: Study, store: Store) -> list[str]:
-    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends."""
-    return [text for c in RespondResult.load(store).responses for text in _incomplete(c)]
+    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends; and for each
+    on which what holds a motion is not soft."""
+    found = RespondResult.load(store).responses
+    return [*(text for c in found for text in _incomplete(c)), *(text for c in found for text in _stiff_hold(c))]
+
+
+def _stiff_hold(case):
+    change = np.nan if case.held_change is None else case.held_change
+    if in_words := change_in_words(change, case.held):
+        yield f"the curve Fe = {case.Fe_N:g} N, H = {case.H}: {in_words}"
 
 
 def _incomplete(case: CurveResult) -> Iterator[str]:
@@ -211,4 +234,4 @@ def _micro(m, hz):
 
 STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"), may_write=("responses/*.npz",),
               needs=("reduce", "tune"), requires=("tune", "respond"),
-              reads=("respond", "sides", "preload.friction"), parallel=True, forget=forget)
+              reads=("respond", "sides", "preload.friction", "driver.hold", "model.hold"), parallel=True, forget=forget)

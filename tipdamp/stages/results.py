@@ -40,7 +40,7 @@ class Result(Record):
             first = error.errors()[0]
             place, stage = ".".join(map(str, first["loc"])), cls.file.removesuffix(".json")
             raise InputError(f"{store.path(cls.file)} is damaged at '{place}' ({first['msg']}); run the stage again: "
-                             f"tipdamp {stage} --force") from None
+                             f"tipdamp {stage} STUDY.toml --force") from None
 
 
 # ---- inspect ---------------------------------------------------------------------------------------------------
@@ -186,17 +186,20 @@ class FreeMotion(Record):
 
 
 class LoadCasePreload(Record):
-    """Preload of a further load case; reactions {motion: N, rolls N m} taken up in the reference state."""
+    """Preload of a further load case; reactions {motion: N, rolls N m} taken up in the reference state; held
+    {motion: force on what holds it}."""
     file: str
     sides: dict[str, SideLoad]
     residual: float
     balance_error: Number
     reactions: dict[str, float] = {}
+    held: dict[str, float] = {}
 
 
 class PreloadResult(Result):
     """preload.json. kn_kt_N_per_m {side: mean kn, mean kt}; stiffness {side: ...}, empty with a user-supplied pair
-    table; friction - None without; reactions {motion: amount} of the constraints that stand in for missing contact."""
+    table; friction - None without; reactions {motion: amount} of the constraints that stand in for missing contact;
+    held {motion: force on what holds it}."""
     file: ClassVar[str] = "preload.json"
     sides: dict[str, SideForces]
     residual: float
@@ -207,6 +210,7 @@ class PreloadResult(Result):
     friction: FrictionFacts | None = None
     free_motions: tuple[FreeMotion, ...] = ()
     reactions: dict[str, float] = {}
+    held: dict[str, float] = {}
     cases: dict[str, LoadCasePreload] = {}
 
 
@@ -344,8 +348,19 @@ class Peak(Record):
     at_least_m: Number = None
 
 
+class HeldForce(Record):
+    """Force on what holds a rigid motion, at the highest amplitude of the curve on the first patch, beside the one at
+    rest; unit - N or N m; amplitude - half of peak-to-peak of its vibration; spring - or the mean alone is held."""
+    unit: str
+    hz: Number
+    mean: Number
+    amplitude: Number
+    spring: bool
+
+
 class BackCurve(Peak):
     """The same curve followed from the other end of the band."""
+    held: dict[str, HeldForce] = {}
     complete: bool
     ended: str
     failed_points: int
@@ -354,7 +369,7 @@ class BackCurve(Peak):
 
 class CurveResult(Peak):
     """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names`;
-    back - None where the band was followed one way."""
+    back - None where the band was followed one way; held {motion: ...}; held_change - see ForcedResponse."""
     file: str
     Fe_N: float
     H: int
@@ -370,6 +385,8 @@ class CurveResult(Peak):
     start: str
     peak_inside_band: bool
     back: BackCurve | None = None
+    held: dict[str, HeldForce] = {}
+    held_change: Number = 0.0
 
 
 class RespondResult(Result):

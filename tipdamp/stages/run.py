@@ -40,7 +40,7 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
     for need in needs:
         _check_current(name, need, study, store)
     for touched in [*needs, name]:
-        _check_untouched(touched, store, force and touched == name)
+        _check_untouched(touched, study, store, force and touched == name)
     with nullcontext() if locked else store.lock():
         sweep_unfinished(store)
         key = stage_key(name, study, store)
@@ -115,14 +115,14 @@ def _check_current(name, need, study, store):
                          f"has changed, or a file is missing); {command}")
 
 
-def _check_untouched(name, store, overwrite):
+def _check_untouched(name, study, store, overwrite):
     """A table that a person has edited is neither used unseen nor overwritten."""
     edited = store.edited(name)
     if edited and not overwrite:
         key = {"pairs.csv": "[contact] pairs", "kept.csv": "[tune] kept"}.get(edited[0])
         own = f"to use it, name a copy of it in the study ({key}); " if key else ""
         raise InputError(f"{store.path(edited[0])} was changed after the stage '{name}' wrote it; {own}to write it "
-                         f"anew: tipdamp {name} --force")
+                         f"anew: tipdamp {name} {study.path} --force")
 
 
 def sweep_unfinished(store: Store) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from tipdamp.study.hold import HOLD, HoldChoice
 from tipdamp.study.law import DEFAULT, LAW, LawChoice
 from tipdamp.study.values import (
     BAND,
@@ -62,6 +63,12 @@ Modes = Annotated[int, Key(COUNT, "fixed-interface modes kept", low=0, high=2000
 Axis = Annotated[Vector, Key(VECTOR, "direction along the damper")]
 Pull = Annotated[float, Key(NUMBER, "Fc, the total pull on the damper", "force", low=0, open_low=True)]
 PullDirection = Annotated[Vector, Key(VECTOR, "direction of the pull")]
+Holds = Annotated[tuple[HoldChoice, ...], Key(
+    HOLD, "rigid motion of the damper that no contact resists and that is held, such as its slide along its own axis: "
+    "a direction ('y' or [0, 1, 0]), a rotation through its centre of mass ('about y'), or { motion = \"y\", "
+    "stiffness = ..., mean = true }; a list of these holds several. A linear spring whose force is a result; stiffness "
+    "(of rotations in N m/rad) by default 1e-5 of what the sticking pairs resist the motion with; mean = true holds "
+    "the mean alone, rigidly", "force/length")]
 
 
 class Section(BaseModel):
@@ -126,6 +133,7 @@ class Damper(Section):
     positions: Annotated[Numbers, Key(
         NUMBERS, "where the pull acts along the axis (0..1 of the damper's length), carried by the two mesh nodes "
         "beside each on the line through the load points; default: at the load points", low=0, high=1)] = ()
+    hold: Holds = ()
 
 
 class Model(Section):
@@ -134,6 +142,7 @@ class Model(Section):
     axis: Axis = (0.0, 1.0, 0.0)
     pull: Pull
     pull_direction: PullDirection = (0.0, 0.0, 1.0)
+    hold: Holds = ()
 
 
 class Contact(Section):

@@ -120,9 +120,9 @@ class View(Study):
         return {part: _plain(vars(self)[part]) for part in sorted(vars(self)["_declared"]) if part in self}
 
 
-def every_key(section: str, but: str) -> list[str]:
-    """The keys of a section without one of them, as names for a declaration."""
-    return [f"{section}.{key}" for key in schema.SECTIONS[section].model_fields if key != but]
+def every_key(section: str, but: Iterable[str]) -> list[str]:
+    """The keys of a section without some of them, as names for a declaration."""
+    return [f"{section}.{key}" for key in schema.SECTIONS[section].model_fields if key not in but]
 
 
 def _cut(owner, part, keys):
@@ -138,4 +138,6 @@ def _plain(part):
         return [[name, _plain(value)] for name, value in part.items()]      # their order counts
     if isinstance(part, BaseModel):
         return part.model_dump()
+    if isinstance(part, tuple):
+        return [_plain(value) for value in part]
     return {k: _plain(v) for k, v in vars(part).items() if k != "_owner"} if isinstance(part, _Keys) else part

@@ -30,7 +30,7 @@ def test_results_are_frozen():
 
 
 @pytest.mark.parametrize("content, words", [
-    ({"rows": {"left": 1}}, "damaged at 'reduction'.*run the stage again: tipdamp reduce --force"),
+    ({"rows": {"left": 1}}, "damaged at 'reduction'.*run the stage again: tipdamp reduce STUDY\\.toml --force"),
     ({**found().model_dump(), "rows": {"left": "a"}}, "damaged at 'rows.left'")])
 def test_damaged_files(tmp_path, content, words):
     Store(tmp_path).write_json("reduce.json", content)

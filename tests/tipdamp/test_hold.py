@@ -1,0 +1,127 @@
+"""[damper] hold: the cube in its corner slides along y where nothing holds it; a pull with a part along y."""
+
+import json
+
+import numpy as np
+import pytest
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from hbm.result import ForcedResponse
+from tests.tipdamp import corner_study
+from tipdamp.cli import main
+from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.study.keys import json_schema
+from tipdamp.study.study import load_study
+
+TILTED = ("pull_direction = [1, 0, 1]", "pull_direction = [1, 0.2, 1]")
+ALONG = 10 * 0.2 / np.sqrt(2.04)
+ACROSS = 10 / np.sqrt(2.04)              # on each side
+
+
+def held(hold, more="", section="mesh = \"damper.inp\""):
+    return (section, f"{section}\nhold = {hold}{more}")
+
+
+def run(folder, *change, stages=("reduce", "preload")):
+    study = load_study(corner_study.write(folder, change=change))
+    store = results_folder(study, None)
+    for name in stages:
+        run_stage(name, study, store, quiet=True)
+    return store
+
+
+def test_nothing_holds_the_pull(tmp_path):
+    with pytest.raises(InputError, match=r"residual of 1.4 N along \[0.0, 1.0, 0.0\] remains; .*hold, in \[damper\]"):
+        run(tmp_path, TILTED)
+
+
+@pytest.mark.parametrize("hold", ['"y"', "[0, 1, 0]", '{ motion = "slide along y", stiffness = 20 }',
+                                  '{ motion = "y", mean = true }'])
+def test_statics_take_the_load_on_the_hold(tmp_path, hold):
+    """Its force is the part of the pull along it, through the centre of mass: the couple that this makes with the pull
+    on the edge shifts the contact forces along y."""
+    store = run(tmp_path, TILTED, held(hold))
+    found = store.read_json("preload.json")
+    assert found["held"] == {"damper: slide along y": pytest.approx(ALONG, rel=1e-7)}
+    assert found["reactions"] == {} and found["free_motions"] == [] and found["warnings"] == []
+    for side in found["sides"].values():
+        assert side["sum_N"] == pytest.approx(ACROSS, rel=1e-7) and side["balance_error"] < 1e-8
+        assert side["equilibrium_N"] == pytest.approx(ACROSS, rel=1e-12)
+    pairs = ContactTable.load(store.path("preload.csv"))
+    for side in pairs.sides:
+        mine = pairs.side == side
+        couple = pairs.preload[mine] @ (pairs.position[mine, 1] - corner_study.A / 2)
+        assert couple == pytest.approx(ALONG * corner_study.A / 2, rel=1e-6)
+
+
+def test_friction_leaves_the_hold_little(tmp_path):
+    """Stuck pairs carry the load beside a hold a hundred thousand times softer."""
+    store = run(tmp_path, ("pull_direction = [1, 0, 1]", "pull_direction = [1, 0.02, 1]"), held('"y"'),
+                ("[respond]", "[preload]\nfriction = true\n[respond]"))
+    found = store.read_json("preload.json")
+    assert 0 < found["held"]["damper: slide along y"] < 1e-3 * ALONG
+    assert all(side["balance_error"] < 1e-4 for side in found["sides"].values())
+
+
+@pytest.mark.slow
+def test_a_run_with_its_reaction(tmp_path, capsys):
+    """The result, the curve, the report and the summary have the force; another hold makes the curves anew."""
+    change = [held('"y"'), ("[respond]", '[tune]\nstations = "all"\n[respond]'),
+              ("levels = [1]", "levels = [0.01]\nharmonics = 1\nboth_ways = false"),
+              ("band = [20000, 40000]", "band = [27000, 29000]")]
+    path = corner_study.write(tmp_path, change=change)
+    main(["run", str(path), "--quiet"])
+    folder = tmp_path / "results" / "corner"
+    summary = json.loads((folder / "summary.json").read_text())
+    first = summary["responses"][0]
+    force = first["held"]["damper: slide along y"]
+    curve = ForcedResponse.load(folder / "responses" / "Fe_0.01N_H1.npz")
+    assert curve.held.tolist() == ["damper: slide along y"]
+    i = int(np.flatnonzero(curve.frequency == force["hz"])[0])
+    assert force["mean"] == pytest.approx(curve.reaction[i, 0, 0].real) and force["unit"] == "N" and force["spring"]
+    page = (folder / "report.html").read_text()
+    assert "Force on what holds the damper" in page and "with a spring ten times as stiff" in page
+    (path).write_text(path.read_text().replace('hold = "y"', 'hold = { motion = "y", mean = true }'))
+    for stage in ("preload", "tune", "respond"):
+        main([stage, str(path), "--quiet"])
+    again = ForcedResponse.load(folder / "responses" / "Fe_0.01N_H1.npz")
+    assert np.abs(again.reaction[:, 0, 1]).max() == 0 < np.abs(curve.reaction[:, 0, 1]).max()
+    assert again.amplitude().max() == pytest.approx(curve.amplitude().max(), rel=1e-4)
+
+
+@pytest.mark.parametrize("hold, words", [
+    ('"axially"', r"\[damper\] hold = 'axially': must be a direction \[x, y, z\], 'x', 'y' or 'z', or a rotation"),
+    ("[0, 1]", r"\[damper\] hold = \[0, 1\]: must be a direction"),
+    ("[0, 0, 0]", r"\[damper\] hold = \[0, 0, 0\]: must be a direction"),
+    ("5", r"\[damper\] hold = 5: must be a direction"),
+    ("[]", r"\[damper\] hold = \[\]: must be a direction"),
+    ('{ stiffness = 5 }', r"\[damper\] hold = .*: motion is missing"),
+    ('{ motion = "y", stifness = 5 }', r"\[damper\] hold = .*: unknown key 'stifness'; did you mean 'stiffness'"),
+    ('{ motion = "y", stiffness = -5 }', r"\[damper\] hold = .*: stiffness must be above 0"),
+    ('{ motion = "y", stiffness = "soft" }', r"\[damper\] hold = .*: stiffness must be a number"),
+    ('{ motion = "y", mean = 1 }', r"\[damper\] hold = .*: mean must be true or false"),
+    ('["y", "q"]', r"\[damper\] hold = \['y', 'q'\]: must be a direction")])
+def test_refused_with_the_study(tmp_path, hold, words):
+    with pytest.raises(InputError, match=words):
+        load_study(corner_study.write(tmp_path, change=[held(hold)]))
+
+
+def test_units_of_the_stiffness(tmp_path):
+    """Of a slide in force per length of the file; of a rotation in N m/rad."""
+    hold = '[{ motion = "y", stiffness = 5 }, { motion = "about y", stiffness = 5 }, [0, 0, 2]]'
+    change = [held(hold), ("[material]", '[units]\nlength = "mm"\n[material]')]
+    one, two, three = load_study(corner_study.write(tmp_path, change=change)).damper.hold
+    assert one.stiffness == pytest.approx(5000) and two.stiffness == 5 and three.motion == (0, 0, 1)
+
+
+def test_held_twice_and_held_already(tmp_path):
+    with pytest.raises(InputError, match=r"corner.toml: \[damper\] hold = .*a motion is held twice"):
+        run(tmp_path, held('["y", [0, 1, 0]]'))
+    store = run(tmp_path, held('["y", "x"]'))
+    assert [w for w in store.read_json("preload.json")["warnings"] if "contact normals face the slide along x" in w]
+
+
+def test_schema_for_editors():
+    schema = json_schema()["properties"]["damper"]["properties"]["hold"]
+    assert {"type": "boolean"} in [table["properties"]["mean"] for table in schema["anyOf"] if "properties" in table]
