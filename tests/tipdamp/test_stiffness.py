@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from hbm.contact import ContactTable
+from hbm.errors import InputError
 from static_contact.stiffness.contact_side import ContactSide
 from static_contact.stiffness.elastic_constants import MaterialPair
-from static_contact.stiffness.nodal_stiffness import StiffnessModel, nodal_stiffness
+from static_contact.stiffness.nodal_stiffness import StiffnessModel, given_stiffness, nodal_stiffness
 from static_contact.stiffness.rough_surfaces import Roughness
 from tests.conftest import STUDY, changed
+from tests.contact_tables import contact_table
 from tests.tipdamp import corner_study
 from tipdamp import stiffness
 from tipdamp.bodies.pair import matched_pairs
@@ -88,6 +90,78 @@ def test_shares_by_tributary_area(rig_results, tmp_path):
         inner = mine & (pairs.station == 3)
         assert pairs.kn[mine].sum() == pytest.approx(equal.kn[mine].sum())
         assert pairs.kn[end].sum() == pytest.approx(pairs.kn[inner].sum() / 2, rel=0.02)
+
+
+GIVEN = ("kn = 1.03e6\nkt = 0.94e6\n", "")
+AREA = 0.07 * 1.6e-3         # m2 of the flat: 31 stations on 70 mm, two rows 1.6 mm apart
+
+
+def test_stiffness_per_area(rig_results, tmp_path):
+    """A node has the stiffness of its tributary area: a quarter of an inner cell at a corner, whatever shares says."""
+    pairs, facts = stiffness_of(rig_results, tmp_path, (GIVEN[0], "kn_per_area = 6e11\nkt_per_area = 5e11\n"))
+    flat = pairs.select(pairs.side == "right")
+    assert flat.kn.sum() == pytest.approx(6e11 * AREA, rel=1e-6) and flat.kt / flat.kn == pytest.approx(5 / 6)
+    end = flat.station == 0
+    assert flat.kn[end] == pytest.approx(6e11 * 0.07 / 60 * 0.8e-3, rel=1e-6)
+    assert flat.kn[flat.station == 3] == pytest.approx(6e11 * 0.07 / 30 * 0.8e-3, rel=1e-6)
+    made = facts["right"]
+    assert made.kn_N_per_m == pytest.approx(6e11 * AREA / 62, rel=1e-6) and made.shares == "tributary"
+    # smooth half-spaces of a side whose sizes are known stand beside what is given; the left side has no radius
+    assert [w.way for w in made.ways] == ["smooth half-spaces", "given per area"] and made.ways[1].in_use
+    assert [w.way for w in facts["left"].ways] == ["given per node"]
+
+
+def test_stiffness_per_area_of_a_line(rig_results, tmp_path):
+    """A line has an area only with a width."""
+    given = ("kn = 3.32e6\nkt = 3.02e6\n", "kn_per_area = 6e11\nkt_per_area = 5e11\n")
+    with pytest.raises(InputError, match=r"\[contact.left\] kn_per_area: the pairs form a line, .* state its width"):
+        stiffness_of(rig_results, tmp_path, given)
+    pairs, _ = stiffness_of(rig_results, tmp_path, (given[0], given[1] + "width = 1e-3\n"))
+    assert pairs.kn[pairs.side == "left"].sum() == pytest.approx(6e11 * 0.07 * 1e-3, rel=1e-6)
+
+
+@pytest.mark.parametrize("shares", ["equal", "tributary"])
+def test_total_stiffness_of_a_side(rig_results, tmp_path, shares):
+    pairs, facts = stiffness_of(rig_results, tmp_path, (GIVEN[0], "kn_total = 6.4e7\nkt_total = 5.8e7\n"),
+                                ("mu = 0.6", f'mu = 0.6\nshares = "{shares}"'))
+    for side, kn in (("left", 31 * 3.32e6), ("right", 6.4e7)):
+        mine = pairs.select(pairs.side == side)
+        assert mine.kn.sum() == pytest.approx(kn)
+        ratio = mine.kn[mine.station == 0].sum() / mine.kn[mine.station == 3].sum()
+        assert ratio == pytest.approx(1.0 if shares == "equal" else 0.5, rel=1e-6)
+    assert facts["right"].ways[-1].way == "given in total" and facts["right"].kt_N_per_m == pytest.approx(5.8e7 / 62)
+
+
+def test_per_area_does_not_depend_on_the_mesh(tmp_path):
+    """The same face with 3 x 3 and with 5 x 5 nodes: the same stiffness of the side and per length of its lines."""
+    sums = []
+    for divisions in ((2, 2, 2), (4, 4, 4)):
+        x = np.linspace(0, 0.01, divisions[0] + 1)
+        place = np.array([[0.0, y, z] for y in x for z in x])
+        n = len(place)
+        flat = contact_table(np.tile([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]], (n, 1, 1)), position=place, side="one")
+        study = load_study(corner_study.write(tmp_path, change=[
+            ("kn = 1e6\nkt = 1e6\n", "kn_per_area = 1e11\nkt_per_area = 1e11\n")] * 2))
+        side = stiffness._per_node(study, "one", flat)
+        kn, _ = stiffness.node_stiffness(study, flat, {"one": given_stiffness(side, n, 1.0, 0.01)})
+        sums.append((kn.sum(), kn[place[:, 1] == 0].sum() * divisions[0], kn[np.isclose(place[:, 1], 0.005)].sum()
+                     * divisions[0]))
+    assert sums[0] == pytest.approx((1e7, 5e6, 1e7)) and sums[1] == pytest.approx(sums[0])
+
+
+def test_ways_of_a_model(rig_results, tmp_path):
+    """The smooth bodies, the rough interface, the declared factor, the reference: each says what it is."""
+    rough = "radius = 2e-3\nh_rms = 1.4e-6\ngamma = 0.5\nreference_kn = 3.32e6\nreference_kt = 3.02e6"
+    _, facts = stiffness_of(rig_results, tmp_path, NO_LEFT, ('shape = "cylinder"', f'shape = "cylinder"\n{rough}'),
+                            ("mu = 0.6", 'mu = 0.6\nstiffness = "rough_series"\nscale = 0.5'))
+    ways = facts["left"].ways
+    assert [w.way for w in ways] == ["smooth half-spaces", "half-spaces and a rough interface in series",
+                                     "declared factor 0.5", "reference"]
+    assert [w.in_use for w in ways] == [False, False, True, False]
+    smooth, series, used, reference = (w.kn_N_per_m for w in ways)
+    assert used == pytest.approx(series / 2) == facts["left"].kn_N_per_m and reference == 3.32e6
+    # springs in series: 1/(n k) of the whole side, gamma h_rms / N of the interface
+    assert 1 / (31 * series) == pytest.approx(1 / (31 * smooth) + 0.5 * 1.4e-6 / EACH_SIDE, rel=1e-6)
 
 
 def test_gap_profile_reaches_the_pairs(rig, tmp_path):

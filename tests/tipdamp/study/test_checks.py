@@ -24,6 +24,17 @@ NO_LEFT, NO_RIGHT = ("kn = 3.32e6\nkt = 3.02e6\n", ""), ("kn = 1.03e6\nkt = 0.94
      r"\[contact.left\] h_rms: leave it out, it belongs to \[contact\] stiffness = \"rough_series\""),
     ([("mu = 0.6", 'mu = 0.6\nstiffness = "rough_series"\nkind = "secant"')], "has a tangent only"),
     ([("mu = 0.6", "mu = 0.6\nscale = 0.5")], r"\[contact\] scale: leave it out, stiffness = \"given\" uses no model"),
+    ([("kt = 3.02e6", "kt = 3.02e6\nkn_total = 1e8\nkt_total = 1e8")],
+     r"\[contact.left\] kn and kn_total exclude each other: per node, per area or in total"),
+    ([("kn = 3.32e6\nkt = 3.02e6", "kn_per_area = 1e8")], r"\[contact.left\] kn and kt are missing"),
+    ([("kt = 3.02e6", "kt = 3.02e6\nreference_kn = 1e6")], r"reference_kt is missing: reference_kn is given"),
+    ([("mu = 0.6", "mu = 0.6\nfit_hz = 3500")], r"\[contact\] fit_hz: leave it out, stiffness = \"given\""),
+    ([("mu = 0.6", "mu = 0.6\nstiffness = \"halfspace\"\nfit_hz = 3500\nscale = 0.1")],
+     r"scale and fit_hz exclude each other"),
+    ([("stations = [5, 4]", "stations = [5, 4]\ngraded = true")], r"\[tune\] graded: leave it out, it belongs to"),
+    ([("stations = [5, 4]", "stations = [5, 4]\nscatter_hz = 10")], r"\[tune\] scatter_hz: leave it out"),
+    ([("stations = [5, 4]", "target_hz = 2800\norder = \"random\"")], r"order = 'random': .*from_middle, least_loaded"),
+    ([("stations = [5, 4]", "stations = [5, 4]\npreload = \"table\"")], r"preload = 'table': needs a table kept"),
     ([("mu = 0.6", "mu = 0.6\nshares = \"area\"")], r"\[contact\] shares = 'area': .*equal, tributary"),
 ])
 def test_stiffness_keys_that_do_not_fit(tmp_path, changes, message):
