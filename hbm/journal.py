@@ -12,8 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-EVERY = 5.0              # s between two blocks: with the time of a step, less than 10 s of work can be lost
-
 
 class Block(NamedTuple):
     """Steps as two plain arrays: numbers (n,) float64, and layout (k,) int64, for each step its mark, the number of its
@@ -35,11 +33,14 @@ class Journal:
     curve is to be made without them.
 
     blocks : of the interrupted curve; keep(block) : is called with each further one; clock : returns seconds
+    every : s between two blocks: with the time of a step, less than 10 s of work can be lost
     """
+
+    every: float = 5.0
 
     def __init__(self, keep: Callable[[Block], None], blocks: Iterable[Block] = (),
                  clock: Callable[[], float] = time.monotonic):
-        self.keep, self.clock, self.due = keep, clock, clock() + EVERY
+        self.keep, self.clock, self.due = keep, clock, clock() + self.every
         self.known = chain.from_iterable(map(unpacked, blocks))
         self.fresh: list[tuple[int, tuple[np.ndarray, ...]]] = []
 
@@ -61,7 +62,7 @@ class Journal:
         """Hand over what is not yet."""
         if self.fresh:
             self.keep(packed(self.fresh))
-        self.fresh, self.due = [], self.clock() + EVERY
+        self.fresh, self.due = [], self.clock() + self.every
 
 
 def packed(steps: Iterable[tuple[int, tuple[np.ndarray, ...]]]) -> Block:

@@ -11,8 +11,6 @@ from numpy.lib import format as npy
 from hbm.balance.memory import available_bytes
 from hbm.errors import InputError
 
-SHARE = 0.5              # of the available memory, for the arrays of a file: what is made of them needs some too
-
 
 def open_npz(path: str | Path, packed: bool = False) -> Any:
     """As np.load without pickles; the sizes that the file declares are checked before anything is unpacked.
@@ -31,7 +29,7 @@ def open_npz(path: str | Path, packed: bool = False) -> Any:
         if not packed and total > path.stat().st_size:
             raise InputError(f"{path}: its arrays declare {total} bytes, the file has {path.stat().st_size}; it was "
                              "not written by this program")
-        if total > SHARE * there:
+        if 2 * total > there:                              # what is made of them needs some too
             raise InputError(f"{path}: its arrays take {total / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are "
                              "available")
     return np.load(path, allow_pickle=False)

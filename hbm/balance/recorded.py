@@ -64,9 +64,17 @@ class Recorded:
 
     def __init__(self, balance: RecordedBalance, x: np.ndarray, residual: np.ndarray, real: Once):
         self.balance, self.x, self.residual, self.real = balance, x, residual, real
+        self.known: tuple = ()                               # modal, forces
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.real(), name)
+    @property
+    def modal(self) -> np.ndarray:
+        """As that of Linearisation."""
+        return self.known[0] if self.known else self.real().modal
+
+    @property
+    def forces(self) -> Any:
+        """As that of Linearisation, or of them what is kept."""
+        return self.known[1] if self.known else self.real().forces
 
     def solve(self, row: np.ndarray, corner: float, value: float,
               residual: np.ndarray | None = None) -> tuple[np.ndarray, float]:
@@ -77,7 +85,7 @@ class Recorded:
     def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
         """As that of Linearisation."""
         step, *kept = self._result(DIRECTION, lambda: (np.r_[self.real().direction(row, corner)],
-                                                       *(() if "modal" in vars(self) else _kept(self.real()))))
+                                                       *(() if self.known else _kept(self.real()))))
         self._keep(*kept)           # asked for at every point of a branch
         return step[:-2], step[-2], step[-1]
 
@@ -97,9 +105,25 @@ class Recorded:
         for made in self.real.made:
             made.forget()
 
+    def displacement(self) -> np.ndarray:
+        """As that of Linearisation."""
+        return self.real().displacement()
+
+    def outputs(self, rows: np.ndarray) -> np.ndarray:
+        """As that of Linearisation."""
+        return self.real().outputs(rows)
+
+    def contact_force(self, rest: np.ndarray) -> np.ndarray:
+        """As that of Linearisation."""
+        return self.real().contact_force(rest)
+
+    def smallest_motion(self) -> tuple[float, np.ndarray | None]:
+        """As that of Linearisation."""
+        return self.real().smallest_motion()
+
     def _keep(self, modal=None, *forces):
         if modal is not None:
-            self.modal, self.forces = modal, Kept(*forces)
+            self.known = modal, Kept(*forces)
 
     def _result(self, mark, compute):
         return self.balance.journal.result(mark, compute)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import hbm.journal
+from hbm.journal import Journal
 from hbm.result import ForcedResponse
 from tests.tipdamp.rig_study import CHAIN, files
 from tipdamp import curves
@@ -82,7 +82,7 @@ def test_levels_that_look_alike_have_files_of_their_own():
 
 def interrupted(study, made, monkeypatch):
     """The study, interrupted in its third curve; the store, and what the whole study gives."""
-    monkeypatch.setattr(hbm.journal, "EVERY", 0.01)
+    monkeypatch.setattr(Journal, "every", 0.01)
     assert run(study) == 0
     whole = results(study)
     (study.parent / "results").rename(study.parent / "whole")
@@ -182,7 +182,8 @@ def test_damage_is_noticed_and_made_good(study, made, what, caplog):
 
 def started(study, jobs, mark):
     """`tipdamp respond` as a process of its own; it and all its processes have the mark in their environment."""
-    program = "import sys, hbm.journal; hbm.journal.EVERY = 0.1; from tipdamp.cli import main; sys.exit(main())"
+    program = ("import sys; from hbm.journal import Journal; Journal.every = 0.1\n"
+               "from tipdamp.cli import main; sys.exit(main())")
     return subprocess.Popen([sys.executable, "-c", program, "respond", str(study), "--quiet", "--jobs", str(jobs)],
                             env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)}, text=True,
                             stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
