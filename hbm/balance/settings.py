@@ -35,7 +35,7 @@ class BalanceSettings:
     unseen: float = 1e-9             # of the motion of a node: relative motion at the contacts that is rounding
     equilibrium: float = 5e-9        # of the force scale: residual of the equation of motion at which a point is kept;
                                      # summed in another order it stays below 1e-8
-    more_steps: int = 5              # of Newton's method for a point above it
+    more_steps: int = 8              # of Newton's method for a point above it
     light: float = 1e-10             # modal mass beside the largest, below which it is rounding
     stiff: float = 1e3               # contact springs beside the stiffest dof, above which rounding is estimated ...
     unreached: float = 1e-12         # of the largest product of shape and force: what is rounding in a mode

@@ -16,6 +16,7 @@ from hbm.continuation.point import Evaluate, Metric, Point, size
 from hbm.continuation.settings import Settings
 
 STRAIGHT = 0.9           # cosine of the angle between two tangents above which the arc is taken for its chord
+SMOOTH = 0.1             # of what the curvature adds half way: error of the cubic of a quantity without kinks
 CLOSE = 0.98             # of the way to a corner: just beyond it there is no point of the branch
 BENT = 0.1               # share of one side of a corner by which its bend may shift the corner along the other
 
@@ -49,7 +50,7 @@ def maximum(evaluate: Evaluate, ends: tuple[Measured, Measured], measure: Callab
             settings: Settings, enough: float = np.inf) -> Maximum:
     """The maximum between two points of a branch, or the first point that reaches the value `enough`."""
     a, b = ends
-    points, calls, left, top = [a.point, b.point], 0, 0, max(ends, key=lambda end: end.value)
+    points, calls, left, top, smooth = [a.point, b.point], 0, 0, max(ends, key=lambda end: end.value), False
     for attempt in range(settings.max_peak_points):
         best, apart = max(a, b, key=lambda end: end.value), distance(a.point, b.point, metric)
         highest = bound(a, b, metric)
@@ -60,23 +61,44 @@ def maximum(evaluate: Evaluate, ends: tuple[Measured, Measured], measure: Callab
         solved &= top.value - best.value <= 10 * settings.peak_tolerance * abs(top.value)
         if solved or best.value >= enough or highest < enough < np.inf or calls > settings.max_peak_calls:
             return Maximum(top, solved, points, calls)
-        new: Point | None = None
-        if _corner(a.point, b.point, metric) is None or attempt % 4 == 3:
-            new = between(evaluate, a.point, b.point, _share(a, b, apart, attempt), metric.weights, settings)
-            calls += new.iterations
-        if new is None or not lies_between(new, a.point, b.point, metric):
-            new, more = _step_from(evaluate, a.point, b.point, metric, settings)
-            calls += more
+        share = _share(a, b, apart, attempt, smooth)
+        new, more = _inside(evaluate, a.point, b.point, (share, attempt % 4 == 3), metric, settings)
+        calls += more
         if not new.converged:
             break
         points.insert(left + 1, new)
         found = measure(new)
         top = max(top, found, key=lambda end: end.value)        # rounding may lift one above the last two
+        # where the cubic has told the height of a point before, and now that of the maximum, nothing is left to gain
+        error, curvature = abs(found.value - _cubic(a, b, apart, share)), (a.slope - b.slope) / apart
+        if smooth and found is top and error + found.slope**2 / curvature <= settings.peak_tolerance * abs(top.value):
+            return Maximum(top, True, points, calls)
+        smooth |= 0.1 < share < 0.9 and error <= SMOOTH * curvature * apart**2 / 8
         if found.slope > 0:
             a, left = found, left + 1
         else:
             b = found
     return Maximum(top, False, points, calls)
+
+
+def _inside(evaluate, a, b, where, metric, settings):
+    """(a solved point on the arc from a to b, residual calls); where : share of the chord, and whether even in a
+    corner."""
+    calls, (share, anyway) = 0, where
+    if anyway or _corner(a, b, metric) is None:
+        new = between(evaluate, a, b, share, metric.weights, settings)
+        if lies_between(new, a, b, metric):
+            return new, new.iterations
+        calls = new.iterations
+    new, more = _step_from(evaluate, a, b, metric, settings)
+    return new, calls + more
+
+
+def _cubic(a, b, apart, share):
+    """Value at a share of the chord on the Hermite cubic."""
+    rise, fall, rest = a.slope * apart, b.slope * apart, 1 - share
+    return (a.value * rest**2 * (1 + 2 * share) + b.value * share**2 * (1 + 2 * rest)
+            + share * rest * (rise * rest - fall * share))
 
 
 def maximum_by_value(evaluate: Evaluate, three: tuple[Measured, Measured, Measured],
@@ -184,13 +206,15 @@ def _unit(point, metric):
     return tx / length, tp / length
 
 
-def _share(a, b, apart, attempt):
-    """Where on the chord the maximum is predicted, in (0, 1): by the cubic, by the tangents, or half way, in turn."""
+def _share(a, b, apart, attempt, smooth):
+    """Where on the chord the maximum is predicted, in (0, 1): by the cubic, half way every fourth time, and by the
+    tangents, a little beyond, of a quantity that is not known to be smooth."""
     rise, fall, chord = a.slope * apart, b.slope * apart, b.value - a.value
     share = 0.5
     if rise > 0 > fall and attempt % 4 != 3:
-        if attempt % 4 == 1:
+        if attempt > 0 and not smooth:
             share = (chord - fall) / (rise - fall)
+            share = 2 * share if share < 0.1 else 2 * share - 1 if share > 0.9 else share       # so that it is enclosed
         else:
             c2, c3 = 3 * chord - 2 * rise - fall, rise + fall - 2 * chord
             root = np.sqrt(max(c2 * c2 - 3 * c3 * rise, 0.0))

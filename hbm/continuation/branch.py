@@ -135,7 +135,7 @@ class BranchTracer:
         last, metric = self.run[-1], self.metric()
         x, p = predict(self.run, metric, self.step, self.order)
         new = self._correct(metric.plane(x, p, x - last.x, p - last.parameter), metric)
-        if new.converged and on_branch(new, last, x, p, metric, self.step):
+        if new.converged and on_branch(new, last, x, p, metric, (self.step, self.settings.largest_error)):
             return new
         if self.step < 2e-2:
             turned = self._turn(new, last, x, p, metric)

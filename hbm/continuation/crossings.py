@@ -6,10 +6,11 @@ import numpy as np
 
 from hbm.continuation import arc
 from hbm.continuation.branch import Branch
-from hbm.continuation.corrector import oriented
+from hbm.continuation.corrector import between, oriented
 from hbm.continuation.point import Evaluate, Metric, Point
 from hbm.continuation.settings import Settings
 
+STEEP = 3.0      # sum of the slopes at two points, by that of their chord: the cubic through them all but turns back
 TIP = 3.0        # of the distance between two points: how far beyond them the tip of their fold is looked for
 
 
@@ -24,20 +25,57 @@ def crossings(evaluate: Evaluate, points: list[Point], parameter: float, weights
         if not (points[i].converged and points[i + 1].converged):
             continue
         sides = [np.sign(p.parameter - parameter) for p in points[i:i + 2]]
-        if 0 in sides or sides[0] == sides[1] and not _turns(points, i, parameter):
+        turns = sides[0] == sides[1] and _turns(points, i, parameter)
+        if 0 in sides or sides[0] == sides[1] and not turns and not _near(points[i:i + 2], parameter):
             continue
         metric, calls = arc.metric_at(points[i], weights), 0
         for k in (i, i + 1):
             points[k] = with_tangent(evaluate, points, k, metric)
         way = points[i:i + 2]
-        if sides[0] == sides[1]:
+        if turns:
             way, calls = _tip(evaluate, way[0], way[1], parameter, metric, settings)
+        elif not points[i + 1].jump:
+            way, calls = _unfolded(evaluate, way, parameter, metric, settings)
         for a, b in zip(way[:-1], way[1:], strict=True):
             if (a.parameter - parameter) * (b.parameter - parameter) < 0:
                 point, more = arc.crossing(evaluate, a, b, parameter, metric, settings)
                 found.append((point, calls + more, i + 1))
                 calls = 0
     return found
+
+
+def _near(ends, parameter):
+    """Whether a loop between two points that do not enclose the parameter might reach it."""
+    low, high = sorted(end.parameter for end in ends)
+    return low - (high - low) < parameter < high + (high - low)
+
+
+def _unfolded(evaluate, way, parameter, metric, settings):
+    """(points from the first to the last of `way`, residual calls), between which the branch crosses once at most.
+
+    Where a loop of the branch may lie between two points the one half way is solved.
+    """
+    calls, done, left = 0, [way[0]], [(way[1], settings.max_loops)]
+    while left:
+        a, (b, most) = done[-1], left[-1]
+        if most and _may_turn(a, b, parameter, metric):
+            middle = between(evaluate, a, b, 0.5, metric.weights, settings)
+            calls += middle.iterations
+            if arc.lies_between(middle, a, b, metric):
+                left[-1:] = [(b, most - 1), (middle, most - 1)]
+                continue
+        done.append(b)
+        left.pop()
+    return done, calls
+
+
+def _may_turn(a, b, parameter, metric):
+    """Whether the branch may turn and cross a parameter between two points: their tangents are steep beside the chord,
+    or run against it."""
+    chord = b.parameter - a.parameter
+    slopes = [np.sign(chord) * end.tangent[1] / metric.norm(*end.tangent) for end in (a, b)]
+    return _near((a, b), parameter) and (min(slopes) < 0
+                                         or sum(slopes) * arc.distance(a, b, metric) > STEEP * abs(chord))
 
 
 def insert_crossings(evaluate: Evaluate, branch: Branch, at: np.ndarray, weights: np.ndarray,

@@ -80,11 +80,14 @@ def tangent(e: Linearised, row: np.ndarray, corner: float, sign: float, metric: 
     return unit * tx, unit * tp
 
 
-def on_branch(new: Point, last: Point, x: np.ndarray, p: float, metric: Metric, step: float) -> bool:
-    """Whether a converged point belongs to the branch: near its prediction, within two steps, and ahead."""
+def on_branch(new: Point, last: Point, x: np.ndarray, p: float, metric: Metric, most: tuple[float, float]) -> bool:
+    """Whether a converged point belongs to the branch: near its prediction x, p, within two steps, and ahead.
+
+    most : (step, error of the prediction): where that is larger a loop of the branch may have been passed over
+    """
     length = metric.norm(new.x - last.x, new.parameter - last.parameter)
-    corrected = metric.norm(new.x - x, new.parameter - p)
-    return length <= 2 * step and corrected <= 0.5 * step and forward(new, last, metric)
+    corrected, (step, error) = metric.norm(new.x - x, new.parameter - p), most
+    return length <= 2 * step and corrected <= min(0.5 * step, error) and forward(new, last, metric)
 
 
 def forward(new: Point, last: Point, metric: Metric) -> bool:

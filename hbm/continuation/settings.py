@@ -19,6 +19,7 @@ class Settings:
     apart: float = 0.01           # of the parameter: how far it must move for a growth of the unknowns to be no runaway
     tolerance: float = 1e-10      # of the residual, relative to the weighted unknowns
     aim: float = 1.2e-3           # error of a predicted point to which the steps are fitted
+    largest_error: float = 0.024  # of a predicted point, 20 times that: a step above it is refused
     highest_order: int = 5        # of the predicting polynomials
     max_iterations: int = 12      # of the corrector; Newton near a smooth branch needs two or three
     max_stalls: int = 1           # of its iterations that do not halve the residual; a shorter step is cheaper
@@ -47,6 +48,7 @@ class Settings:
     restart_distance: float = 0.1    # in unit steps of the parameter, over which a folding branch is left at first
     points_back: int = 400        # within which a solution found ahead is followed back
     max_bisections: int = 40      # of the interval around a crossing; beyond that it is rounding
+    max_loops: int = 6            # times that the way between two points is halved where a loop may lie in it
     max_peak_points: int = 60     # solved in one bracket around a maximum; a kink takes most
     max_peak_calls: int = 400     # of the residual in one bracket; beyond that the maximum counts as unsolved
     max_ripple_points: int = 200  # added around a maximum of sampled laws to tell its ripples apart

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from hbm.result import ForcedResponse
 from hbm.solutions import solutions_at
 from tests.hbm.cases import beam, jenkins, load, rig, unilateral
 from tests.hbm.small_rig import small_rig
+from tests.validation.peaks_from_both_ends import compare
+from tests.validation.random_systems import contact_systems
 
 C1 = load("C1")
 
@@ -189,3 +192,10 @@ def test_harmonic_of_a_force_of_two_orders():
             curve.amplitude("harmonic", order)
     with pytest.raises(InputError, match="order = 3: belongs to the kind 'harmonic', not to 'rms'"):
         curve.peak("x", "rms", order=3)
+
+
+@pytest.mark.parametrize("number", [10, 26])
+def test_a_small_loop_beside_a_long_step(number):
+    """Three solutions inside of a fold that a step had passed over, from either end."""
+    found = compare(next(islice(contact_systems(number + 1), number, None)))
+    assert found.folds >= 2 and not found.lost and not found.named and found.difference < 1e-8

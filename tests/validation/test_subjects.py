@@ -1,13 +1,15 @@
 """Every row of the subjects within its limit; the command makes their pages."""
 
 import importlib
+from dataclasses import replace
 
 import pytest
 
-from tests.validation import Miss, Subject, rig_time_integration, row
+from tests.validation import Miss, Subject, peaks_from_both_ends, rig_time_integration, row
 from tests.validation.__main__ import SUBJECTS, main, missed
 
-OWN_TESTS = {"nafems", "hertz", "random_beams", "rig_time_integration", "contact_stiffness"}    # hold these rows
+OWN_TESTS = {"nafems", "hertz", "random_beams", "rig_time_integration", "contact_stiffness",
+             "peaks_from_both_ends"}                      # hold these rows
 DOLFINX = {"rotating_beam"}
 
 
@@ -24,6 +26,12 @@ def test_rig_at_its_peaks():
     found = {row.against: row.error for row in rig_time_integration.rows(around=(0.0,))}
     limits = {kind: limit for kind, limit in rig_time_integration.SUBJECT.limits.items() if "peak" in kind}
     assert found.keys() == limits.keys() and all(found[kind] <= limit for kind, limit in limits.items()), found
+
+
+@pytest.mark.slow
+def test_peaks_of_some_systems():
+    """Those of the page, and of 240 random systems the first eighteen."""
+    replace(peaks_from_both_ends.SUBJECT, rows=lambda: peaks_from_both_ends.rows(smooth=6, contact=12)).check()
 
 
 def test_pages_of_two_subjects(tmp_path):

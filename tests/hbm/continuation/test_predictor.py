@@ -42,8 +42,8 @@ def test_errors_are_those_that_the_predictions_had():
 def test_point_that_runs_backward_is_refused():
     last, new = on_circle(0.0), on_circle(0.1)
     back = replace(new, tangent=(-new.tangent[0], -new.tangent[1]))
-    assert predictor.on_branch(new, last, new.x, new.parameter, METRIC, 0.1)
-    assert not predictor.on_branch(back, last, new.x, new.parameter, METRIC, 0.1)
+    assert predictor.on_branch(new, last, new.x, new.parameter, METRIC, (0.1, 1.0))
+    assert not predictor.on_branch(back, last, new.x, new.parameter, METRIC, (0.1, 1.0))
 
 
 def test_tangents_bring_a_point_between_two_others_close():
