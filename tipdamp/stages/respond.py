@@ -166,8 +166,9 @@ def patch_peak(curve: ForcedResponse, patch: str) -> Peak:
         python_warnings.simplefilter("ignore")         # `peak_inside_band` and `warnings` tell them
         peaks = np.array([curve.peak(n) for n in names])
     if np.isfinite(peaks).all():
-        hz, top = peaks[peaks[:, 1].argmax()]
-        return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min())
+        (hz, top), largest = peaks[peaks[:, 1].argmax()], names[peaks[:, 1].argmax()]
+        unsolved = "" if curve.at_border(largest) else curve.why_unsolved(largest)
+        return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min(), unsolved=unsolved)
     hz, least = max((curve.at_least(n) for n in names), key=lambda p: p[1])
     return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least)
 
@@ -199,10 +200,17 @@ def line(store: Store) -> str:
 
 
 def warnings(_: Study, store: Store) -> list[str]:
-    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends; and for each
-    on which what holds a motion is not soft."""
+    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends; for each whose
+    peak is not solved; and for each on which what holds a motion is not soft."""
     found = RespondResult.load(store).responses
-    return [*(text for c in found for text in _incomplete(c)), *(text for c in found for text in _stiff_hold(c))]
+    return [text for kind in (_incomplete, _unsolved, _stiff_hold) for c in found for text in kind(c)]
+
+
+def _unsolved(case):
+    for way, one in (("", case), (" followed from the other end", case.back)):
+        if one is not None and one.unsolved:
+            yield (f"the peak of the curve Fe = {case.Fe_N:g} N, H = {case.H}{way}, {_micro(one.peak_m, one.peak_hz)}: "
+                   f"{one.unsolved}")
 
 
 def _stiff_hold(case):

@@ -340,12 +340,13 @@ class TuneResult(Result):
 class Peak(Record):
     """Largest peak over the nodes of a patch, half of peak-to-peak along the force; min_peak_m - of its smallest
     node. Where the curve stopped, or its highest point borders a gap, these are None, and at_least_m is the largest
-    amplitude that was solved; None where there is a peak."""
+    amplitude that was solved; None where there is a peak. unsolved - why a peak in the band is no solved maximum."""
     peak_hz: Number
     peak_m: Number
     min_peak_m: Number
     at_least_hz: Number = None
     at_least_m: Number = None
+    unsolved: str = ""
 
 
 class HeldForce(Record):

@@ -1,5 +1,7 @@
 """Stage respond: the law of the study, and what is said of curves that are incomplete."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from hbm.laws import SHIPPED
 from hbm.model import ReducedModel
 from hbm.response import follow_band, forced_response
 from hbm.result import ForcedResponse
+from tests.hbm.cases import jenkins, load
 from tests.tipdamp.rig_study import read, text
 from tipdamp import curves
 from tipdamp.cli import main
@@ -134,3 +137,20 @@ def test_damping_per_mode_and_one_way(variant):
                  ("damping_ratio = 0.022", f"damping_ratio = {ratios}"))
     two = read(folder, "respond.json")["responses"][0]
     assert two["back"] is None and two["peak_m"] != pytest.approx(one["peak_m"], rel=1e-4)
+
+
+def test_a_peak_that_is_not_solved_is_named(tmp_path):
+    """On the curve itself and on the one from the other end; a solved one is not."""
+    problem, force = jenkins(load("A1")["parameters"])
+    curve = follow_band(problem, force, (0.1, 0.2), harmonics=1, outputs={"top:1:x": [1.0]})
+    open_end = replace(curve, peak_points=np.zeros_like(curve.peak_points))
+    solved, unsolved = (dict(respond.patch_peak(one, "top:1")) for one in (curve, open_end))
+    assert solved["unsolved"] == "" and "not solved" in unsolved["unsolved"]
+    ways = {"complete": True, "ended": "", "failed_points": 0, "seconds": 1.0}
+    case = {**unsolved, **ways, "file": "a.npz", "Fe_N": 2.0, "H": 1, "patches": {"top:1": unsolved}, "points": 10,
+            "residual_calls": 1, "slipping_pairs": (), "origin": "preloaded", "start": "zero_slider",
+            "peak_inside_band": True, "back": {**solved, **ways}}
+    store = Store(tmp_path)
+    RespondResult(responses=[case], law={"name": "Jenkins1D"}, zeta=(0.01,)).save(store)
+    said, = respond.warnings(None, store)
+    assert "the peak of the curve Fe = 2 N, H = 1, " in said and "the maximum is not solved" in said
