@@ -7,7 +7,7 @@
 
 import logging
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -87,12 +87,7 @@ class Curves:
 
     @cached_property
     def _equations(self):
-        p, start = self.problem, self.start
-        arrays = (p.M, p.C, p.K, p.B, p.static, p.damping_ratio, self.force, start, *vars(p.contacts).values())
-        law = [(f.name, vars(p.law)[f.name]) for f in fields(p.law)]
-        held = [[one.name, one.row, one.stiffness, one.mean] for one in p.held]
-        return fingerprint(_program(), *map(_array, arrays), held, p.preloaded, p.law.name, law, list(self.rows),
-                           np.array(list(self.rows.values())))
+        return fingerprint(_program(), *_leaves((self.problem, self.force, self.rows, self.start)))
 
     def make(self, case: Case, progress: Callable) -> None:
         """Compute a curve and put it into the store; one that was interrupted goes on where it was."""
@@ -169,8 +164,23 @@ def _program() -> str:
     return fingerprint(*sorted(Path(str(hbm.__file__)).parent.rglob("*.py")))
 
 
-def _array(value: Any) -> Any:
-    return value if value is None else np.asarray(value.toarray() if sp.issparse(value) else value)
+def _leaves(value: Any) -> Iterator[Any]:
+    """Names, arrays and plain values of records inside one another; functions, which only describe, are passed over."""
+    if is_dataclass(value):
+        yield type(value).__name__
+        value = {f.name: vars(value)[f.name] for f in fields(value)}
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield str(key)
+            yield from _leaves(part)
+    elif isinstance(value, tuple | list):
+        yield len(value)
+        for part in value:
+            yield from _leaves(part)
+    elif sp.issparse(value):
+        yield value.toarray()
+    else:
+        yield None if callable(value) else value
 
 
 def compile_kernels(_: Any, law: ContactLaw, __: Any) -> None:

@@ -6,13 +6,17 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hbm.hold import HeldMotion
 from hbm.journal import Journal
+from hbm.laws import IsotropicFriction
 from hbm.result import ForcedResponse
+from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.tipdamp.rig_study import CHAIN, files
 from tipdamp import curves
 from tipdamp.cli import main
@@ -73,6 +77,27 @@ def test_jobs_do_not_change_the_numbers(study):
     assert run(study, "--jobs", "2") == 0
     two = results(study)
     assert run(study, "--force") == 0 and results(study) == two
+
+
+def test_everything_counts_in_the_key(tmp_path):
+    """Each field of the problem, those of its records too; only the words for motions do not."""
+    problem = oscillator()
+    base, case = curves.Curves(problem, FORCE.real, Y2, None, Store(tmp_path)), curves.Case(1.0, 3, (1.0, 2.0))
+
+    def other(**changes):
+        return replace(base, problem=replace(problem, **changes))
+    two, x = np.ones(2), np.ones(6)
+    changed = [
+        other(M=1.1 * problem.M), other(C=1.1 * problem.C), other(K=1.1 * problem.K), other(B=1.1 * problem.B),
+        other(C=None, damping_ratio=0.01), other(static=x), other(preloaded=True), other(law=IsotropicFriction()),
+        other(held=(HeldMotion("along y", "N", x, x, 10.0),)), other(held=(HeldMotion("along y", "N", x, x, 20.0),)),
+        *(other(contacts=replace(problem.contacts, **{f.name: 7 * two})) for f in fields(problem.contacts)),
+        replace(base, force=x), replace(base, rows={"y2": x}), replace(base, rows={"y": Y2["y2"]}),
+        replace(base, start=np.zeros((2, 2)))]
+    keys = [made.key(case) for made in (base, *changed)]
+    keys += [base.key(replace(case, **one)) for one in ({"Fe_N": 2.0}, {"H": 4}, {"band": (2.0, 1.0)})]
+    assert len(set(keys)) == len(keys)
+    assert other(describe=len).key(case) == base.key(case) == replace(base).key(case)
 
 
 def test_levels_that_look_alike_have_files_of_their_own():
