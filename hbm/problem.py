@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from hbm.balance.named_motion import describe_motion, mostly
 from hbm.balance.receptance import Receptance, ratios, stuck_receptance
 from hbm.balance.reduced import StuckMatrices
-from hbm.balance.restraint import SUPPORT, check_rest, check_restrained, floating_motions, with_gauge
+from hbm.balance.restraint import SUPPORT, check_rest, floating_motions, stiff_factor, with_gauge
 from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.errors import InputError
@@ -93,7 +93,7 @@ class ContactProblem:
         """(r, r) K with the springs of what is held."""
         return with_springs(self.K, [one for one in self.held if not one.mean])
 
-    @property
+    @cached_property
     def stuck_stiffness(self) -> np.ndarray:
         """(r, r) K + B' K_c B, with the springs of what is held."""
         k = self.law.stuck_stiffness(self.contacts).ravel()
@@ -126,7 +126,9 @@ class ContactProblem:
         """(motions of a structure that floats, what to do where another one is free); InputError where one is that
         nothing holds at rest."""
         has_springs = self.law.stuck_stiffness(self.contacts).any()
-        free = floating_motions(self.M, self.stiffness, self.stuck_stiffness, self.B)
+        free = np.zeros((len(self.K), 0))
+        if self._stuck_factor is None:
+            free = floating_motions(self.M, self.stiffness, self.stuck_stiffness, self.B)
         if has_springs and not self.law.stiffness_at_rest(self.contacts).any():
             check_rest(with_gauge(self.M, self.stiffness, free), None if self.preloaded else self.static, self.describe)
         return free, SUPPORT if has_springs else f"law {self.law.name} has no stuck stiffness: support the body"
@@ -143,11 +145,13 @@ class ContactProblem:
         if few or by_ratio is (self.C is not None) or any(one.mean for one in self.held):
             return None
         ratio = ratios(self.damping_ratio, r) if by_ratio else np.zeros(1)
-        free, remedy = self._checked_motions
-        if np.ptp(ratio) or free.shape[1]:
+        if np.ptp(ratio) or self._checked_motions[0].shape[1] or self._stuck_factor is None:
             return None
-        K = self.stuck_stiffness
-        return StuckMatrices(self.M, K, self.C, float(ratio[0]), *check_restrained(K, self.describe, remedy=remedy))
+        return StuckMatrices(self.M, self.stuck_stiffness, self.C, float(ratio[0]), *self._stuck_factor)
+
+    @cached_property
+    def _stuck_factor(self):
+        return stiff_factor(self.stuck_stiffness)
 
     def reaction_rows(self, receptance: Receptance) -> np.ndarray:
         """(h, m) that take the modal coordinates of a receptance to the forces on what holds, N or N m."""

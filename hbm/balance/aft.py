@@ -3,6 +3,7 @@
 import numpy as np
 
 from hbm import fourier
+from hbm.balance.settings import DEFAULT
 from hbm.errors import InputError
 from hbm.laws.records import ContactForces, SliderStart
 from hbm.validation import brief
@@ -34,5 +35,31 @@ def slider_start(start, P: int, sliders: int) -> SliderStart:
 
 
 def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: float) -> ContactForces:
-    """Contact forces of a law at the relative motion x (P, nd, nh) m and omega rad/s; grid from `sample_grid`."""
-    return law.harmonics(contacts, np.ascontiguousarray(x), start, grid, omega)
+    """Contact forces of a law at the relative motion x (P, nd, nh) m and omega rad/s; grid from `sample_grid`.
+
+    Of many contacts those that stick surely are passed over: they are springs, by their largest distance from where the
+    sliders start.
+    """
+    x = np.ascontiguousarray(x)
+    P = len(contacts)
+    moves = np.ones(P, dtype=bool)
+    if P > DEFAULT.few_contacts and not start.from_position and not start.positions.any():
+        moves = ~law.sticks_surely(contacts, np.abs(fourier.to_complex(x)).sum(axis=2))
+        moves[:1] |= not moves.any()
+    if moves.all():
+        return law.harmonics(contacts, x, start, grid, omega)
+    some = law.select(moves).harmonics(contacts.select(moves), x[moves], SliderStart(start.positions[moves], False),
+                                       grid, omega)
+    sticks = np.tile([1.0, 0.0, 0.0], (P, 1))
+    sticks[moves] = some.shares
+    return ContactForces(_among(moves, some.g), _among(moves, some.active), some.D, _among(moves, some.by_preload),
+                         _among(moves, some.by_omega), sticks)
+
+
+def _among(moves, part):
+    """Of all contacts, zero but for those that move; None where it is not known."""
+    if part is None:
+        return None
+    whole = np.zeros((len(moves), *part.shape[1:]), dtype=part.dtype)
+    whole[moves] = part
+    return whole

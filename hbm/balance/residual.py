@@ -140,14 +140,26 @@ class HarmonicBalance:
         self._covering = other
         return other
 
-    def _covering_for(self, w: float, acting: np.ndarray) -> Self:
-        """The balance with modes for the contacts `acting` (P,) at w, and for those that have acted before."""
+    def _covering_for(self, w: float, acting: np.ndarray, u: np.ndarray | None = None) -> Self:
+        """The balance with modes for the contacts `acting` (P,) at w and u, and for those that have acted before."""
         now, top = self._covering, w * max(self.H, 1)
         before = now.cover if now is not self else np.zeros_like(now.cover)
         if now is self and not self.problem.reducible or top <= before[0] and not (acting & (before[1:] == 0)).any():
             return now
         top = before[0] if top <= before[0] else DEFAULT.reduced_headroom * top
-        return self.covering(np.r_[top, np.maximum(before[1:], acting)])
+        return self.covering(np.r_[top, np.maximum(before[1:], acting if u is None else self._soon(u, acting, before))])
+
+    def _soon(self, u, acting, before):
+        """(P,) bool, `acting` and contacts that are next to slip or lift: some more than before, or modes would be
+        sought for one after the other."""
+        law, contacts = self.problem.law, self.problem.contacts
+        amplitude = np.abs(fourier.to_complex(u)).sum(axis=2)
+        known = law.sticks_surely(contacts, 0 * amplitude)
+        for factor in DEFAULT.reduced_growth:
+            more = acting | known & ~law.sticks_surely(contacts, factor * amplitude)
+            if more.sum() >= DEFAULT.reduced_growth[0] * before[1:].sum():
+                return more
+        return acting
 
     def rebuilt(self, problem: ContactProblem, forces: dict) -> "HarmonicBalance":
         """The same balance of another problem or other forces."""
@@ -179,7 +191,7 @@ class HarmonicBalance:
         forces = self._regularised(self.contact_forces(u, w, contacts))
         every = contacts is not None or derivative not in (by_frequency, by_level)
         acting = forces.active.any(axis=1) | forces.g.any(axis=(1, 2)) | every
-        return self._covering_for(w, acting)._linearised(x, w, level, forces, derivative)
+        return self._covering_for(w, acting, u)._linearised(x, w, level, forces, derivative)
 
     def _linearised(self, x, w, level, forces, derivative):
         """As `evaluate`, with the contact forces at x and the modes of this balance."""

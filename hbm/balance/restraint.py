@@ -25,7 +25,7 @@ def floating_motions(M: np.ndarray, K: np.ndarray, stuck: np.ndarray, B: Any) ->
     some of its contacts hold must not move about the others.
     """
     none = np.zeros((len(K), 0))
-    motions = _units(stuck)[:, None] * _loose(stuck) if not _stiff(stuck) else none
+    motions = _units(stuck)[:, None] * _loose(stuck) if stiff_factor(stuck) is None else none
     if not motions.shape[1]:
         return none
     motions = motions / np.abs(motions).max(axis=0)
@@ -46,22 +46,23 @@ def with_gauge(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> np.ndarray:
     return K + np.trace(K) / max(np.sum(inertia**2), 1e-300) * inertia @ inertia.T if free.shape[1] else K
 
 
-def check_restrained(K: np.ndarray, describe: Callable | None, when: str = "even when every contact sticks",
-                     remedy: str = SUPPORT) -> tuple[np.ndarray, np.ndarray]:
-    """(unit of each dof (r,), Cholesky factor (r, r), lower, of K in these units).
-
-    InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole.
-    """
+def stiff_factor(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """(unit of each dof (r,), Cholesky factor (r, r), lower, of K in these units) where that clearly restrains every
+    motion; else None."""
     scale, scaled = _scaled(K)
     factor, failed = dpotrf(scaled, lower=1)
     size = np.abs(scaled).sum(axis=0).max()
     least = 0.0 if failed else dpocon(factor, size, uplo="L")[0] * size         # about what the softest one stores
-    if least < DEFAULT.restrained * (DEFAULT.noise * np.finfo(float).eps * size + DEFAULT.loose * len(K)):
-        _check_softest(scale, scaled, describe, when, remedy)
-    return scale, factor
+    rounding = DEFAULT.noise * np.finfo(float).eps * size + DEFAULT.loose * len(K)
+    return (scale, factor) if least > DEFAULT.restrained * rounding else None
 
 
-def _check_softest(scale, scaled, describe, when, remedy):
+def check_restrained(K: np.ndarray, describe: Callable | None, when: str = "even when every contact sticks",
+                     remedy: str = SUPPORT) -> None:
+    """InputError where the softest motion stores no more than rounding: of K, or of a body that moves as a whole."""
+    if stiff_factor(K) is not None:
+        return
+    scale, scaled = _scaled(K)
     values, vectors = la.eigh(scaled, subset_by_index=[0, 0])
     softest = np.abs(vectors[:, 0])
     noise = DEFAULT.noise * np.finfo(float).eps * (softest @ np.abs(scaled) @ softest)
@@ -88,13 +89,6 @@ def check_rest(K: np.ndarray, static: np.ndarray | None, describe: Callable | No
             return
     check_restrained(K, describe, "at rest, where every contact is open", "close contacts by a preload or by a static "
                       "load (origin = 'unloaded'), or support the body, however softly")
-
-
-def _stiff(K):
-    """Whether K restrains every motion clearly, as Cholesky has it."""
-    scaled = _scaled(K)[1]
-    scaled[np.diag_indices(len(K))] -= DEFAULT.loose * len(K)
-    return dpotrf(scaled, lower=1, overwrite_a=1, clean=0)[1] == 0
 
 
 def _loose(K):

@@ -14,10 +14,12 @@ class BalanceSettings:
     products: int = 1 << 20          # of modal entries held at once, where receptances between contacts are summed
     few_modes: int = 60              # up to which a series does not pay
     sampling: float = 1e-11          # share of the contact forces: a sampled law changes them by more with more samples
+    few_contacts: int = 48           # none of which is passed over as surely sticking
     few_components: int = 300        # between which all of the series is made at once, not for those that move alone
     few_modes_of_matrix: int = 400   # dofs up to which all poles of a damping matrix are computed ...
     few_modes_of_ratio: int = 2000   # ... and all modes of damping ratios
     reduced_headroom: float = 1.5    # of the frequency: how far above the present one the modes are to hold
+    reduced_growth: tuple = (1.25, 2.0, 4.0)     # of the motion: what would slip then may be taken in, for so many more
     reduced_checks: tuple = (0.15, 0.55, 1.0)    # shares of the highest frequency where the response is to repeat ...
     reduced_change: float = 1e-10    # ... to this share of itself when the space grows ...
     reduced_change_of_ratio: float = 1e-7    # ... with damping ratios: what changes is the damping of local motions

@@ -7,13 +7,14 @@ import pytest
 import scipy.sparse as sp
 
 from hbm import problem as problems
+from hbm.balance import residual
 from hbm.balance.reduced import reduced_receptance
 from hbm.balance.residual import HarmonicBalance
 from hbm.balance.settings import DEFAULT
 from hbm.continuation.corrector import solve_fixed
 from hbm.laws import DryFriction2T
 from hbm.problem import contact_problem
-from hbm.response import follow_band
+from hbm.response import follow_band, follow_parameter
 from tests.hbm.cases import with_damping_matrix
 from tests.hbm.small_rig import small_rig
 
@@ -90,3 +91,15 @@ def test_modes_do_not_depend_on_the_order_of_the_contacts(few):
     for level in (5.0, 20.0, 80.0):
         a, b = found[0][level].x, found[1][level].x
         assert np.abs(a - b).max() < 1e-9 * np.abs(a).max()
+
+
+def test_modes_are_sought_a_few_times(few, monkeypatch):
+    """Twelve contacts start to slip one after the other, over the level: not once for each of them."""
+    _, large, tip = cases("matrix", stations=20)
+    large = replace(large, contacts=replace(large.contacts, preload=np.geomspace(0.02, 3.0, len(large.contacts))))
+    sought = []
+    monkeypatch.setattr(residual, "reduced_receptance", lambda *given: sought.append(1) or reduced_receptance(*given))
+    curve = follow_parameter(large, tip, 330.0, "level", (0.1, 25.0), harmonics=1, outputs={"tip": tip})
+    slipping = (curve.share_slip > 0).sum(axis=1)
+    assert curve.complete and slipping.min() == 0 and slipping.max() >= 12
+    assert len(sought) <= 6, len(sought)
