@@ -164,6 +164,7 @@ class Store:
         self.remove({name: mark for name, mark in (before or {}).items() if name not in outputs})
         marks = {o: fingerprint(self.path(o)) for o in outputs}
         record = Finished(key, marks, round(seconds, 3))
+        _make_way(self.path(".stages") / f"{stage}.json")
         self.write_json(f".stages/{stage}.json", {**record._asdict(), "check": record.check})
 
     def remove(self, before: dict[str, str]) -> None:

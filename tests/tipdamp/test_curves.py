@@ -188,6 +188,19 @@ def test_old_curves_are_swept_or_named(study, made, caplog):
     assert "Fe_40N_H1_back.npz is not of this study, and was changed; it stays" in caplog.text
 
 
+def test_planted_records_touch_nothing(study, tmp_path):
+    """A folder and a link out of the results folder in the places of two records."""
+    assert run(study) == 0
+    whole, store = results(study), Store(study.parent / "results" / "study")
+    (tmp_path / "victim").write_text("precious")
+    for name in ("respond", "Fe_40N_H1", "Fe_5N_H1"):
+        store.path(f".stages/{name}.json").unlink()
+    store.path(".stages/Fe_40N_H1.json").mkdir()
+    (store.folder / ".stages" / "Fe_5N_H1.json").symlink_to(tmp_path / "victim")
+    assert main(["respond", str(study), "--quiet"]) == 0 and results(study) == whole
+    assert (tmp_path / "victim").read_text() == "precious" and store.record("Fe_40N_H1") and store.record("Fe_5N_H1")
+
+
 @pytest.mark.parametrize("what", ["curve", "record", "no curve"])
 def test_damage_is_noticed_and_made_good(study, made, what, caplog):
     assert run(study) == 0
