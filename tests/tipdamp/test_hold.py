@@ -7,6 +7,7 @@ import pytest
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
+from hbm.model import ReducedModel
 from hbm.result import ForcedResponse
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
@@ -125,3 +126,21 @@ def test_held_twice_and_held_already(tmp_path):
 def test_schema_for_editors():
     schema = json_schema()["properties"]["damper"]["properties"]["hold"]
     assert {"type": "boolean"} in [table["properties"]["mean"] for table in schema["anyOf"] if "properties" in table]
+
+
+def test_matrices_with_a_stop_and_without(matrices_study):
+    """A spring along x in K holds already; where it is taken out, `hold` stands in its place."""
+    matrices_study.write_text(matrices_study.read_text().replace("pull = 60", 'pull = 60\nhold = "x"'))
+    study = load_study(matrices_study)
+    store = results_folder(study, None)
+    run_stage("reduce", study, store, quiet=True)
+    with pytest.raises(InputError, match=r"\[model\] hold = 'x': the damper is supported: its own stiffness resists "
+                                         r"this motion with 3e\+05, and the hold would with 150; there is nothing to"):
+        run_stage("preload", study, store, quiet=True)
+    model = ReducedModel.load(matrices_study.parent / "model.npz")
+    stop = np.diag(np.where((model.body == "damper") & (model.direction == "x"), 1e5, 0.0))
+    model.with_stiffness(model.K - stop).save(matrices_study.parent / "model.npz")
+    for name in ("reduce", "preload", "tune", "respond"):
+        run_stage(name, study, store, quiet=True)
+    curve = store.read_json("respond.json")["responses"][0]
+    assert curve["complete"] and curve["held"]["damper: slide along x"]["unit"] == "N" and curve["held_change"] < 1e-4

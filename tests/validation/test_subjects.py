@@ -10,7 +10,7 @@ from tests.validation.__main__ import SUBJECTS, main, missed
 
 OWN_TESTS = {"nafems", "hertz", "random_beams", "rig_time_integration", "contact_stiffness",
              "peaks_from_both_ends"}                      # hold these rows
-DOLFINX = {"rotating_beam"}
+DOLFINX = {"rotating_beam", "held_wedge"}
 
 
 @pytest.mark.slow
