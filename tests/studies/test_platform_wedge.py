@@ -1,6 +1,7 @@
 """A wedge damper under blade platforms that slides along its axis at 3 N: the curves stop, and have no peak; held along
 its axis they are complete."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -52,4 +53,5 @@ def test_curve_that_stops_has_no_peak(tmp_path, capsys):
         assert one["at_least_m"] / 3 == pytest.approx(bound, rel=1e-3)
     assert "2 curves incomplete, 2 without a peak" in printed.out
     assert "no peak, at least 926.5 um at 809.4 Hz; stopped at 809.394 Hz: " in printed.out
-    assert any("followed from the other end is incomplete: no peak, at least 1473 um" in w for w in summary["warnings"])
+    assert any(re.search("followed from the other end is incomplete.*: no peak, at least 1473 um", w)
+               for w in summary["warnings"])

@@ -31,6 +31,7 @@ def _panel(results: Results, cases: list[Case], k: int, name: str, unit: str) ->
         facts = case.facts.held[name]
         items.append(Curve(case.curve.frequency, case.curve.reaction[:, k, 0].real, f"Fe = {case.Fe:g} N", color,
                            DASHES[i % len(DASHES)]))
-        items.append(Marks(np.array([facts.hz]), np.array([facts.mean]), "", color, filled=False))
+        if facts.hz is not None:                     # no point of the curve was solved
+            items.append(Marks(np.array([facts.hz]), np.array([facts.mean]), "", color, filled=False))
     low, high = results.study.respond.band
     return Panel(name, "frequency (Hz)", f"mean force ({unit})", tuple(items), x_range=(low, high))
