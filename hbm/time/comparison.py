@@ -18,6 +18,7 @@ from hbm.time.base import Integrator
 from hbm.time.exact import ExactIntegrator
 from hbm.time.sampled import SampledIntegrator
 from hbm.time.settings import IntegrationSettings
+from hbm.validation import MOST_SAMPLES
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,12 @@ def compare_point(balance: HarmonicBalance, point, rows, settings: IntegrationSe
     steady, difference, left = found
     multiplier, _ = floquet.largest_multiplier(integrator, near[0].state if _on_orbit(near) else begin)
     stable = None if np.isnan(multiplier) else multiplier <= 1 + settings.marginal
-    said = _said(steady, left, difference, (multiplier, stable), balance, settings)
+    said = _said(steady, left, difference, (multiplier, stable), settings)
+    if steady.periodic and not left and difference > settings.small:
+        said += _advice(balance, point, rows, steady, difference, settings)
+    if steady.method == "sampled":
+        said += f"; integrated with {settings.samples} steps per period, as law {balance.problem.law.name} is not " \
+                "piecewise linear"
     return Comparison(difference, steady, left, multiplier, stable, said, float(point.parameter) / (2 * np.pi),
                       balance.H, steady.origin, steady.start, steady.method)
 
@@ -157,7 +163,7 @@ def _padded(x, finer):
     return full.ravel()
 
 
-def _said(steady, left, difference, stability, balance, settings):
+def _said(steady, left, difference, stability, settings):
     multiplier, stable = stability
     verdict = f"{'stable' if stable else 'unstable'} (Floquet multiplier {multiplier:.4f})"
     if not steady.finished:
@@ -176,9 +182,15 @@ def _said(steady, left, difference, stability, balance, settings):
         said += f"; the orbit of the solution is {verdict}"
     if stable is None:
         said += "; its stability is not known, as a disturbed period did not finish"
-    if steady.periodic and not left and difference > settings.small:
-        said += f"; more harmonics than H = {balance.H} bring it closer"
-    if steady.method == "sampled":
-        said += f"; integrated with {settings.samples} steps per period, as law {balance.problem.law.name} is not " \
-                "piecewise linear"
     return said
+
+
+def _advice(balance, point, rows, steady, difference, settings):
+    """Whether samples or harmonics lack: twice the samples, where they matter, take most of the difference away."""
+    samples = len(balance.grid[0]) - 1
+    if steady.method == "sampled" and 2 * samples <= MOST_SAMPLES:
+        finer = HarmonicBalance(balance.problem, balance.forces, balance.H, balance.given_start, 2 * samples)
+        again = solve_fixed(finer.evaluate, point.x, point.parameter, finer.weights)
+        if again.converged and _difference(again, rows, steady) < settings.fewer * difference:
+            return f"; more samples than {samples} bring it closer"
+    return f"; more harmonics than H = {balance.H} bring it closer"

@@ -48,7 +48,8 @@ class IntegrationSettings:
     Comparison
     patience : periods integrated from the orbit before Newton helps to find where they lead
     elsewhere : relative difference from which on two solutions are not compared, but said to be two
-    small : relative difference above which more harmonics are advised
+    small : relative difference above which more harmonics, or samples, are advised; fewer : share of it that twice the
+        samples must leave at most, where samples lack
     same : relative distance of two solutions of the balance that count as one
     unsolved : relative difference of another orbit where the balance has no solution to tell them by
     Raises InputError where a number is not positive (tolerance, foreign_share, max_columns and patience may be zero).
@@ -86,6 +87,7 @@ class IntegrationSettings:
     patience: int = 40
     elsewhere: float = 0.2
     small: float = 1e-3
+    fewer: float = 0.5
     same: float = 1e-6
     unsolved: float = 3e-2
 

@@ -16,8 +16,8 @@ import time
 
 from tests.benchmarks.record import ROOT
 
-RUNS = ("speed", "point_floor", "rig", "robustness", "robustness_integration", "calculix", "calculix_modes",
-        "cost_floor", "growth", "hundreds")
+RUNS = ("speed", "point_floor", "force_residuals", "rig", "robustness", "robustness_integration", "calculix",
+        "calculix_modes", "cost_floor", "growth", "hundreds")
 
 
 def main():

@@ -10,10 +10,9 @@ from hbm.parameter import ModelParameter
 from hbm.problem import ContactProblem, contact_problem
 from hbm.response import follow_band, follow_parameter, solve_at
 from hbm.testing import forces, total_force
-from tests.hbm.cases import beam, load, unilateral, with_damping_matrix
+from tests.hbm.cases import beam, duffing, load, unilateral, with_damping_matrix
 from tests.hbm.oscillator import FORCE, oscillator
 from tests.hbm.small_rig import small_rig
-from tests.hbm.test_sharp_peaks import duffing
 
 LIMIT = 1e-8
 F = np.array([10.0, 0, 0, 0])

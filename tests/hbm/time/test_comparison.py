@@ -1,20 +1,23 @@
 """One call from a curve to the time integration; several laws in one model, integrated."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from hbm.balance.residual import HarmonicBalance
 from hbm.contact import ContactTable
+from hbm.continuation.settings import Settings
 from hbm.errors import InputError
-from hbm.laws import DryFriction2T, Jenkins1D, MixedLaw, UnilateralSpring
+from hbm.laws import DryFriction2T, IsotropicFriction, Jenkins1D, MixedLaw, UnilateralSpring
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.response import follow_band, follow_parameter, forced_response
 from hbm.result import ForcedResponse
 from hbm.solutions import solutions_at
-from hbm.time import shooting
+from hbm.starts import first_point
+from hbm.time import comparison, shooting
 from hbm.time.comparison import compare, compare_point, integrator_of
 from hbm.time.exact import ExactIntegrator
 from hbm.time.sampled import SampledIntegrator
@@ -149,3 +152,21 @@ def test_more_harmonics_advised():
         said[H] = found.said, found.difference
     assert said[1][1] > 1e-3 and said[1][0].endswith("; more harmonics than H = 1 bring it closer")
     assert said[15][1] < 1e-3 and "more harmonics" not in said[15][0]
+
+
+@pytest.mark.parametrize("H, samples, lacking", [(9, 36, "samples than 36"), (1, 256, "harmonics than H = 1")])
+def test_samples_or_harmonics_advised(H, samples, lacking):
+    """Coupled friction near its resonance, beside the balance with 15 harmonics and 2048 samples: what lacks is said."""
+    law = IsotropicFriction()
+    model, pairs, force = one_dof(law)
+    problem, _ = contact_problem(model, pairs, law, damping_ratio=0.03)
+    row, w = np.eye(model.size)[:1], 2 * np.pi * 1.7
+    balance, fine = (HarmonicBalance(problem, {1: force}, *of) for of in ((H, "zero_slider", samples),
+                                                                         (15, "zero_slider", 2048)))
+    point, true = (first_point(b, w, Settings()) for b in (balance, fine))
+    X, x = true.detail.outputs(row), point.detail.outputs(row)
+    difference = abs(abs(x[0, 1]) / abs(X[0, 1]) - 1)
+    assert difference > 1e-3 and point.detail.forces.shares[0, 1] > 0.1
+    said = comparison._advice(balance, point, row, SimpleNamespace(method="sampled", harmonics=X), difference,
+                              IntegrationSettings())
+    assert said == f"; more {lacking} bring it closer"
