@@ -8,11 +8,11 @@ The public names are loaded when they are first asked for.
 from importlib import import_module
 
 _HOME = {
-    "ReducedModel": "model", "ContactTable": "contact", "InputError": "errors",
+    "CurveOptions": "options", "ReducedModel": "model", "ContactTable": "contact", "InputError": "errors",
     **dict.fromkeys(("ContactProblem", "contact_problem"), "problem"),
     **dict.fromkeys(("Hold", "HeldMotion", "held_motions"), "hold"),
     **dict.fromkeys(("ContactLaw", "ContactState", "Contacts"), "laws.base"),
-    **dict.fromkeys(("forced_response", "follow_band", "follow_parameter", "solve_at", "CurveOptions"), "response"),
+    **dict.fromkeys(("forced_response", "follow_band", "follow_parameter", "solve_at"), "response"),
     **dict.fromkeys(("linear_response", "natural_frequencies"), "balance.receptance"),
     **dict.fromkeys(("Parameter", "Frequency", "Level", "ContactSetting", "Damping", "ModelParameter"), "parameter"),
     **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "result"),

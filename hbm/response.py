@@ -9,9 +9,9 @@ and at the peaks, and the arrays of the curve (`hbm.result`).
 
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,13 +25,14 @@ from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
 from hbm.equilibrium import check_carried, settle, with_residuals
-from hbm.errors import InputError, nearest
+from hbm.errors import InputError
 from hbm.hold import Hold
 from hbm.hold_check import change_in_words, stiffer_change
 from hbm.journal import Journal
 from hbm.laws.base import ContactLaw
 from hbm.laws.shipped import SHIPPED
 from hbm.model import ReducedModel
+from hbm.options import CurveKeywords, CurveOptions, curve_options
 from hbm.parameter import Equation, Frequency, Parameter, as_parameter
 from hbm.peaks import refine_largest
 from hbm.problem import ContactProblem, contact_problem
@@ -54,39 +55,10 @@ from hbm.validation import (
 Forcing = np.ndarray | Mapping[int, np.ndarray]      # (r,) N of order 1, or {order: (r,)}
 
 
-@dataclass(frozen=True)
-class CurveOptions:
-    """What may be asked of a curve beside the problem, the forcing and the band: the keywords of the functions below.
-
-    outputs : {name: (r,) row that takes the output out of q}
-    harmonics : H, orders 0..H are kept
-    start : where the sliders start, before the first of two periods: 'zero_slider' (T = 0 at q = 0, the default of the
-        preloaded origin), 'zero_force' (T = 0 at the position of t = 0, the default of the unloaded one) or
-        positions (P, nt) in m
-    at : frequencies in Hz, or values of the parameter, at which every crossing of the curve is solved
-    samples : of a cycle, at least 8 and 4 H; None takes the number of the law. They separate the events of an
-        event-driven law and do not change its result; a law of sampled forces is as accurate as its samples
-    contact : whether to keep the harmonics of the force of every contact too
-    progress : function (value, step, calls), called at each point with the residual calls that it took, and at
-        every 20 calls between points with step 0 and the calls since
-    settings : of the continuation: steps, points, budget; None takes `hbm.continuation.settings.DEFAULT`
-    journal : of a curve that may be interrupted, to continue it later (`hbm.journal`)
-    """
-
-    outputs: dict
-    harmonics: int = 5
-    start: str | np.ndarray | None = None
-    at: tuple | list | np.ndarray = ()
-    samples: int | None = None
-    contact: bool = False
-    progress: Callable | None = None
-    settings: Settings | None = None
-    journal: Journal | None = None
-
-
 def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, forcing: Forcing,
                     band: Sequence[float], *, damping_ratio: ArrayLike | None = None, origin: str = "preloaded",
-                    hold: Hold | Sequence[Hold] = (), **options: Any) -> ForcedResponse:
+                    static: np.ndarray | None = None, hold: Hold | Sequence[Hold] = (),
+                    **options: Unpack[CurveKeywords]) -> ForcedResponse:
     """Curve of periodic responses over a frequency band.
 
     model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of `hbm.laws`
@@ -94,14 +66,13 @@ def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, f
     band : (from, to) Hz; from > to runs downwards
     damping_ratio : of the modes of the stuck system, a number or one per mode; None takes the model's C
     origin : 'preloaded' - q = 0 is the preloaded state, N = max(0, preload + kn u_n); 'unloaded' - q = 0 is the
-        unloaded state, N = max(0, kn (u_n - gap)), and the option `static` (r,) N carries the static loads
+        unloaded state, N = max(0, kn (u_n - gap)), and `static` (r,) N carries the static loads
     hold : rigid motions that no contact resists and that are held, such as Hold("y") of the damper; the peak and the
         mean force that this takes are solved again with ten times the stiffness, and a change of more than 1e-4 is
         warned of (`ForcedResponse.held_change`)
-    options : `static`, and those of CurveOptions; `outputs` must be given
+    options : of CurveOptions; `outputs` must be given
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays in the result.
     """
-    static = options.pop("static", None)
     if origin == "preloaded" and static is not None:
         raise InputError("static: the preloaded state holds the static loads already; use origin = 'unloaded'")
     problem, kept = contact_problem(model, pairs, law, origin, static, damping_ratio, hold)
@@ -115,13 +86,14 @@ def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, f
     return _with_all_pairs(curve, kept)
 
 
-def follow_band(problem: ContactProblem, forcing: Forcing, band: Sequence[float], **options: Any) -> ForcedResponse:
+def follow_band(problem: ContactProblem, forcing: Forcing, band: Sequence[float],
+                **options: Unpack[CurveKeywords]) -> ForcedResponse:
     """forced_response of a ContactProblem, for matrices without a node table; options : of CurveOptions."""
-    return _curve(problem, forcing, (Frequency(), np.nan), ("band", band), _options(options))
+    return _curve(problem, forcing, (Frequency(), np.nan), ("band", band), curve_options(options))
 
 
 def follow_parameter(problem: ContactProblem, forcing: Forcing, hz: float, parameter: str | Parameter,
-                     between: Sequence[float], **options: Any) -> ForcedResponse:
+                     between: Sequence[float], **options: Unpack[CurveKeywords]) -> ForcedResponse:
     """Branch of periodic responses at one frequency over another parameter.
 
     parameter : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt' as a factor on all contacts, or a Parameter of
@@ -132,11 +104,11 @@ def follow_parameter(problem: ContactProblem, forcing: Forcing, hz: float, param
     parameter = as_parameter(parameter)
     parameter.check(problem)
     return _curve(problem, forcing, (parameter, positive("hz", hz, " Hz")), ("between", between),
-                  _options(options))
+                  curve_options(options))
 
 
 def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.ndarray | None = None,
-             **options: Any) -> PeriodicSolution:
+             **options: Unpack[CurveKeywords]) -> PeriodicSolution:
     """The periodic response of a ContactProblem at one frequency in Hz.
 
     guess : (N,) unknowns of a PeriodicSolution that is near; None starts from the stuck response, then raises the force
@@ -145,7 +117,7 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
     options : outputs, harmonics, start, samples, settings of CurveOptions
     Raises InputError on unusable input; where no solution is found, `converged` is False.
     """
-    chosen = _options(options)
+    chosen = curve_options(options)
     case = _Case.checked(problem, forcing, chosen)
     hz = positive("hz", hz, " Hz")
     w = 2 * np.pi * hz
@@ -161,18 +133,6 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
     points = [point]
     residual = float(settle(Equation(balance, Frequency()), points, [w])[0])
     return _solution(replace(points[0], converged=residual <= SETTINGS.equilibrium), balance, hz, case, residual)
-
-
-def _options(given: dict) -> CurveOptions:
-    """InputError for an option that does not exist, and where `outputs` is missing."""
-    known = [f.name for f in fields(CurveOptions)]
-    for name in given:
-        if name not in known:
-            raise InputError(f"option {name}: is unknown; {nearest(name, known)}")
-    if "outputs" not in given:
-        raise InputError("outputs is missing: {name: row that takes the output out of q}, for example "
-                         "{'tip': model.displacement_row('blades', 2, [0, 1, 0])}")
-    return CurveOptions(**given)
 
 
 @dataclass(frozen=True)

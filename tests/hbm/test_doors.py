@@ -1,13 +1,16 @@
 """Arguments that cannot be used, at every public function beside forced_response: one line, and what is allowed."""
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, fields
+from inspect import signature
+from typing import ClassVar, get_args, get_type_hints
 
 import numpy as np
 import pytest
 
 from hbm import ContactProblem, Contacts, ContactSetting, ForcedResponse, InputError, follow_band, follow_parameter
 from hbm.laws import ContactLaw, Jenkins1D, MixedLaw
+from hbm.options import CurveKeywords, CurveOptions
+from hbm.response import forced_response, solve_at
 from hbm.solutions import time_history
 from hbm.testing import check_law
 from tests.hbm.cases import jenkins, load
@@ -126,3 +129,13 @@ def test_whole_numbers_of_a_time_history(named):
     name, value = next(iter(named.items()))
     with pytest.raises(InputError, match=rf"time_history: {name} = {value!r}: must be a whole number, \d or more"):
         time_history(curve, contact, "x", 0.15, **named)
+
+
+def test_keywords_of_a_curve_are_typed():
+    """Editors and type checkers know them by name at every function: they are the fields of the record."""
+    names = {field.name for field in fields(CurveOptions)}
+    assert CurveKeywords.__annotations__.keys() == names and CurveKeywords.__required_keys__ == {"outputs"}
+    for function in (forced_response, follow_band, follow_parameter, solve_at):
+        taken = list(signature(function).parameters.values())[-1]
+        assert taken.kind is taken.VAR_KEYWORD
+        assert get_args(get_type_hints(function)[taken.name]) == (CurveKeywords,)

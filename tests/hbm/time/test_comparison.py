@@ -156,7 +156,7 @@ def test_more_harmonics_advised():
 
 @pytest.mark.parametrize("H, samples, lacking", [(9, 36, "samples than 36"), (1, 256, "harmonics than H = 1")])
 def test_samples_or_harmonics_advised(H, samples, lacking):
-    """Coupled friction near its resonance, beside the balance with 15 harmonics and 2048 samples: what lacks is said."""
+    """Coupled friction near its resonance, beside the balance with 15 harmonics and 2048 samples."""
     law = IsotropicFriction()
     model, pairs, force = one_dof(law)
     problem, _ = contact_problem(model, pairs, law, damping_ratio=0.03)

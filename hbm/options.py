@@ -1,0 +1,68 @@
+"""What may be asked of a curve: the keywords of the functions of `hbm.response`, typed, and their checked record."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Required, TypedDict
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hbm.continuation.settings import Settings
+from hbm.errors import InputError, nearest
+from hbm.journal import Journal
+
+
+class CurveKeywords(TypedDict, total=False):
+    """The fields of CurveOptions as keywords, which editors and type checkers know by name; `outputs` must be given."""
+
+    outputs: Required[dict[str, ArrayLike]]
+    harmonics: int
+    start: str | np.ndarray | None
+    at: tuple | list | np.ndarray
+    samples: int | None
+    contact: bool
+    progress: Callable[[float, float, int], None] | None
+    settings: Settings | None
+    journal: Journal | None
+
+
+@dataclass(frozen=True)
+class CurveOptions:
+    """What may be asked of a curve beside the problem, the forcing and the band: the keywords of `hbm.response`.
+
+    outputs : {name: (r,) row that takes the output out of q}
+    harmonics : H, orders 0..H are kept
+    start : where the sliders start, before the first of two periods: 'zero_slider' (T = 0 at q = 0, the default of the
+        preloaded origin), 'zero_force' (T = 0 at the position of t = 0, the default of the unloaded one) or
+        positions (P, nt) in m
+    at : frequencies in Hz, or values of the parameter, at which every crossing of the curve is solved
+    samples : of a cycle, at least 8 and 4 H; None takes the number of the law. They separate the events of an
+        event-driven law and do not change its result; a law of sampled forces is as accurate as its samples
+    contact : whether to keep the harmonics of the force of every contact too
+    progress : function (value, step, calls), called at each point with the residual calls that it took, and at
+        every 20 calls between points with step 0 and the calls since
+    settings : of the continuation: steps, points, budget; None takes `hbm.continuation.settings.DEFAULT`
+    journal : of a curve that may be interrupted, to continue it later (`hbm.journal`)
+    """
+
+    outputs: dict
+    harmonics: int = 5
+    start: str | np.ndarray | None = None
+    at: tuple | list | np.ndarray = ()
+    samples: int | None = None
+    contact: bool = False
+    progress: Callable | None = None
+    settings: Settings | None = None
+    journal: Journal | None = None
+
+
+def curve_options(given: CurveKeywords) -> CurveOptions:
+    """InputError for an option that does not exist, and where `outputs` is missing."""
+    known = [f.name for f in fields(CurveOptions)]
+    for name in given:
+        if name not in known:
+            raise InputError(f"option {name}: is unknown; {nearest(name, known)}")
+    if "outputs" not in given:
+        raise InputError("outputs is missing: {name: row that takes the output out of q}, for example "
+                         "{'tip': model.displacement_row('blades', 2, [0, 1, 0])}")
+    return CurveOptions(**given)
