@@ -16,8 +16,6 @@ from hbm.problem import ContactProblem
 from hbm.result import KINDS
 from hbm.tracing import Outputs
 
-FLANK = 1e-3         # of the peak: how much lower the points beside it lie, from which it is solved again
-
 
 def stiffer_change(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> float:
     """Largest relative change of the highest amplitude and of the mean reactions there at ten times the stiffness.
@@ -63,7 +61,7 @@ def change_in_words(change: float, held: Iterable[str]) -> str:
 
 def _flanks(heights, i):
     """Indices of the highest point i and of one clearly lower on each side; i alone at an end."""
-    low = np.flatnonzero(heights < (1 - FLANK) * heights[i])
+    low = np.flatnonzero(heights < (1 - DEFAULT.hold_flank) * heights[i])
     before, after = low[low < i], low[low > i]
     return (int(before[-1]), i, int(after[0])) if len(before) and len(after) else (i,)
 

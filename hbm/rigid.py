@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hbm.balance.settings import DEFAULT
 from hbm.errors import InputError
 from hbm.io.dof_table import DIRECTIONS, ROTATIONS
 
@@ -13,8 +14,6 @@ SLIDES = tuple((f"slide along {axis}", "N") for axis in DIRECTIONS)
 ROLLS = tuple((f"roll about {axis}", "N m") for axis in DIRECTIONS)
 RIGID_MOTIONS = (*SLIDES, *ROLLS)       # (name, unit of the force along it), in the order of `body_motions`
 ALLOWED = "must be a direction [x, y, z], 'x', 'y' or 'z', or a rotation 'about x', 'about y' or 'about z'"
-ON_AXIS = 1e-6          # of the body's size: nodes that near to an axis lie on it, turning moves nothing
-ONE_POINT = 1e-12       # of the distance from the origin: a body that small does not turn
 
 
 def body_motions(model: Any, body: str) -> np.ndarray:
@@ -31,11 +30,11 @@ def body_motions(model: Any, body: str) -> np.ndarray:
         return motions
     arm = model.position[rows] - model.position[rows].mean(axis=0)
     size = np.abs(arm).max()
-    if size <= ONE_POINT * np.abs(model.position[rows]).max():
+    if size <= DEFAULT.one_point * np.abs(model.position[rows]).max():
         size = np.inf
     for k in range(3):
         turn = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
-        if np.abs(turn).max() > ON_AXIS * size:
+        if np.abs(turn).max() > DEFAULT.on_axis * size:
             motions[rows, 3 + k] = turn
         motions[mine & (model.direction == ROTATIONS[k]), 3 + k] = 1.0
     return motions
@@ -76,8 +75,8 @@ def rigid_coordinate(model: Any, body: str, coefficients: np.ndarray) -> tuple[n
     R[:, 3:] -= slides @ np.linalg.lstsq(slides.T @ M @ slides, slides.T @ M @ R[:, 3:], rcond=None)[0]
     unit = 1 / np.sqrt(np.maximum(np.einsum("ij,ij->j", R, M @ R), np.finfo(float).tiny))
     G = (R * unit).T @ M @ (R * unit)
-    row = M @ (R * unit) @ (np.linalg.pinv(G, rcond=ON_AXIS, hermitian=True) @ (coefficients * unit))
+    row = M @ (R * unit) @ (np.linalg.pinv(G, rcond=DEFAULT.on_axis, hermitian=True) @ (coefficients * unit))
     motion = R @ coefficients
-    if abs(row @ motion - 1) > ON_AXIS:          # on one line, or in a plane: nodes do not feel it
+    if abs(row @ motion - 1) > DEFAULT.on_axis:          # on one line, or in a plane: nodes do not feel it
         return np.zeros_like(row), motion
     return row, motion

@@ -7,8 +7,7 @@ from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-
-UNLOADED = 1e-9          # of the largest side force: a side, such as a stop, that has nothing to carry at rest
+from static_contact.rigid_motions import SETTINGS
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, floa
         part = carried(full, kept.select(mine))
         total = part[part > 0].sum()
         scale[side] = float(forces[side] / total) if total > 0 else 1.0
-        if total <= 0 and forces[side] > UNLOADED * max(forces.values()):
+        if total <= 0 and forces[side] > SETTINGS.rounding * max(forces.values()):      # a stop may carry nothing
             raise InputError(f"side '{side}': none of the kept stations is closed under the pull")
         preload[mine] = np.where(part > 0, part * scale[side], part)
         moment += _moment(full, axis) - _moment(kept.replace(preload=preload).select(mine), axis)

@@ -10,8 +10,9 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from hbm.balance.settings import DEFAULT
 from hbm.model import ReducedModel
-from hbm.rigid import ON_AXIS, body_motions
+from hbm.rigid import body_motions
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class RigidMotionSettings:
     free_stiffness: float = 1e-11   # of the stiffness of single dofs: less is rounding of K, 5e-14 of 80 000 dofs
     weak: float = 3e-7              # of the same: far below elastic stiffness
     noise: float = 30.0             # times the most negative stiffness of a rigid motion: what the digits of K leave
-    on_axis: float = ON_AXIS
+    on_axis: float = DEFAULT.on_axis    # of the body's size: nodes that near to an axis lie on it
     facing: float = 3e-3            # direction cosine below which a normal counts as orthogonal (coordinate round-off)
     taken_up: float = 1e-3          # of the load: what inexact coordinates leave along a motion that nothing resists
     mentioned: float = 1e-5         # of a motion: a normal that faces it by less is not worth a word

@@ -49,6 +49,10 @@ class BalanceSettings:
     hold: float = 1e-5               # of the stiffness of the sticking pairs along a motion: a hold that is soft
     faced: float = 3e-3              # direction cosine from which contact normals resist a motion that is held
     stiffer: float = 10.0            # times the stiffness of a hold: the solution that shows whether it is soft
+    hold_flank: float = 1e-3         # of the peak: how much lower the points beside it lie, from which it is solved
+                                     # again
+    on_axis: float = 1e-6            # of a body's size: nodes that near to an axis lie on it, turning moves nothing
+    one_point: float = 1e-12         # of the distance from the origin: a body that small does not turn
     hold_differs: float = 1e-4       # of the peak, or of the force: more change by a stiffer hold is worth a warning
 
 
