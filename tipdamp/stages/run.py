@@ -36,7 +36,7 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
     refuse_overwriting(study, store)
     for section in missing_sections(name, study):
         raise InputError(f"{study.path}: section [{section}] is missing, the stage '{name}' needs it")
-    needs = [n for n in stage.needs if applies(n, study)]
+    needs = stages_needed(stage, study)
     for need in needs:
         _check_current(name, need, study, store)
     for touched in [*needs, name]:
@@ -62,8 +62,13 @@ def stage_key(name: str, study: Study, store: Store) -> str:
     outputs of the stages that it needs."""
     stage = STAGES[name]
     files = [f for f in (study.inputs(*stage.reads_files) if stage.reads_files else {}).values() if f.is_file()]
-    before = {need: store.outputs(need) for need in stage.needs if applies(need, study)}
+    before = {need: store.outputs(need) for need in stages_needed(stage, study)}
     return fingerprint(name, program_mark(name in ("inspect", "report")), _view(name, study).values(), *files, before)
+
+
+def stages_needed(stage: Stage, study: Study) -> list[str]:
+    """Stages of this study whose files the stage reads."""
+    return [need for need in (*stage.needs, *stage.needs_more(study)) if applies(need, study)]
 
 
 def _view(name, study):

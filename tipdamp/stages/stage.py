@@ -23,7 +23,8 @@ class Stage:
     line, warnings - of a finished stage for the command line; they see the whole study, since they are made anew
     reads, reads_more - parts and keys of the study (see `View`), always or where the study asks for them
     reads_files - sections of the study whose files count with their content
-    needs - stages whose files it reads; requires - sections without which it has nothing to do
+    needs, needs_more - stages whose files it reads, always or where the study asks for them
+    requires - sections without which it has nothing to do
     parallel - whether its work is also given the processes that it may use
     forget - drops what it keeps of earlier runs beside its files, where it is to be run in any case
     """
@@ -37,6 +38,7 @@ class Stage:
     reads_more: Callable[[Study], tuple[str, ...]] = _nothing
     reads_files: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    needs_more: Callable[[Study], tuple[str, ...]] = _nothing
     requires: tuple[str, ...] = ()
     parallel: bool = False
     forget: Callable[[Store], object] = _nothing

@@ -29,6 +29,7 @@ from tipdamp.store import Store
 from tipdamp.study.view import Study
 from tipdamp.visualization import keep_stuck
 
+DEVIATIONS = 2                      # of the peak frequency over the repeats: scatter of a measured target
 SHOWN_BELOW_HZ = 2 * CHECK_BELOW_HZ
 
 
@@ -57,7 +58,7 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     follow = np.zeros(model.size)
     follow[model.body == BLADES] = free_modes(study, model.part(BLADES)).follow[study.tune.follow]
     line, assembly = inputs.line_of(study, whole), StuckAssembly(model)
-    load, goal = carried(whole, line), target(study)
+    load, goal = carried(whole, line), target(study, store)
     found = _keep(study, assembly, line, load, follow, goal, tick)
     kept = kept_preload(study, store, model, whole, found.pairs)
     sets = _stuck_sets(study, assembly, follow, {
@@ -76,9 +77,17 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     return [*files, *keep_stuck(store, model, shapes)]
 
 
-def target(study: Study) -> Target | None:
-    """What the kept stations must meet; None where the study says which they are."""
-    return None if study.tune.target_hz is None else Target(study.tune.target_hz, study.tune.scatter_hz)
+def target(study: Study, store: Store) -> Target | None:
+    """What the kept stations must meet; None where the study says which they are. Raises InputError where the measured
+    curve that it names has no peak."""
+    hz, scatter, name = study.tune.target_hz, study.tune.scatter_hz, study.tune.target_from
+    if name:
+        curve = results.MeasuredResult.load(store).curves[name]
+        if curve.peak_hz is None:
+            raise InputError(f"[tune] target_from = '{name}': the measured curve has no peak that can be trusted")
+        hz, spread = curve.peak_hz, DEVIATIONS * (curve.peak_hz_deviation or 0.0)
+        scatter = spread if scatter is None else scatter
+    return None if hz is None else Target(hz, scatter or 0.0)
 
 
 def _keep(study, assembly, line, load, follow, goal, tick) -> Detachment:
@@ -175,7 +184,12 @@ def _reads_more(study):
     return friction.READS if study.preload.friction else ()
 
 
+def _needs_more(study):
+    return ("measured",) if study.tune.target_from else ()
+
+
 STAGE = Stage(tune, line, warnings=warnings, reads_more=_reads_more, outputs=("kept.csv", "tune.json"),
               may_write=("kept_friction.csv", "stuck_modes.npz", "stuck_modes.vtu"),
-              needs=("reduce", "preload"), requires=("tune", "respond"), reads_files=(*BODY_FILES, "tune"),
+              needs=("reduce", "preload"), needs_more=_needs_more, requires=("tune", "respond"),
+              reads_files=(*BODY_FILES, "tune"),
               reads=("tune", "sides", "driver", "preload", "loads", "contact.normal", "contact.stiffness", *BODY_READS))

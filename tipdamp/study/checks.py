@@ -1,5 +1,6 @@
 """Keys of a study that exclude or require each other; every check raises InputError with the place in the file."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from hbm.errors import InputError, nearest
@@ -37,7 +38,7 @@ def check_study(study: Study) -> None:
         if name in study:
             check_modes(f"{path}: [{name}]", vars(study)[name])
     if "tune" in study:
-        check_tune(f"{path}: [tune]", study.tune)
+        check_tune(f"{path}: [tune]", study.tune, study.measured if "measured" in study else ())
     if contact.pairs:
         refuse_beside_pairs(path, contact, study.sides)
     else:
@@ -175,13 +176,18 @@ def check_modes(where: str, body: Section) -> None:
         raise InputError(f"{where} {given[0]} and {given[1]} exclude each other: one of them says how many modes")
 
 
-def check_tune(where: str, tune: Tune) -> None:
+def check_tune(where: str, tune: Tune, measured: Iterable[str] = ()) -> None:
     """A target, the stations or a table; keys of a target have no meaning without one."""
-    stations = tune.stations
-    if not tune.kept and (tune.target_hz is None) == (not stations):
+    stations, target = tune.stations, tune.target_hz is not None or bool(tune.target_from)
+    if not tune.kept and target == bool(stations):
         raise InputError(f"{where} needs either target_hz, or stations = [front, back], or a table kept = \"...\"")
+    if tune.target_hz is not None and tune.target_from:
+        raise InputError(f"{where} target_hz and target_from exclude each other: a number or a measured curve")
+    if tune.target_from and tune.target_from not in measured:
+        raise InputError(f"{where} target_from = '{tune.target_from}': there is no [measured.{tune.target_from}]; "
+                         f"{nearest(tune.target_from, list(measured))}")
     for key in ("scatter_hz", "order", "graded"):
-        if key in tune.model_fields_set and tune.target_hz is None:
+        if key in tune.model_fields_set and not target:
             raise InputError(f"{where} {key}: leave it out, it belongs to target_hz")
     if tune.preload == "table" and not tune.kept:
         raise InputError(f"{where} preload = 'table': needs a table kept = \"...\"; without one 'scaled' or 'resolved'")

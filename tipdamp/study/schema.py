@@ -263,8 +263,11 @@ class Tune(Section):
     """[tune]: which stations are kept."""
     target_hz: Annotated[float | None, Key(NUMBER, "measured stuck frequency that the kept stations must meet", low=0,
                                            open_low=True)] = None
-    scatter_hz: Annotated[float, Key(NUMBER, "measured scatter of the target: sets of stations whose frequency is as "
-                                     "near to it fit equally well, and are listed", low=0)] = 0.0
+    target_from: Annotated[str, Key(TEXT, "measured curve ([measured.NAME]) whose peak is the target instead: the mean "
+                                    "of the repeats, with two standard deviations as its scatter")] = ""
+    scatter_hz: Annotated[float | None, Key(NUMBER, "measured scatter of the target: sets of stations whose frequency "
+                                            "is as near to it fit equally well, and are listed; default: 0, or that "
+                                            "of the measured curve", low=0)] = None
     order: Annotated[Literal["from_middle", "least_loaded"], Key(
         CHOICE, "in which stations are detached to meet the target: 'from_middle': every number of stations at the "
         "front and at the back is tried; 'least_loaded': by the preload map, the least loaded station first")

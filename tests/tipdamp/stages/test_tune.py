@@ -8,6 +8,7 @@ import pytest
 from hbm.contact import ContactTable
 from static_contact.redistribution import carried
 from tests.tipdamp.rig_study import read
+from tipdamp.cli import main
 
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # N, frictionless balance between faces at 45 degrees
 
@@ -57,6 +58,30 @@ def test_tuning_to_a_target(variant):
     assert abs(chosen["hz"] - 2500) < best + 1e-4 and len(found["history"]) == 436
     assert found["stuck_hz"]["tuned"] == pytest.approx(chosen["hz"], abs=1e-5)
     assert [s["kept"] for s in found["station_worth"]] == [i in found["kept_stations"] for i in range(31)]
+
+
+MEASURED = """[measured.low]
+files = ["a.csv", "b.csv"]
+columns = ["frequency_hz", "amplitude"]
+quantity = "receptance"
+unit = "um/N"
+level = 1
+[tune]"""
+
+
+def test_tuning_to_a_measured_peak(variant, tmp_path):
+    """The mean peak of the repeats is the target, two standard deviations are its scatter."""
+    hz = np.linspace(2400, 2600, 401)
+    for name, peak in (("a", 2497.0), ("b", 2503.0)):
+        np.savetxt(tmp_path / f"{name}.csv", np.column_stack([hz, 1 / np.abs(peak**2 - hz**2 + 0.04j * peak * hz)]),
+                   delimiter=",")
+    variant("preload", ("[tune]", MEASURED), ("stations = [5, 4]", 'target_from = "low"'))
+    for stage in ("measured", "tune"):
+        assert main([stage, str(tmp_path / "rig.toml"), "--quiet"]) == 0
+    found = read(tmp_path / "results" / "rig", "tune.json")
+    assert found["target_hz"] == pytest.approx(2500 * np.sqrt(1 - 2 * 0.02**2), abs=0.05)      # of the amplitude
+    assert found["scatter_hz"] == pytest.approx(2 * 6 / np.sqrt(2), abs=0.5)
+    assert abs(found["stuck_hz"]["tuned"] - 2500) < found["scatter_hz"] and len(found["equivalent"]) > 1
 
 
 @pytest.mark.parametrize("order", ["from_middle", "least_loaded"])

@@ -32,6 +32,7 @@ NO_LEFT, NO_RIGHT = ("kn = 3.32e6\nkt = 3.02e6\n", ""), ("kn = 1.03e6\nkt = 0.94
     ([("mu = 0.6", "mu = 0.6\nstiffness = \"halfspace\"\nfit_hz = 3500\nscale = 0.1")],
      r"scale and fit_hz exclude each other"),
     ([("stations = [5, 4]", "stations = [5, 4]\ngraded = true")], r"\[tune\] graded: leave it out, it belongs to"),
+    ([("stations = [5, 4]", 'target_from = "low"')], r"target_from = 'low': there is no \[measured.low\]"),
     ([("stations = [5, 4]", "stations = [5, 4]\nscatter_hz = 10")], r"\[tune\] scatter_hz: leave it out"),
     ([("stations = [5, 4]", "target_hz = 2800\norder = \"random\"")], r"order = 'random': .*from_middle, least_loaded"),
     ([("stations = [5, 4]", "stations = [5, 4]\npreload = \"table\"")], r"preload = 'table': needs a table kept"),
