@@ -239,7 +239,7 @@ def alive(mark):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how, jobs", [(signal.SIGKILL, 1), (signal.SIGKILL, 2), (signal.SIGTERM, 2),
+@pytest.mark.parametrize("how, jobs", [(signal.SIGKILL, 2), (signal.SIGTERM, 2),
                                        (signal.SIGINT, 1)])
 def test_killed_at_random_moments(study, how, jobs, capsys):
     """The same numbers, no finished curve made twice, no process and no litter left."""
