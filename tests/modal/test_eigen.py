@@ -179,3 +179,45 @@ def test_a_matrix_of_petsc_outlives_its_arrays(with_petsc):
     x.set(1.0)
     matrix.mult(x, y)
     assert y.getArray()[2500] == 0.0 and y.getArray()[0] == 2.0 and len(others) == 20
+
+
+@pytest.fixture
+def changed(solver):
+    """A chain whose ends are softened and joined: the factor of the plain one, and the changed matrices."""
+    n = 600
+    K = sp.diags([np.full(n - 1, -1e4), np.full(n, 2e4), np.full(n - 1, -1e4)], [-1, 0, 1]).tocsr()
+    M = sp.diags(np.linspace(1.0, 1.5, n)).tocsr()
+    rows = sp.csr_matrix(([1.0, 1.0, -1.0, 1.0], ([0, 1, 1, 2], [3, 10, n - 9, n - 2])), shape=(3, n))
+    k = np.array([-2e3, 7e4, 0.0])
+    factor = Factor(K)
+    return (factor.changed(rows, factor.solve(rows.T.toarray()), k), (K + rows.T @ sp.diags(k) @ rows).tocsr(), M)
+
+
+def test_changed_stiffness_on_the_same_factor(changed):
+    factor, K, M = changed
+    right = np.random.default_rng(3).standard_normal((K.shape[0], 3))
+    assert np.abs(K @ factor.solve(right) - right).max() < 1e-8
+    assert factor.lowest_modes(M, 6)[0] == pytest.approx(Factor(K).lowest_modes(M, 6)[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("withheld", [None, 0, 4])
+def test_upper_bounds_betray_a_missed_mode(changed, monkeypatch, withheld):
+    """Frequencies of a reduction lie above those of the body: only where one is exceeded are the modes counted."""
+    factor, K, M = changed
+    true = Factor(K).lowest_modes(M, 6)[0]
+    counted, lowest, count_below = [], Factor._lowest, modes_below
+
+    def forgetful(self, M, count):
+        found, phi = lowest(self, M, count + 3)
+        kept = np.delete(np.arange(len(found)), [] if withheld is None else withheld)
+        return found[kept], phi[:, kept[kept < phi.shape[1]]][:, :count]
+
+    def counting(*args):
+        counted.append(args)
+        return count_below(*args)
+
+    monkeypatch.setattr(Factor, "_lowest", forgetful)
+    monkeypatch.setattr("modal.eigen.modes_below", counting)
+    found = factor.modes(M, 6, at_most=true * (1 + 1e-4))
+    assert found.omega == pytest.approx(true, rel=1e-9)
+    assert bool(counted) == (withheld is not None)
