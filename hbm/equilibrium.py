@@ -94,15 +94,15 @@ class Kept:
         """Norm of the residual of the equation of motion under the forces of Newton's method."""
         problem, kw = self.problem, self.w * np.arange(self.balance.H + 1)
         q = self.motion()
-        inner = real_times(problem.stiffness, q) - real_times(problem.M, q * kw**2) + 1j * kw * self._damping_force(q)
+        inner = real_times(problem.stiffness, q) - real_times(problem.M, q * kw**2) + 1j * kw * self.damping_force(q)
         for one, reaction in zip(problem.held, self.balance.reaction_rows @ self.modal[:, 0].real, strict=True):
             if one.mean:
                 inner[:, 0] += one.row * reaction
-        return _norm(self.unit, inner + self._at_dofs(self.h) - self._applied())
+        return _norm(self.unit, inner + self._at_dofs(self.h) - self.applied())
 
     def scale(self) -> float:
         """Norm of the applied forces, or of the contact forces if that is larger."""
-        return max(_norm(self.unit, self._applied()), _norm(self.unit, self._at_dofs(self.h)))
+        return max(_norm(self.unit, self.applied()), _norm(self.unit, self._at_dofs(self.h)))
 
     def motion(self) -> np.ndarray:
         """(r, H+1) q, m."""
@@ -112,7 +112,8 @@ class Kept:
         """(r, H+1) B' of forces (P, nd, nh)."""
         return real_times(self.problem.B.T, fourier.to_complex(force.reshape(-1, self.balance.nh)))
 
-    def _applied(self):
+    def applied(self):
+        """(r, H+1) N, the forces on the dofs, constant ones included."""
         force = np.zeros((len(self.unit), self.balance.H + 1), dtype=complex)
         for k, F in self.forces.items():
             force[:, k] = F
@@ -120,7 +121,7 @@ class Kept:
             force[:, 0] += self.problem.static
         return force
 
-    def _damping_force(self, q):
+    def damping_force(self, q):
         """(r, H+1) C q; with damping ratios that of the modes."""
         problem, of = self.problem, self.balance.receptance
         if problem.damping_ratio is None:

@@ -1,0 +1,68 @@
+"""Hysteresis loops and energies of solved points."""
+
+import numpy as np
+import pytest
+
+from hbm import Contacts, Jenkins1D, contact_cycles, energy_balance
+from hbm.errors import InputError
+from hbm.problem import ContactProblem
+from hbm.response import follow_band
+from tests.hbm.cases import beam, load, unilateral
+from tests.hbm.oscillator import FORCE, oscillator
+from tests.hbm.test_sharp_peaks import duffing
+
+LIMIT, KT = 2.0, 3.0
+
+
+def jenkins():
+    return ContactProblem(np.eye(1), np.array([[0.02]]), np.eye(1), np.eye(1), Jenkins1D(),
+                          Contacts([0], [KT], [1], [LIMIT]))
+
+
+def peak_of(problem, force, band, H):
+    r = len(problem.K)
+    curve = follow_band(problem, force, band, harmonics=H, outputs={f"q{i}": row for i, row in enumerate(np.eye(r))})
+    assert curve.complete
+    return curve, int(np.argmax(np.nansum(curve.dissipated, axis=1)))
+
+
+def test_loop_of_a_slipping_jenkins_element():
+    """A parallelogram: work 4 mu N (U - mu N / kt) per period of a motion of amplitude U (Griffin 1980)."""
+    curve, i = peak_of(jenkins(), np.array([2.0]), (0.1, 0.5), 1)
+    cycle, U = contact_cycles(curve, jenkins(), i), abs(curve.harmonics[i, 0, 1])
+    assert U > LIMIT / KT and cycle.components == ("t1",)
+    np.testing.assert_allclose(cycle.friction_work, [4 * LIMIT * (U - LIMIT / KT)], rtol=1e-6)
+    np.testing.assert_allclose([cycle.force.max(), cycle.force.min()], [LIMIT, -LIMIT], rtol=1e-12)
+    np.testing.assert_allclose(cycle.motion[-1], cycle.motion[0], atol=1e-12 * U)
+    np.testing.assert_allclose(cycle.force[-1], cycle.force[0])
+    slope = np.diff(cycle.force[:, 0, 0]) / np.diff(cycle.motion[:, 0, 0])
+    stuck = np.abs(cycle.force[:-1, 0, 0]) < 0.9 * LIMIT
+    np.testing.assert_allclose(slope[stuck][1:-1], KT, rtol=1e-6)
+
+
+CASES = {"jenkins": (jenkins(), np.array([2.0]), (0.1, 0.5), 9),
+         "C1": (*unilateral(load("C1")["parameters"]), (0.1, 0.3), 7),
+         "C8": (beam("C8")[0], 40 * beam("C8")[1], (700, 1200), 5),
+         "oscillator": (oscillator(0.4, 2e6, 5e7), FORCE, (150, 300), 5),
+         "Duffing": (duffing(0.03), np.array([0.2]), (0.08, 0.5), 3)}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_energy_of_a_period_is_balanced(name):
+    """What the excitation puts in is lost in the damping and in the slip of the contacts, which are integrated apart."""
+    problem, force, band, H = CASES[name]
+    curve, peak = peak_of(problem, force, band, H)
+    for i in {0, len(curve.frequency) // 2, peak}:
+        found = energy_balance(curve, problem, i)
+        assert found.input > 0 and found.damping >= 0 and (found.friction >= -1e-6 * found.input).all()
+        assert found.error < 1e-6, (i, found)
+        np.testing.assert_allclose(found.friction, curve.dissipated[i], atol=2e-6 * found.input)
+
+
+def test_points_that_are_not_there():
+    curve, _ = peak_of(jenkins(), np.array([2.0]), (0.1, 0.5), 1)
+    for point in (-1, len(curve.frequency), 1.5):
+        with pytest.raises(InputError, match="point"):
+            contact_cycles(curve, jenkins(), point)
+    with pytest.raises(InputError, match="n = 2"):
+        contact_cycles(curve, jenkins(), 0, n=2)
