@@ -78,7 +78,8 @@ def energy_balance(curve: ForcedResponse, problem: ContactProblem, point: int, n
         """Of forces (r, H+1) along q over a period: pi k Im(F_k conj(q_k))."""
         return float(np.pi * k @ np.imag(force * q.conj()).sum(axis=0))
     loss = work(1j * kept.w * k * kept.damping_force(q))
-    return EnergyBalance(work(kept.applied()), loss, _cycles(kept, check_whole("energy_balance: n", n, 8)).friction_work)
+    friction = _cycles(kept, check_whole("energy_balance: n", n, 8)).friction_work
+    return EnergyBalance(work(kept.applied()), loss, friction)
 
 
 def _kept(curve, problem, point, parameter):

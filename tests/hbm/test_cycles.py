@@ -49,7 +49,7 @@ CASES = {"jenkins": (jenkins(), np.array([2.0]), (0.1, 0.5), 9),
 
 @pytest.mark.parametrize("name", CASES)
 def test_energy_of_a_period_is_balanced(name):
-    """What the excitation puts in is lost in the damping and in the slip of the contacts, which are integrated apart."""
+    """What the excitation puts in is lost in the damping and in the slip of the contacts, integrated apart."""
     problem, force, band, H = CASES[name]
     curve, peak = peak_of(problem, force, band, H)
     for i in {0, len(curve.frequency) // 2, peak}:

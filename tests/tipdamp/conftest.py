@@ -34,7 +34,7 @@ def variant(rig_results, tmp_path):
 
     def run(last, *changes):
         (tmp_path / "rig.toml").write_text(changed(text, *changes))
-        for verb in ("inspect", "reduce", "preload", "tune", "respond", "report"):
+        for verb in ("inspect", "reduce", "preload", "tune", "respond", "cycles", "report"):
             assert main([verb, str(tmp_path / "rig.toml"), "--quiet"]) == 0
             if verb == last:
                 return tmp_path / "results" / "rig"

@@ -10,7 +10,7 @@ from hbm.response import solve_at
 from hbm.result import ForcedResponse
 from tests.tipdamp import corner_study
 from tipdamp import friction
-from tipdamp.stages.respond import _assembly
+from tipdamp.stages.respond import assembled
 from tipdamp.stages.run import STAGES, results_folder, run_stage
 from tipdamp.study.study import load_study
 
@@ -113,7 +113,7 @@ def test_one_tangent_starts_from_its_friction(whole_run, tmp_path):
     study, store = whole_run
     pairs, T = state(store, study, "kept")
     change = [("[respond]", f'{LOADS}{TUNE}\nlaw = "DryFriction1T"')]
-    assembly = _assembly(load_study(corner_study.write(tmp_path, change=change)), store)
+    assembly = assembled(load_study(corner_study.write(tmp_path, change=change)), store)
     assert -assembly.kept.kt[:, None] * assembly.curves.start == pytest.approx(T[pairs.carrying][:, :1])
     curves = assembly.curves
     found = solve_at(curves.problem, 1e-6 * curves.force, 20000.0, harmonics=1, outputs=curves.rows, start=curves.start)

@@ -10,10 +10,12 @@ from hbm.model import ReducedModel
 from hbm.npz import open_npz
 from hbm.result import ForcedResponse
 from tipdamp import pair_checks, surface
+from tipdamp.stages.cycles import Loops, load_loops
 from tipdamp.stages.measured import load_band
 from tipdamp.stages.results import (
     AgreementResult,
     CurveResult,
+    CyclesResult,
     InspectResult,
     MeasuredResult,
     PreloadResult,
@@ -90,7 +92,8 @@ class Results:
     """What a study has computed; None or empty where a stage has not run or does not apply.
 
     whole, kept - contact tables of the whole patch and after `tune`; loads {case: table of the whole patch}
-    bands {name: measured curve}; cases - the curves, ascending in H, then in Fe; stuck - their linear limit
+    loops {file of cycles.json: one period of the contacts}; bands {name: measured curve}
+    cases - the curves, ascending in H, then in Fe; stuck - their linear limit
     said {stage: its warnings} of the stages that the study asks for; seconds {stage: s} of those that have run
     model - the reduced one; surfaces {body: Surface}, empty without meshes; shapes - modes, stuck ones first
     """
@@ -103,6 +106,8 @@ class Results:
     respond: RespondResult | None = None
     measured: MeasuredResult | None = None
     agreement: AgreementResult | None = None
+    cycles: CyclesResult | None = None
+    loops: dict[str, Loops] = field(default_factory=dict)
     bands: dict[str, MeasuredBand] = field(default_factory=dict)
     whole: ContactTable | None = None
     kept: ContactTable | None = None
@@ -156,11 +161,13 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
                                 read("preload", PreloadResult))
     tune, respond = read("tune", TuneResult), read("respond", RespondResult)
     measured, agreement = read("measured", MeasuredResult), read("agreement", AgreementResult)
+    cycles = read("cycles", CyclesResult)
     cases = [Case(c, ForcedResponse.load(store.path(c.file))) for c in (respond.responses if respond else ())]
     records = {stage: store.record(stage) for stage in said}
     model, skins = store.path("model.npz"), store.path("surface.npz")
     return Results(
-        study, inspect, reduce, preload, tune, respond, measured, agreement,
+        study, inspect, reduce, preload, tune, respond, measured, agreement, cycles,
+        loops={one.file: load_loops(store.path(one.file)) for one in (cycles.curves if cycles else ())},
         bands={name: MeasuredBand(*load_band(store.path(one.file)))
                for name, one in (measured.curves if measured else {}).items()},
         whole=ContactTable.load(store.path("preload.csv")) if preload else None,

@@ -11,6 +11,7 @@ STAGES = {
     "tune": "selects the kept stations: detaches from the middle until the stuck frequency meets its target, or as "
             "given",
     "respond": "forced response at every level and number of harmonics",
+    "cycles": "hysteresis loops, friction work and energy balance at the peak of every curve",
     "agreement": "sets the computed curves beside the measured ones",
     "report": "the HTML page, the figures and summary.json",
 }

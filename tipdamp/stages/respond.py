@@ -50,7 +50,7 @@ class Assembly:
 
 def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[str]:
     """Forced response of the kept pairs at every excitation level and every number of harmonics."""
-    settings, assembly = study.respond, _assembly(study, store)
+    settings, assembly = study.respond, assembled(study, store)
     ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
     cases = [[Case(Fe, H, way) for way in ways] for H in settings.harmonics for Fe in settings.levels]
     _make([case for both in cases for case in both], assembly.curves, tick, workers)
@@ -108,7 +108,8 @@ def make_curve(curves: Curves, case: Case, report: Callable[[float, str], None])
     curves.make(case, progress)
 
 
-def _assembly(study, store):
+def assembled(study: Study, store: Store) -> Assembly:
+    """What the stages before have left, put together for the forced response."""
     model, table = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
     model = with_springs(model, table, declared_springs(study, table, table.preload > 0))
     kept = table.select(table.carrying)

@@ -400,6 +400,33 @@ class RespondResult(Result):
     stuck_difference: dict[str, float] = {}
 
 
+# ---- cycles ----------------------------------------------------------------------------------------------------
+
+class PeakCycle(Record):
+    """One period at the highest solved point of a curve, J per period. friction_J {pair: work of friction}; error - of
+    input = damping + friction, relative to the input; file - npz of the hysteresis loops."""
+    file: str
+    Fe_N: float
+    H: int
+    hz: float
+    input_J: float
+    damping_J: float
+    friction_J: dict[str, float]
+    error: float
+
+    @property
+    def friction_share(self) -> float:
+        """Of the input, what friction takes."""
+        return sum(self.friction_J.values()) / self.input_J if self.input_J else 0.0
+
+
+class CyclesResult(Result):
+    """cycles.json. pairs - names of the kept pairs, in the order of the files."""
+    file: ClassVar[str] = "cycles.json"
+    curves: tuple[PeakCycle, ...]
+    pairs: Texts
+
+
 # ---- agreement -------------------------------------------------------------------------------------------------
 
 class Agreement(Record):

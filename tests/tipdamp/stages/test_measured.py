@@ -40,7 +40,7 @@ def study(matrices_study):
 
 
 def test_a_measured_curve_beside_its_own_computation(study):
-    assert run(study, "measured", "agreement", "report") == [0, 0, 0]
+    assert run(study, "measured", "cycles", "agreement", "report") == [0] * 4
     folder = study.parent / "results" / "study"
     facts, (one,) = read(folder, "measured.json")["curves"]["run"], read(folder, "agreement.json")["curves"]
     hz, mean, low, high = load_band(folder / "measured" / "run.csv")

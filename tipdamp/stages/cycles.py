@@ -1,0 +1,111 @@
+"""Stage cycles: inside of the contacts at the peak of every curve, hysteresis loops, friction work, energy balance."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hbm.cycles import ContactCycles, EnergyBalance, contact_cycles, energy_balance
+from hbm.errors import InputError
+from hbm.result import ForcedResponse
+from tipdamp.pair_checks import pair_names
+from tipdamp.progress import Tick
+from tipdamp.stages.respond import assembled
+from tipdamp.stages.results import CurveResult, CyclesResult, PeakCycle, RespondResult
+from tipdamp.stages.stage import Stage
+from tipdamp.store import Store
+from tipdamp.study.view import Study
+
+SAMPLES = 1024           # a period: the friction work of a slip segment is then good to about 1e-5
+BALANCED = 1e-3          # of the input: larger errors of the energy balance are warned of
+
+
+def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
+    """One period of all contacts at the highest solved point of every curve, and its energies."""
+    assembly, respond = assembled(study, store), RespondResult.load(store)
+    names = pair_names(assembly.kept, slice(None))
+    found, said = [], []
+    for k, case in enumerate(respond.responses):
+        tick(k / len(respond.responses), f"Fe = {case.Fe_N:g} N, H = {case.H}")
+        curve = ForcedResponse.load(store.path(case.file))
+        point = _highest(case, curve)
+        if point is None:
+            continue
+        try:
+            energy = energy_balance(curve, assembly.curves.problem, point, SAMPLES)
+            cycle = contact_cycles(curve, assembly.curves.problem, point, SAMPLES)
+        except InputError as error:
+            said.append(f"no hysteresis loops at Fe = {case.Fe_N:g} N, H = {case.H}: {error}")
+            continue
+        found.append(_facts(case, curve, point, energy, names))
+        with store.writing(found[-1].file) as path:
+            _save(path, cycle, names)
+    said += _unbalanced(found)
+    CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
+    return [one.file for one in found]
+
+
+def _highest(case: CurveResult, curve: ForcedResponse) -> int | None:
+    """The solved point at the peak, or at the largest amplitude of a curve without one."""
+    hz = case.at_least_hz if case.peak_hz is None else case.peak_hz
+    if hz is None:
+        return None
+    solved = np.flatnonzero(curve.converged)
+    near = solved[np.isclose(curve.frequency[solved], hz, rtol=1e-9)]
+    return int(near[0] if len(near) else solved[np.abs(curve.frequency[solved] - hz).argmin()])
+
+
+def _facts(case: CurveResult, curve: ForcedResponse, point: int, energy: EnergyBalance, names) -> PeakCycle:
+    return PeakCycle(file=f"cycles/{case.file.rpartition('/')[2]}", Fe_N=case.Fe_N, H=case.H,
+                     hz=float(curve.frequency[point]), input_J=energy.input, damping_J=energy.damping,
+                     friction_J=dict(zip(names, energy.friction.tolist(), strict=True)), error=energy.error)
+
+
+def _unbalanced(found: Sequence[PeakCycle]) -> Iterator[str]:
+    for one in found:
+        if one.error > BALANCED:
+            yield (f"the energy of a period at Fe = {one.Fe_N:g} N, H = {one.H} is balanced to {one.error:.1e} only: "
+                   "the friction law takes more or less than its harmonics say; try a larger H")
+
+
+def _save(path, cycle: ContactCycles, names) -> None:
+    with path.open("wb") as file:
+        np.savez_compressed(file, time=cycle.time, motion=cycle.motion, force=cycle.force, sliders=cycle.sliders,
+                            components=np.array(cycle.components), pairs=np.array(names))
+
+
+class Loops(NamedTuple):
+    """What a file of the stage holds: time (n,) s, motion and force (n, P, nd) in m and N, components, pairs (P,)."""
+
+    time: np.ndarray
+    motion: np.ndarray
+    force: np.ndarray
+    components: tuple[str, ...]
+    pairs: tuple[str, ...]
+
+
+def load_loops(path) -> Loops:
+    """Read a file of the stage."""
+    with np.load(path, allow_pickle=False) as z:
+        return Loops(z["time"], z["motion"], z["force"], tuple(z["components"].tolist()), tuple(z["pairs"].tolist()))
+
+
+def line(store: Store) -> str:
+    """Largest share of the input that friction takes."""
+    found = CyclesResult.load(store).curves
+    if not found:
+        return "no solved point"
+    most = max(found, key=lambda one: one.friction_share)
+    worst = max(one.error for one in found)
+    return (f"friction takes up to {100 * most.friction_share:.0f} % of the input (Fe = {most.Fe_N:g} N, H = {most.H})"
+            f"; energy balanced to {worst:.0e}")
+
+
+def warnings(_: Study, store: Store) -> Sequence[str]:
+    """Curves whose period could not be followed, or does not balance."""
+    return CyclesResult.load(store).warnings
+
+
+STAGE = Stage(cycles, line, warnings=warnings, outputs=("cycles.json",), may_write=("cycles/*.npz",),
+              needs=("reduce", "tune", "respond"), requires=("tune", "respond"),
+              reads=("respond", "sides", "preload.friction"))
