@@ -10,7 +10,7 @@ from hbm.errors import InputError
 from hbm.result import ForcedResponse
 from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Tick
-from tipdamp.stages.respond import assembled
+from tipdamp.stages.respond import READS, assembled
 from tipdamp.stages.results import CurveResult, CyclesResult, PeakCycle, RespondResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
@@ -108,4 +108,4 @@ def warnings(_: Study, store: Store) -> Sequence[str]:
 
 STAGE = Stage(cycles, line, warnings=warnings, outputs=("cycles.json",), may_write=("cycles/*.npz",),
               needs=("reduce", "tune", "respond"), requires=("tune", "respond"),
-              reads=("respond", "sides", "preload.friction"))
+              reads=READS)

@@ -30,6 +30,7 @@ from tipdamp.study.view import Study
 from tipdamp.workers import Workers
 
 POINTS = 801             # of the linear stuck response
+READS = ("respond", "sides", "preload.friction", "driver.hold", "model.hold")      # of `assembled`
 ALL_SPRINGS = ("t1", "t2", "n")      # of the linear response: laws with fewer have another one where nothing slips
 
 
@@ -243,4 +244,4 @@ def _micro(m, hz):
 
 STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"), may_write=("responses/*.npz",),
               needs=("reduce", "tune"), requires=("tune", "respond"),
-              reads=("respond", "sides", "preload.friction", "driver.hold", "model.hold"), parallel=True, forget=forget)
+              reads=READS, parallel=True, forget=forget)

@@ -40,16 +40,16 @@ BODIES = {"inspect", "reduce", "tune", "report"}
 
 
 @pytest.mark.parametrize("old, new, changed", [
-    ("levels = [1]", "levels = [2]", {"respond", "report"}),
+    ("levels = [1]", "levels = [2]", {"respond", "cycles", "report"}),
     ("mu = 0.3", "mu = 0.4", {"inspect", "preload", "report"}),
     ("pull = 10", "pull = 11", {"preload", "tune", "report"}),
-    ("kn = 1e6", "kn = 2e6", {"preload", "tune", "respond", "report"}),
+    ("kn = 1e6", "kn = 2e6", {"preload", "tune", "respond", "cycles", "report"}),
     ("modes = 5", "modes = 6", BODIES),
     ("modes = 5", "error = 1e-4", {*BODIES}),
     ("stations = 'all'", "stations = [1, 1]", {"tune", "report"}),
     ("[blades]", "[free]\nband = [1, 2]\n[blades]", {"reduce", "report"}),
     ("[material]", "title = 'other'\n[material]", {"inspect", "report"}),
-    ("[material]", "[units]\nlength = 'mm'\n[material]", {*BODIES, "preload", "respond"}),
+    ("[material]", "[units]\nlength = 'mm'\n[material]", {*BODIES, "preload", "respond", "cycles"}),
 ])
 def test_keys_follow_the_declarations(study, tmp_path, old, new, changed):
     """Of each stage by itself: the results of those that it needs count too, and are the same here."""
@@ -70,7 +70,7 @@ def test_law_counts_for_the_preload_with_friction(tmp_path):
         store = Store(tmp_path / "results")
         changed[friction] = {name for name in run.STAGES
                              if run.stage_key(name, one, store) != run.stage_key(name, other, store)}
-    assert changed == {"true": {"preload", "tune", "respond", "report"}, "false": {"respond", "report"}}
+    assert changed == {"true": {"preload", "tune", "respond", "cycles", "report"}, "false": {"respond", "cycles", "report"}}
 
 
 def test_springs_count_for_a_wanted_error(tmp_path):
