@@ -70,7 +70,8 @@ def test_law_counts_for_the_preload_with_friction(tmp_path):
         store = Store(tmp_path / "results")
         changed[friction] = {name for name in run.STAGES
                              if run.stage_key(name, one, store) != run.stage_key(name, other, store)}
-    assert changed == {"true": {"preload", "tune", "respond", "cycles", "report"}, "false": {"respond", "cycles", "report"}}
+    assert changed == {"true": {"preload", "tune", "respond", "cycles", "report"},
+                       "false": {"respond", "cycles", "report"}}
 
 
 def test_springs_count_for_a_wanted_error(tmp_path):
