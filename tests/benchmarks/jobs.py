@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.benchmarks.record import one_thread, record
 from tests.hbm.cases import rig
 from tipdamp.curves import Case, Curves, compile_kernels
 from tipdamp.stages.respond import make_curve
@@ -45,11 +46,17 @@ def measured(jobs):
         return wall, cpu if jobs == 1 else cpu + theirs[-1]
 
 
-if __name__ == "__main__":
+def main():
     from tests.benchmarks.jobs import measured  # a process finds `timed` by the name of its module
 
+    one_thread()
     compile_kernels(None, rig()[0].law, None)
     found = {jobs: measured(jobs) for jobs in (1, 2)}
-    for jobs, (wall, ideal) in found.items():
-        print(f"{jobs} jobs  {wall:6.1f} s  {ideal:6.1f} s without other work, "
-              f"{found[1][1] / ideal:.2f} times as fast as one")
+    rows = [{"jobs": jobs, "wall_s": wall, "alone_s": ideal, "times": found[1][1] / ideal}
+            for jobs, (wall, ideal) in found.items()]
+    print(*rows, sep="\n")
+    record("jobs", {"curves": len(CASES), "rows": rows})
+
+
+if __name__ == "__main__":
+    main()
