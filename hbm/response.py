@@ -30,6 +30,7 @@ from hbm.hold import Hold
 from hbm.hold_check import change_in_words, stiffer_change
 from hbm.journal import Journal
 from hbm.laws.base import ContactLaw
+from hbm.laws.differences import check_derivatives
 from hbm.laws.shipped import SHIPPED
 from hbm.model import ReducedModel
 from hbm.options import CurveKeywords, CurveOptions, curve_options
@@ -38,7 +39,6 @@ from hbm.peaks import refine_largest
 from hbm.problem import ContactProblem, contact_problem
 from hbm.result import ForcedResponse, PeriodicSolution
 from hbm.starts import first_of, starts
-from hbm.testing import check_derivatives
 from hbm.tracing import record, trace
 from hbm.validation import (
     check_forcing,

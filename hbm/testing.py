@@ -7,10 +7,12 @@ import numpy as np
 
 from hbm import fourier
 from hbm.balance import aft
-from hbm.errors import InputError
 from hbm.laws.base import ContactLaw
-from hbm.laws.records import ContactForces, Contacts, Motion
+from hbm.laws.differences import differences, history, samples_of, tangents_and_differences, worst_entry
+from hbm.laws.records import ContactForces, Contacts
 from hbm.laws.sampled import projector
+
+__all__ = ["check_law", "forces", "full_derivative", "history", "total_force"]
 
 ORDERS = 3               # harmonics of the motions that are tried
 PERIODS = 60             # in which the state must repeat
@@ -58,32 +60,6 @@ def full_derivative(f: ContactForces, x: np.ndarray) -> np.ndarray:
     return D
 
 
-def history(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start: Any = "zero_slider",
-            samples: int = 512, periods: int = 1) -> tuple[np.ndarray, np.ndarray, float]:
-    """(force (n, P, nd), state (n, P, ns), change) of a law over the last period, by its step in a plain loop.
-
-    periods : at most; fewer where the force repeats to rounding; change : of the force since the period before
-    """
-    (u, v), dt = _samples_of(x, samples), 2 * np.pi / (omega * samples)
-    state = law.initial_state(u[0], aft.slider_start(start, len(contacts), law.sliders), contacts)
-    force, states, change = np.zeros(u.shape), np.zeros((samples, *state.shape)), np.inf
-    for _ in range(periods):
-        before = force.copy()
-        for i in np.r_[1:samples, 0]:
-            force[i], state = law.step(Motion(u[i], omega * v[i], dt), state, contacts)
-            states[i] = state
-        change = np.abs(force - before).max(initial=0.0)
-        if change <= 1e-13 * np.abs(force).max(initial=0.0):
-            break
-    return force, states, change
-
-
-def _samples_of(x, n):
-    """u and du/dtau (n, P, nd) at n samples of a cycle."""
-    tau, H = 2 * np.pi * np.arange(n) / n, (x.shape[2] - 1) // 2
-    return [(x @ e(tau, H).T).transpose(2, 0, 1) for e in (fourier.basis, fourier.basis_rate)]
-
-
 def _random_contacts(rng, P):
     P = P if P > 1 else 12
     return Contacts(rng.uniform(0.5, 2, P), rng.uniform(0.5, 2, P), rng.uniform(0.1, 0.8, P), rng.uniform(-0.3, 1, P))
@@ -98,29 +74,8 @@ def _agree(law, what, found, expected, tolerance, scale=None):
     """AssertionError with the entry of two arrays that differs most, where that is more than a share of the largest
     entry, or of a scale."""
     allowed = tolerance * (np.abs(expected).max(initial=0.0) + 1e-300 if scale is None else scale)
-    _require(law, (np.abs(found - expected) <= allowed).all(), f"{what}: {_worst(found, expected)}, allowed "
+    _require(law, (np.abs(found - expected) <= allowed).all(), f"{what}: {worst_entry(found, expected)}, allowed "
              f"difference {allowed:.1g}")
-
-
-def _worst(found, expected):
-    """The entry that differs most, in words; (contact, component, coefficient, ...) in the order of the arrays."""
-    away = np.abs(found - expected)
-    at = np.unravel_index(np.argmax(np.where(np.isnan(away), np.inf, away)), away.shape)
-    return f"entry {list(map(int, at))} is {found[at]:.6g}, expected {expected[at]:.6g}"
-
-
-def _differences(found, value_at):
-    """(rows, ...) derivative of value_at(s) (rows, ...) at s = 0, to compare with `found`.
-
-    By central differences, and in a row that has a kink within their step by the differences of second order on one
-    side of it: no row is left out.
-    """
-    h = 1e-6
-    here, ahead, behind = value_at(0.0), [value_at(s) for s in (h, h / 2)], [value_at(s) for s in (-h, -h / 2)]
-    numeric = np.array([(ahead[0] - behind[0]) / (2 * h), (4 * ahead[1] - ahead[0] - 3 * here) / h,
-                        (3 * here + behind[0] - 4 * behind[1]) / h])
-    errors = np.abs(found - numeric).reshape(3, len(found), -1).max(axis=2, initial=0.0)
-    return numeric[errors.argmin(axis=0), np.arange(len(found))]
 
 
 def _no_contacts(law, contacts, x, omega):
@@ -130,55 +85,10 @@ def _no_contacts(law, contacts, x, omega):
              f"{f.g.shape}, must be {x[none].shape}, shares are {f.shares.shape}, must be (0, 3)")
 
 
-def check_derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
-    """InputError where the tangents of a law are not the derivatives of its step, in steps of the cycles x (P, nd, nh).
-
-    For the start of a curve: of a few contacts; kinks, which differences cannot pass, may be in a quarter of the steps.
-    """
-    at = np.argsort(-np.abs(x).sum(axis=(1, 2)))[:8]
-    for what, found, expected, allowed in _tangents_and_differences(law.select(at), contacts.select(at), x[at], omega):
-        if (~(np.abs(found - expected) <= 100 * allowed)).any(axis=1).mean() > 0.25:
-            raise InputError(f"law {law.name}: {what}: {_worst(found, expected)}; hbm.testing.check_law tests the "
-                             "whole law")
-
-
 def _tangents(law, contacts, x, omega):
     """Of steps near a cycle, against central differences in motion, velocity, state and length of the step."""
-    for what, found, expected, allowed in _tangents_and_differences(law, contacts, x, omega):
+    for what, found, expected, allowed in tangents_and_differences(law, contacts, x, omega):
         _agree(law, what, found, expected, allowed, 1.0)
-
-
-def _tangents_and_differences(law, contacts, x, omega):
-    """(what, found (rows, nd + ns), expected, allowed difference) of force and state in 32 steps a contact: derivatives
-    are for a change by a tenth of the size of what varies."""
-    n, P = 32, len(contacts)
-    every, dt = np.tile(np.arange(P), n), 2 * np.pi / (omega * n)
-    u, v = (a.reshape(n * P, -1) for a in _samples_of(x, n))
-    states = history(law, contacts, x, omega, samples=n, periods=2)[1]
-    away = 0.05 * np.abs(states).max(axis=(0, 1), initial=0.0) * np.random.default_rng(3).normal(size=states.shape)
-    given = u, omega * v, np.roll(states + away, 1, axis=0).reshape(n * P, law.states), dt
-    law, contacts = law.select(every), contacts.select(every)
-
-    def stepped(u, v, state, dt):
-        return np.concatenate(law.step(Motion(u, v, dt), state, contacts), axis=1)
-
-    force, new, t = law.tangents(Motion(*given[:2], dt), given[2], contacts)
-    both = np.concatenate([force, new], axis=1)
-    yield ("tangents returns another force or state than step", both, stepped(*given),
-           1e-12 * np.abs(both).max(initial=0.0))
-    names = ("u", "motion"), ("v", "velocity"), ("state", "state before"), ("dt", "length of the step")
-    for k, (name, what) in enumerate(names):
-        by = np.concatenate([vars(t)[f"force_{name}"], vars(t)[f"state_{name}"]], axis=1)
-        by = by[:, :, None] if by.ndim == 2 else by
-        for d in range(by.shape[2]):
-            size = 0.1 * np.abs(given[k]).max(initial=0.0) or 1.0
-            along = size if k == 3 else size * np.eye(by.shape[2])[d]
-            found = size * by[:, :, d]
-            expected = _differences(found, lambda s, k=k, along=along: stepped(
-                *(a + s * along if j == k else a for j, a in enumerate(given))))
-            scale = max(size * np.abs(by).max(initial=0.0), 1e-3 * np.abs(force).max(initial=0.0))
-            yield (f"tangents by the {what} are not the derivatives of step; is it analytic (no abs, real "
-                   "comparisons)?", found, expected, 1e-6 * scale)
 
 
 def _selection(law, contacts, x, omega):
@@ -233,7 +143,7 @@ def _samples(law, contacts, x, omega):
     size = np.abs(force).max() + 1e-300
     _require(law, change <= 1e-12 * size, f"sliders do not repeat after the first cycle: the force changes by "
              f"{change / size:.1e} of its size, allowed 1e-12")
-    u, v = _samples_of(x, n)
+    u, v = samples_of(x, n)
     memory, state, at = states[0][:, :table.follows.shape[1]], table.initial, np.arange(len(contacts))
     found = np.empty(force.shape)
     for i in [*range(1, n), 0]:
@@ -250,21 +160,21 @@ def _derivatives(law, contacts, x, omega):
     for start in aft.STARTS:
         f = forces(law, contacts, x, omega, start)
         along, scale = np.einsum("pijkl,pkl->pij", full_derivative(f, x), dx), np.abs(f.D).max(initial=1e-3)
-        expected = _differences(along, lambda s, start=start: forces(law, contacts, x + s * dx, omega, start).g)
+        expected = differences(along, lambda s, start=start: forces(law, contacts, x + s * dx, omega, start).g)
         _agree(law, f"derivatives of harmonics by the motion differ from differences (start '{start}')", along,
                expected, 5e-7, scale * np.abs(dx).max())
         by = np.zeros(x.shape) if f.by_omega is None else f.by_omega
-        expected = _differences(by, lambda s, start=start: forces(law, contacts, x, omega + s, start).g)
+        expected = differences(by, lambda s, start=start: forces(law, contacts, x, omega + s, start).g)
         _agree(law, f"derivatives of harmonics by omega differ from differences (start '{start}')", by, expected, 1e-6,
                max(np.abs(by).max(), 1e-3 * scale * np.abs(x).max()))
         if f.by_preload is not None:
-            expected = _differences(f.by_preload, lambda s, start=start: forces(
+            expected = differences(f.by_preload, lambda s, start=start: forces(
                 law, replace(contacts, preload=contacts.preload + s), x, omega, start).g)
             _agree(law, f"derivatives of harmonics by the preload differ from differences (start '{start}')",
                    f.by_preload, expected, 1e-6, 1.0)
         by_friction = law.by_friction(contacts, x, f)
         if by_friction is not None:
-            expected = _differences(by_friction, lambda s, start=start: forces(
+            expected = differences(by_friction, lambda s, start=start: forces(
                 law, replace(contacts, mu=(1 + s) * contacts.mu), x, omega, start).g)
             _agree(law, f"derivatives of harmonics by mu differ from differences (start '{start}')",
                    by_friction, expected, 1e-6, 1.0)
