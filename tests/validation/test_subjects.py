@@ -5,10 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from tests.validation import Miss, Subject, peaks_from_both_ends, rig_time_integration, row
+from hbm.time.comparison import compare_point
+from hbm.time.settings import IntegrationSettings
+from tests.hbm.oscillator import Y2
+from tests.validation import Miss, Subject, peaks_from_both_ends, random_oscillators, rig_time_integration, row
 from tests.validation.__main__ import SUBJECTS, main, missed
 
-OWN_TESTS = {"nafems", "hertz", "random_beams", "rig_time_integration", "contact_stiffness",
+OWN_TESTS = {"nafems", "hertz", "random_beams", "random_oscillators", "rig_time_integration", "contact_stiffness",
              "peaks_from_both_ends"}                      # hold these rows
 DOLFINX = {"rotating_beam", "held_wedge"}
 
@@ -32,6 +35,25 @@ def test_rig_at_its_peaks():
 def test_peaks_of_some_systems():
     """Those of the page, and of 240 random systems the first eighteen."""
     replace(peaks_from_both_ends.SUBJECT, rows=lambda: peaks_from_both_ends.rows(smooth=6, contact=12)).check()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", [4, 12, 16])
+def test_random_oscillators(which):
+    """Two stable orbits whose differences of 1e-5 make a multiplier above 1, and an unstable one of several."""
+    rows = list(random_oscillators.rows([which], fewer=False))
+    assert len(rows) == 4
+    for found in rows:
+        assert found.error <= random_oscillators.SUBJECT.limit(found.against), found
+
+
+@pytest.mark.slow
+def test_barely_damped_mode_repeats_at_a_finer_tolerance():
+    """Oscillator 45 at 85.41 Hz: at the tolerance of 1e-7 every other period differs by 3e-3, at 1e-9 none."""
+    _, problem, force, w, guess = next(random_oscillators.points([3]))
+    balance, point, y2 = random_oscillators.solve(problem, force, w, guess, 32)
+    found = compare_point(balance, point, [Y2["y2"]], IntegrationSettings(max_periods=60))
+    assert found.agrees and found.stable and found.difference < 1e-3
 
 
 def test_pages_of_two_subjects(tmp_path):
