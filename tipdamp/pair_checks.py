@@ -95,6 +95,21 @@ def warnings(pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]
             f"{pairs.damper_node[i]}), is {angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
 
 
+def jamming(pairs: ContactTable, pull: np.ndarray) -> list[str]:
+    """One sentence for each side on which the damper can jam: its friction angle atan(mu) exceeds the angle between the
+    face and the pull (3,), so that friction alone can hold it against the pull."""
+    found = []
+    for side in pairs.sides:
+        mine = pairs.side == side
+        normal, mu = pairs.normal[mine].mean(axis=0), float(pairs.mu[mine].max())
+        face = np.degrees(np.arcsin(min(abs(normal @ pull) / np.linalg.norm(normal) / np.linalg.norm(pull), 1.0)))
+        if np.degrees(np.arctan(mu)) > face:
+            found.append(f"side '{side}' can jam: its friction angle atan(mu) = {np.degrees(np.arctan(mu)):.1f} degrees "
+                         f"exceeds the angle between its face and the pull, {face:.1f} degrees; the preload may then "
+                         "be less than the frictionless one, and not come back after a large vibration")
+    return found
+
+
 def without_partner(blade: np.ndarray, damper: np.ndarray, tolerance: float) -> tuple[list, ...]:
     """(blade, damper): [(index, index of the nearest of the others, distance m)] of the nodes (n, 3) m that have no
     other within the tolerance."""

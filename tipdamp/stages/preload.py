@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.hold import spring_forces
@@ -10,6 +12,7 @@ from hbm.model import ReducedModel
 from static_contact.preload import StaticContact
 from tipdamp import friction, loads, stiffness, stresses
 from tipdamp.bodies.read import BODY_READS
+from tipdamp.pair_checks import jamming
 from tipdamp.progress import Tick
 from tipdamp.stages import fitted_stiffness
 from tipdamp.stages.fitted_stiffness import fit_factor
@@ -52,7 +55,8 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     PreloadResult(
         sides=side_forces(found.pairs, rest.forces, rest.balance), residual=found.residual,
         iterations=found.iterations, **rest.facts, stiffness=made, cases=cases,
-        warnings=(*said, *doubts, *reaction_warnings(reactions)),
+        warnings=(*said, *doubts, *jamming(pairs, np.array(study.driver.pull_direction)),
+                  *reaction_warnings(reactions)),
         kn_kt_N_per_m={s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()) for s in pairs.sides},
     ).save(store)
     files = ["preload_friction.csv"] if study.preload.friction else []

@@ -1,0 +1,22 @@
+"""Checks of contact pairs that only their geometry decides."""
+
+import numpy as np
+import pytest
+
+from hbm.contact import ContactTable
+from tipdamp.pair_checks import jamming
+
+
+@pytest.mark.parametrize(("mu", "degrees", "jams"), [(0.3, 16, True), (0.3, 17, False), (0.6, 30.9, True),
+                                                     (0.6, 31, False), (0.0, 1, False)])
+def test_a_wedge_jams_below_its_friction_angle(mu, degrees, jams):
+    """atan(0.3) = 16.70 degrees, atan(0.6) = 30.96 degrees; angle between the face and the pull."""
+    t = np.radians(degrees)
+    normal, other = np.array([np.cos(t), 0, np.sin(t)]), np.array([-1.0, 0, 0.0])
+    t1, count = np.array([0.0, 1, 0]), 2
+    frame = np.array([[t1, np.cross(n, t1), n] for n in (normal, other / np.linalg.norm(other))])
+    steep = ContactTable(np.array(["wedge", "flat"]), np.arange(2), np.zeros(2, int), ["blades"] * count, np.arange(2),
+                         ["damper"] * count, np.arange(2), np.eye(2, 3), frame, np.zeros(2), np.ones(2), np.ones(2),
+                         np.array([mu, 0.0]), np.ones(2), np.ones(2))
+    said = jamming(steep, np.array([0.0, 0, 1]))
+    assert [text.split("'")[1] for text in said] == ["wedge"] * jams
