@@ -103,10 +103,11 @@ def jamming(pairs: ContactTable, pull: np.ndarray) -> list[str]:
         mine = pairs.side == side
         normal, mu = pairs.normal[mine].mean(axis=0), float(pairs.mu[mine].max())
         face = np.degrees(np.arcsin(min(abs(normal @ pull) / np.linalg.norm(normal) / np.linalg.norm(pull), 1.0)))
-        if np.degrees(np.arctan(mu)) > face:
-            found.append(f"side '{side}' can jam: its friction angle atan(mu) = {np.degrees(np.arctan(mu)):.1f} degrees "
-                         f"exceeds the angle between its face and the pull, {face:.1f} degrees; the preload may then "
-                         "be less than the frictionless one, and not come back after a large vibration")
+        friction = np.degrees(np.arctan(mu))
+        if friction > face:
+            found.append(f"side '{side}' can jam: its friction angle atan(mu) = {friction:.1f} degrees exceeds the "
+                         f"angle between its face and the pull, {face:.1f} degrees; the preload may then be less than "
+                         "the frictionless one, and not come back after a large vibration")
     return found
 
 
