@@ -55,7 +55,7 @@ def frequencies(rig: Rig, size: float = 1.0, cells: Cells | None = None) -> dict
 
 
 def _ends(pairs, front, back):
-    from static_contact.detachment import keep_ends
+    from static_contact.kept_pairs import keep_ends
 
     kept = keep_ends(pairs, front, back)
     return kept.select(kept.carrying)

@@ -13,10 +13,9 @@ from scipy.optimize import brentq
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
+from static_contact.kept_pairs import conserve_total, ends_of
 from static_contact.stuck_assembly import StuckAssembly
 from static_contact.stuck_search import StuckSearch
-
-TIE = 1e-4          # Hz: sets nearer to each other than this fit alike, and the more even one is taken
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,8 @@ class DetachmentOptions:
     order : "from_middle": every number of stations at the two ends; "least_loaded": by the load of the stations
     graded : the last station keeps the part of its area with which the target is met
     scatter_hz : sets whose frequency is as near to the target fit equally well
-    at_least - stations that stay on each side; conserve - see `keep_ends`"""
+    at_least - stations that stay on each side; conserve - see `keep_ends`
+    tie_hz - sets nearer to each other than this, by rounding of mirrored ones, fit alike: the more even one is taken"""
 
     springs: Callable | None = None
     load: np.ndarray | None = None
@@ -80,6 +80,7 @@ class DetachmentOptions:
     scatter_hz: float = 0.0
     at_least: int = 2
     conserve: bool = False
+    tie_hz: float = 1e-4
 
 
 DEFAULT = DetachmentOptions()
@@ -92,31 +93,6 @@ class _Kept:
     front: int
     back: int
     kept: np.ndarray
-
-
-def conserve_total(pairs: ContactTable, whole: ContactTable) -> ContactTable:
-    """The pairs with the stiffness of all pairs of their side that carry in `whole`, in the same proportions."""
-    kn, kt = pairs.kn.copy(), pairs.kt.copy()
-    for side in pairs.sides:
-        mine, full = (pairs.side == side) & pairs.carrying, (whole.side == side) & whole.carrying
-        for own, of_all in ((kn, whole.kn), (kt, whole.kt)):
-            if mine.any() and own[mine].any():
-                own[mine] *= of_all[full].sum() / own[mine].sum()
-    return pairs.replace(kn=kn, kt=kt)
-
-
-def keep_ends(pairs: ContactTable, front: int, back: int, *, conserve: bool = False) -> ContactTable:
-    """Detach all but the first `front` and the last `back` stations of every side.
-
-    conserve=False: the others keep their stiffness [Zucca 2016, sec. 7.1]; True: they take over that of all.
-    """
-    detached = pairs.replace(weight=np.where(_ends(pairs, front, back), pairs.weight, 0.0))
-    return conserve_total(detached, pairs) if conserve else detached
-
-
-def _ends(pairs, front, back) -> np.ndarray:
-    last = np.array([pairs.station[pairs.side == s].max() for s in pairs.side])
-    return (pairs.station < front) | (pairs.station > last - back)
 
 
 def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float, follow: np.ndarray,
@@ -136,13 +112,13 @@ def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float,
         if progress:
             progress(history[-1], (i + 1) / len(sets))
     _check_reach(history, target_hz, options, int(pairs.station.max()) + 1)
-    best = min(range(len(sets)), key=lambda i: _fit(history[i], target_hz))
+    best = min(range(len(sets)), key=lambda i: _fit(history[i], target_hz, options.tie_hz))
     weight, chosen, graded = np.where(sets[best].kept, pairs.weight, 0.0), history[best], None
     worth = _worth(search, pairs, weight)
     if options.graded and chosen.hz != target_hz:
         weight, chosen, graded = _graded(search, pairs, sets, history, best, target_hz)
     equal = sorted((s for s in history if abs(s.hz - target_hz) <= options.scatter_hz),
-                   key=lambda s: _fit(s, target_hz))
+                   key=lambda s: _fit(s, target_hz, options.tie_hz))
     return Detachment(search.table(weight), chosen, tuple(history), target_hz, _stations(pairs, weight), worth, graded,
                       tuple(equal))
 
@@ -153,7 +129,7 @@ def keep_stations(assembly: StuckAssembly, pairs: ContactTable, ends: tuple[int,
     stations = int(pairs.station.max()) + 1
     if sum(ends) > stations:
         raise InputError(f"{ends[0]} + {ends[1]} stations are to be kept, the sides have {stations}")
-    return keep_weights(assembly, pairs, np.where(_ends(pairs, *ends), pairs.weight, 0.0), follow, options, ends)
+    return keep_weights(assembly, pairs, np.where(ends_of(pairs, *ends), pairs.weight, 0.0), follow, options, ends)
 
 
 def keep_weights(assembly: StuckAssembly, pairs: ContactTable, weight: np.ndarray, follow: np.ndarray,
@@ -176,9 +152,9 @@ def _step(search, one) -> Step:
     return Step(one.front, one.back, *search.find(np.where(one.kept, search.pairs.weight, 0.0)))
 
 
-def _fit(step, target_hz):
+def _fit(step, target_hz, tie_hz):
     """Sorts sets: the nearest to the target, of those that fit alike the most even one."""
-    return round(abs(step.hz - target_hz) / TIE), abs(step.front - step.back), -step.front
+    return round(abs(step.hz - target_hz) / tie_hz), abs(step.front - step.back), -step.front
 
 
 def _from_middle(pairs, closed, at_least) -> Iterator[_Kept]:
@@ -186,12 +162,12 @@ def _from_middle(pairs, closed, at_least) -> Iterator[_Kept]:
     stations = int(pairs.station.max()) + 1
     yield _Kept((stations + 1) // 2, stations // 2, pairs.carrying)
     counts = range(1, stations)
-    front = [n for n in counts if n == 1 or (closed & _ends(pairs, n, 0) & ~_ends(pairs, n - 1, 0)).any()]
-    back = [n for n in counts if n == 1 or (closed & _ends(pairs, 0, n) & ~_ends(pairs, 0, n - 1)).any()]
+    front = [n for n in counts if n == 1 or (closed & ends_of(pairs, n, 0) & ~ends_of(pairs, n - 1, 0)).any()]
+    back = [n for n in counts if n == 1 or (closed & ends_of(pairs, 0, n) & ~ends_of(pairs, 0, n - 1)).any()]
     for count in range(stations - 1, max(at_least, 2) - 1, -1):
         for f in sorted((f for f in front if count - f in back), key=lambda f: abs(2 * f - count - 0.5)):
-            if (closed & ~_ends(pairs, f, count - f)).any():
-                yield _Kept(f, count - f, _ends(pairs, f, count - f) & pairs.carrying)
+            if (closed & ~ends_of(pairs, f, count - f)).any():
+                yield _Kept(f, count - f, ends_of(pairs, f, count - f) & pairs.carrying)
 
 
 def _least_loaded(pairs, closed, options) -> Iterator[_Kept]:

@@ -22,6 +22,7 @@ class LanczosSettings:
 
     residual: float = 1e-8      # of an eigenvector of (A - s)^-1; its value is good to the square
     fewest: int = 4             # steps before the first look
+    apart: float = 0.03         # ratio of neighbouring shifts, less 1: a nearer one saves steps, costs a matrix product
     beside: float = 1e-4        # the shift keeps this part of itself from a mode without springs
 
 

@@ -7,11 +7,9 @@ import scipy.linalg as sl
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from static_contact.followed_mode import FollowedMode, Shifted
+from static_contact.followed_mode import SETTINGS, FollowedMode, Shifted
 from static_contact.roll_springs import spring_directions
 from static_contact.stuck_assembly import StuckAssembly, stuck_springs
-
-APART = 0.03        # ratio of neighbouring shifts, less 1: a nearer one saves Lanczos steps and costs a matrix product
 
 
 class StuckSearch:
@@ -57,9 +55,9 @@ class StuckSearch:
         return self._conserve(kept) if self._conserve else kept
 
     def _about(self, lam):
-        place = round(np.log(max(lam, 1.0)) / APART)
+        place = round(np.log(max(lam, 1.0)) / SETTINGS.apart)
         if place not in self._shifts:
-            self._shifts[place] = self._mode.near(np.exp(place * APART))
+            self._shifts[place] = self._mode.near(np.exp(place * SETTINGS.apart))
         return self._shifts[place]
 
     def _stuck(self, pairs):

@@ -8,7 +8,8 @@ import pytest
 
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.detachment import DetachmentOptions, detach_until, keep_ends
+from static_contact.detachment import DetachmentOptions, detach_until
+from static_contact.kept_pairs import keep_ends
 from static_contact.stuck_assembly import StuckAssembly
 from tests.contact_tables import contact_table
 

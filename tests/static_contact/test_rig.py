@@ -6,8 +6,9 @@ import pytest
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.detachment import detach_until, keep_ends
+from static_contact.detachment import detach_until
 from static_contact.equilibrium import side_forces, side_normals
+from static_contact.kept_pairs import keep_ends
 from static_contact.preload import StaticContact
 from static_contact.redistribution import redistribute
 from static_contact.reduction_error import stuck_error_bound

@@ -11,7 +11,8 @@ import pytest
 
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
-from static_contact.detachment import DetachmentOptions, detach_until, keep_ends
+from static_contact.detachment import DetachmentOptions, detach_until
+from static_contact.kept_pairs import keep_ends
 from static_contact.roll_springs import spring_rows
 from static_contact.stuck_assembly import StuckAssembly
 from tests.conftest import STUDY, changed

@@ -1,12 +1,13 @@
 """The factor on the contact stiffness with which the stuck assembly has a measured frequency."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
-from static_contact.detachment import keep_ends
+from static_contact.kept_pairs import keep_ends
 from static_contact.redistribution import carried
 from static_contact.roll_springs import spring_rows
 from static_contact.stiffness.nodal_weights import calibrate_scale
@@ -18,8 +19,16 @@ from tipdamp.stages.reduce import free_modes
 from tipdamp.study.view import Study
 
 READS = ("tune.follow", "tune.stations", "tune.stiffness", "respond.direction", "respond.patches")
-FACTORS = (1e-3, 1e2)       # between which it is looked for
-MET_HZ = 0.1                # a fit that ends farther off met a place where pairs open or close
+@dataclass(frozen=True)
+class FitSettings:
+    """Of the search for the factor."""
+
+    least: float = 1e-3         # far below what any contact is softer by
+    most: float = 1e2           # far above smooth bodies
+    met_hz: float = 0.1         # a fit that ends farther off met a place where pairs open or close
+
+
+SETTINGS = FitSettings()
 
 
 def fit_factor(study: Study, model: ReducedModel, scaled: Callable[[float], ContactTable]) -> tuple[float, list[str]]:
@@ -45,8 +54,8 @@ def fit_factor(study: Study, model: ReducedModel, scaled: Callable[[float], Cont
         stuck = line.replace(weight=np.where(closed, line.weight, 0.0))
         return assembly.modes(stuck, follow, extra=springs).tracked_hz
 
-    factor = calibrate_scale(frequency, goal, *FACTORS)
+    factor = calibrate_scale(frequency, goal, SETTINGS.least, SETTINGS.most)
     met = frequency(factor)
-    return factor, [] if abs(met - goal) < MET_HZ else [
+    return factor, [] if abs(met - goal) < SETTINGS.met_hz else [
         f"[contact] fit_hz = {goal:g}: no factor meets it, since pairs open or close or modes cross near {factor:.4g}, "
         f"which gives {met:.1f} Hz"]

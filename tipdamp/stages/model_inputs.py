@@ -8,8 +8,8 @@ from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError, nearest
 from hbm.hold import HeldMotion
 from hbm.model import ReducedModel
-from static_contact.detachment import conserve_total
 from static_contact.equilibrium import beside, side_forces, side_normals
+from static_contact.kept_pairs import conserve_total
 from static_contact.preload import Preload, StaticContact
 from static_contact.roll_springs import RollSpring, roll_springs
 from tipdamp.bodies import BLADES, DAMPER

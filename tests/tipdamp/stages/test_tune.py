@@ -127,6 +127,19 @@ def test_pairs_open_at_rest_do_not_stick(variant, tmp_path):
     assert without["stuck_hz"] == pytest.approx(found["stuck_hz"], rel=1e-9)
 
 
+def test_linear_response_leaves_open_pairs_out(variant, tmp_path):
+    """Peak of stuck.npz at the stuck frequency of the closed pairs, not at that of all kept ones."""
+    variant("preload")
+    crowned(tmp_path)
+    folder = variant("respond", ("stations = [5, 4]", "stations = [16, 15]"), ("levels = [1, 20]", "levels = [1]"),
+                     ("band = [2300, 3300]", "band = [3300, 3700]"))
+    hz = read(folder, "tune.json")["stuck_hz"]
+    with np.load(folder / "stuck.npz") as linear:
+        at = linear["frequency"][np.abs(linear["response"][:, 0]).argmax()]
+    assert at == pytest.approx(hz["tuned"], rel=2e-3) and hz["tuned"] == pytest.approx(hz["full_line"])
+    assert abs(at / 3583 - 1) > 4e-3                # with all 31 stations
+
+
 def test_row_that_stands_for_a_flat_goes_with_its_station(variant, tmp_path):
     """Row 0 open, row 1 closed: row 0 stands for the station and sticks. Both open: it goes."""
     variant("tune")
