@@ -136,8 +136,9 @@ def test_linear_response_leaves_open_pairs_out(variant, tmp_path):
     hz = read(folder, "tune.json")["stuck_hz"]
     with np.load(folder / "stuck.npz") as linear:
         at = linear["frequency"][np.abs(linear["response"][:, 0]).argmax()]
-    assert at == pytest.approx(hz["tuned"], rel=2e-3) and hz["tuned"] == pytest.approx(hz["full_line"])
-    assert abs(at / 3583 - 1) > 4e-3                # with all 31 stations
+    assert at == pytest.approx(hz["tuned"], rel=3e-3)             # damping and a neighbour move the peak by 0.24 %
+    assert hz["tuned"] == pytest.approx(hz["full_line"])
+    assert abs(at / 3583 - 1) > 6e-3                              # with all 31 stations
 
 
 def test_row_that_stands_for_a_flat_goes_with_its_station(variant, tmp_path):
