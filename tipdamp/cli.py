@@ -148,6 +148,8 @@ def _opened(arguments):
 def _one_stage(arguments) -> int:
     study, store = _opened(arguments)
     with _workers(arguments) as workers:
+        if arguments.verb == "respond":
+            _compile_beside(workers, study, store)
         _run(arguments, arguments.verb, study, store, workers)
     return _partial(store) if arguments.verb == "respond" else 0
 
@@ -179,7 +181,7 @@ def _workers(arguments):
 
 
 def _compile_beside(workers, study, store):
-    """Before the first forced response, its kernels are compiled while the stages before it run."""
+    """Before the first forced response, its kernels are compiled or loaded while the work before it is done."""
     from tipdamp.curves import compile_kernels
 
     if workers.jobs > 1 and "respond" in study and store.record("respond") is None:
