@@ -47,11 +47,11 @@ def with_gauge(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> np.ndarray:
 
 
 def stiff_factor(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """(unit of each dof (r,), Cholesky factor (r, r), lower, of K in these units) where that clearly restrains every
-    motion; else None."""
+    """(unit of each dof (r,), Cholesky factor, in the lower triangle of (r, r), of K in these units) where that clearly
+    restrains every motion; else None."""
     scale, scaled = _scaled(K)
-    factor, failed = dpotrf(scaled, lower=1)
     size = np.abs(scaled).sum(axis=0).max()
+    factor, failed = dpotrf(scaled, lower=1, overwrite_a=1, clean=0)
     least = 0.0 if failed else dpocon(factor, size, uplo="L")[0] * size         # about what the softest one stores
     rounding = DEFAULT.noise * np.finfo(float).eps * size + DEFAULT.loose * len(K)
     return (scale, factor) if least > DEFAULT.restrained * rounding else None
