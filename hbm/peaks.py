@@ -25,9 +25,9 @@ def refine_largest(equation: Equation, branch: Branch, rows: np.ndarray, setting
     rows : (m, r) outputs. Returns (n, m) bool, for the branch as it is afterwards.
     """
     output = Output(equation, branch, Outputs(rows), (KINDS[0], []), settings)
-    noise, found = _noise(branch, rows), []
+    least, found = noise(branch, rows), []
     known = dict(zip(map(id, branch.points), output.heights(branch.points), strict=True))
-    for j in np.flatnonzero(np.nanmax(list(known.values()), axis=0, initial=0.0) > noise):
+    for j in np.flatnonzero(np.nanmax(list(known.values()), axis=0, initial=0.0) > least):
         new = [point for point in branch.points if id(point) not in known]
         known |= dict(zip(map(id, new), output.heights(new), strict=True))
         heights = np.array([known[id(point)][j] for point in branch.points])
@@ -187,7 +187,7 @@ class Output:
         return found
 
 
-def _noise(branch, rows):
+def noise(branch: Branch, rows: np.ndarray) -> np.ndarray:
     """(m,) amplitudes of the outputs, rows (m, r), that are rounding beside the motion of the whole model."""
     point = max((p for p in branch.points if p.converged), key=lambda p: np.linalg.norm(p.detail.modal[:, 1:]))
     motion = point.detail.balance.receptance.shapes @ point.detail.modal[:, 1:]

@@ -24,6 +24,7 @@ from hbm.contact import ContactTable
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
+from hbm.drawn import Slopes, refine_drawn
 from hbm.equilibrium import check_carried, settle, with_residuals
 from hbm.errors import InputError
 from hbm.hold import Hold
@@ -178,11 +179,13 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
         check_carried(there, forces, w)
     equation, settings = Equation(case.balance(problem, options, w), parameter, hz), case.settings
     scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
-    branch = trace(equation, scale * first, scale * last, settings, options.progress)
+    slopes = Slopes(case.rows)
+    branch = trace(equation, scale * first, scale * last, settings, options.progress, slopes.note)
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
         warnings.warn(f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3)
     if len(branch.points) > 2:
         peak_points = refine_largest(equation, branch, case.rows, settings)
+        peak_points = refine_drawn(equation, branch, slopes, peak_points, settings)
     change = stiffer_change(equation, branch, case.rows, settings)
     residuals = settle(equation, branch.points, (scale * first, scale * last, *scale * at))
     curve = record(branch, equation, (case.names, case.rows), options.contact, (peak_points, change),

@@ -23,16 +23,17 @@ LEFT = ("left", "closed")        # ends of branches that leave the band for good
 
 
 def trace(equation: Equation, first: float, last: float, settings: Settings,
-          progress: Callable | None = None) -> Branch:
+          progress: Callable | None = None, note: Callable | None = None) -> Branch:
     """The branch from `first` to `last`, in units of the branch; progress(value, step, calls) or None.
 
+    note(point) : called for every point while its matrices are at hand, or None
     Of the branches from several solutions at `first`, the first one that does not leave the band for good.
     """
     budget = Budget(settings, progress, first / equation.parameter.scale, len(equation.weights))
     equation.balance.on_call = budget.call
     found: list[Branch] = []
     try:
-        _first_staying(equation, first, last, settings, budget, found)
+        _first_staying(equation, first, last, settings, budget, found, note)
     except BudgetExceeded:                  # while further first points were sought
         pass
     finally:
@@ -45,7 +46,7 @@ def trace(equation: Equation, first: float, last: float, settings: Settings,
     return best
 
 
-def _first_staying(equation, first, last, settings, budget, found):
+def _first_staying(equation, first, last, settings, budget, found, note):
     """Fill `found` with branches from `first`, up to the first one that does not leave the band for good."""
     passed, known = [], []
 
@@ -54,6 +55,8 @@ def _first_staying(equation, first, last, settings, budget, found):
             before.detail.forget()          # what Newton needed there: too large to keep over a whole curve
         passed[:] = [point] if point.detail is not None else []
         budget.point(point.parameter / equation.parameter.scale, step, point.iterations)
+        if note:
+            note(point)
 
     for begin in _starts(equation, first, settings, True):
         if not begin.converged or any(_same(begin, other, equation.weights) for other in known):

@@ -70,12 +70,15 @@ def _unfolded(evaluate, way, parameter, metric, settings):
 
 
 def _may_turn(a, b, parameter, metric):
-    """Whether the branch may turn and cross a parameter between two points: their tangents are steep beside the chord,
-    or run against it."""
+    """Whether the branch may turn and cross a parameter between two points."""
+    return _near((a, b), parameter) and may_fold(a, b, metric)
+
+
+def may_fold(a: Point, b: Point, metric: Metric) -> bool:
+    """Whether a loop may lie between two points of a branch: their tangents are steep beside the chord, or against."""
     chord = b.parameter - a.parameter
     slopes = [np.sign(chord) * end.tangent[1] / metric.norm(*end.tangent) for end in (a, b)]
-    return _near((a, b), parameter) and (min(slopes) < 0
-                                         or sum(slopes) * arc.distance(a, b, metric) > STEEP * abs(chord))
+    return min(slopes) < 0 or sum(slopes) * arc.distance(a, b, metric) > STEEP * abs(chord)
 
 
 def insert_crossings(evaluate: Evaluate, branch: Branch, at: np.ndarray, weights: np.ndarray,

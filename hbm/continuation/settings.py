@@ -59,6 +59,8 @@ class Settings:
     peak_step: float = 1e-9       # arc length of the last Newton step of the points around a maximum ...
     max_polish: int = 4           # ... after so many at most; where the springs are stiff the residual does not tell
     peak_window: float = 0.02     # share of the largest value by which a point may lie below it and be searched from
+    drawn_error: float = 1e-3     # of the largest value, of a curve linked by PCHIP; a line on paper is wider
+    drawn_passes: int = 6         # of points for that: each halves what is left beside a kink, or more
     shortest_chord: float = 1e-13    # arc length of a bracket that is not divided any more: rounding
     peak_noise: float = 1e-9      # of the motion of the whole model: an output below it is rounding
 

@@ -16,7 +16,7 @@ import time
 
 from tests.benchmarks.record import ROOT
 
-RUNS = ("speed", "point_floor", "force_residuals", "rig", "robustness", "robustness_integration", "calculix",
+RUNS = ("speed", "curves", "point_floor", "force_residuals", "rig", "robustness", "robustness_integration", "calculix",
         "calculix_modes", "cost_floor", "growth", "hundreds", "jobs")
 
 

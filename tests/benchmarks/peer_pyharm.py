@@ -62,7 +62,8 @@ def main():
     top = int(amplitude.argmax())
     print(json.dumps({"version": f"pyHarm-os {metadata.version('pyHarm-os')}", "points": len(good), "seconds": seconds,
                       "hz": [w[0] / 2 / np.pi, w[-1] / 2 / np.pi], "contacts": len(contacts), "dofs": len(d["M"]),
-                      "top_hz": w[top] / 2 / np.pi, "top": amplitude[top]}))
+                      "top_hz": w[top] / 2 / np.pi, "top": amplitude[top], "curve": [(w / 2 / np.pi).tolist(),
+                                                                                        amplitude.tolist()]}))
 
 
 if __name__ == "__main__":

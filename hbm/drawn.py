@@ -1,0 +1,107 @@
+"""Points where the drawn curve needs them: an output linked by PCHIP through the solved points.
+
+Each point knows its slope, so that the cubic of an interval with the true slopes (Hermite) tells how far the drawn one
+(PCHIP, [Fritsch, Butland 1984]) is off: most where a contact begins to slip and the curve has a kink. There the new
+point is solved where the tangents of both ends meet.
+"""
+
+import numpy as np
+
+from hbm import fourier
+from hbm.continuation.arc import lies_between, metric_at
+from hbm.continuation.branch import Branch
+from hbm.continuation.corrector import between
+from hbm.continuation.crossings import may_fold
+from hbm.continuation.point import Point
+from hbm.continuation.settings import Settings
+from hbm.parameter import Equation
+from hbm.peaks import noise
+from hbm.tracing import Outputs
+
+SHARES = np.array([0.25, 0.5, 0.75])[:, None, None]     # of an interval, where its error is looked at
+
+
+class Slopes:
+    """Harmonics of the outputs, rows (m, r), and their change by the parameter, of points {id: (point, (2, m, H+1))}.
+
+    They are noted as soon as a point is solved: later its matrices would have to be made once more.
+    """
+
+    def __init__(self, rows: np.ndarray):
+        self.outputs, self.known = Outputs(rows), dict[int, tuple[Point, np.ndarray]]()
+
+    def note(self, point: Point) -> None:
+        """Take a point up; one that failed, or knows no tangent, is left out."""
+        if point.converged and point.tangent is not None and point.detail is not None:
+            X = self.outputs.at(point.detail)
+            dX = self.outputs.at(point.detail.moved(*point.tangent)) - X
+            self.known[id(point)] = point, np.array([X, dX / (point.tangent[1] or np.nan)])
+
+    def table(self, points: list[Point], H: int) -> tuple[np.ndarray, np.ndarray]:
+        """Half peak to peak of the outputs at points, and its slopes by the parameter, (n, m) each; NaN if left out."""
+        X = np.full((2, len(points), len(self.outputs.rows), H + 1), np.nan, dtype=complex)
+        for i, point in enumerate(points):
+            if id(point) not in self.known:
+                self.note(point)
+            if id(point) in self.known:
+                X[:, i] = self.known[id(point)][1]
+        return fourier.half_peak_to_peak(X[0]), fourier.half_peak_to_peak_slope(*X)
+
+
+def refine_drawn(equation: Equation, branch: Branch, slopes: Slopes, marks: np.ndarray,
+                 settings: Settings) -> np.ndarray:
+    """Insert points until half peak to peak of no output, linked by PCHIP, is off by more than `drawn_error`.
+
+    Where the branch may fold between two points nothing is drawn by one function of the parameter: it stays as it is.
+    slopes : of the points, as far as they are noted; marks : (n, m) bool of the points. Returns the marks of the branch
+    as it is afterwards.
+    """
+    points, kept, H = branch.points, list(marks), equation.balance.H
+    values, rates = slopes.table(points, H)
+    scale = np.nanmax(values, axis=0, initial=0.0)
+    scale[scale <= noise(branch, slopes.outputs.rows)] = np.inf
+    failed: set[int] = set()                 # points behind which none could be solved
+    for _ in range(settings.drawn_passes):
+        p, inserted = np.array([point.parameter for point in points]), list[int]()
+        for i, share in reversed(_coarse(p, values / scale, rates / scale, settings.drawn_error)):
+            a, b = points[i:i + 2]
+            if id(a) in failed or may_fold(a, b, metric_at(a, equation.weights)):
+                continue
+            new = between(equation.evaluate, a, b, share, equation.weights, settings)
+            branch.calls += new.iterations
+            if lies_between(new, a, b, metric_at(a, equation.weights)):
+                inserted.append(i)
+                points.insert(i + 1, new)
+                kept.insert(i + 1, np.zeros(marks.shape[1], dtype=bool))
+                slopes.note(new)
+                new.detail.forget()
+            else:
+                failed.add(id(a))
+        if not inserted:
+            break
+        values, rates = slopes.table(points, H)
+    return np.array(kept)
+
+
+def _coarse(p, values, slopes, tolerance):
+    """[(interval, share of it where a point is wanted)] of the intervals where an output is drawn too coarsely."""
+    h, rise = np.diff(p)[:, None], np.diff(values, axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = _drawn_slopes(h, rise / h, slopes) - slopes
+        before, after = off[:-1] * h, off[1:] * h
+        error = np.abs(SHARES * (1 - SHARES) ** 2 * before - SHARES**2 * (1 - SHARES) * after).max(axis=0)
+        error = np.nan_to_num(error, posinf=0.0)
+        meet = (rise / h - slopes[1:]) / (slopes[:-1] - slopes[1:])
+    worst = error.argmax(axis=1)
+    return [(int(i), float(meet[i, worst[i]]) if 0.1 < meet[i, worst[i]] < 0.9 else 0.5)
+            for i in np.flatnonzero(error.max(axis=1) > tolerance)]
+
+
+def _drawn_slopes(h, chords, slopes):
+    """(n, m) slopes of PCHIP at the points, by the intervals h (n-1, 1) and the slopes of their chords; at the ends,
+    and where the branch turns, the true ones."""
+    one, two = 2 * h[1:] + h[:-1], h[1:] + 2 * h[:-1]
+    inner = np.where(chords[:-1] * chords[1:] > 0, (one + two) / (one / chords[:-1] + two / chords[1:]), 0.0)
+    drawn = slopes.copy()
+    drawn[1:-1] = np.where(h[:-1] * h[1:] > 0, inner, slopes[1:-1])
+    return drawn
