@@ -1,6 +1,6 @@
 """Cases beside their references, one module a subject. The tests hold every row to its limit; a release prints them.
 
-    OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [SUBJECT ...]
+    OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [--long] [SUBJECT ...]
 """
 
 from collections.abc import Callable, Iterable
@@ -37,6 +37,7 @@ class Subject:
     limits : {against: largest error}, as asked; a key may be the beginning of an `against`. What has no limit is
         reported.
     misses : {against: Miss}, the kinds of reference against which the limit is not met
+    long : its rows and more that take minutes, for the command with --long
     """
 
     title: str
@@ -44,6 +45,7 @@ class Subject:
     rows: Callable[[], Iterable[Row]]
     limits: dict[str, float]
     misses: dict[str, Miss] = field(default_factory=dict)
+    long: Callable[[], Iterable[Row]] | None = None
 
     def limit(self, against: str) -> float | None:
         fits = [k for k in self.limits if against.startswith(k)]

@@ -1,6 +1,6 @@
 """The validation pages of a release: a page a subject; worst.md: what misses its limit, and the worst rows.
 
-    OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [SUBJECT ...]
+    OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [--long] [SUBJECT ...]
 
 worst.md goes into docs/validation.md as its chapter on accuracy. All subjects: about a quarter of an hour.
 """
@@ -67,6 +67,7 @@ def missed(subject, rows) -> list[str]:
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "validation")
+    parser.add_argument("--long", action="store_true", help="the rows that take minutes, too")
     parser.add_argument("subjects", nargs="*", metavar="SUBJECT", help=", ".join(SUBJECTS))
     asked = parser.parse_args(arguments)
     if unknown := set(asked.subjects) - set(SUBJECTS):
@@ -76,7 +77,7 @@ def main(arguments=None):
     for name in asked.subjects or SUBJECTS:
         print(name, flush=True)
         subject = importlib.import_module(f"tests.validation.{name}").SUBJECT
-        rows = list(subject.rows())
+        rows = list(subject.long() if asked.long and subject.long else subject.rows())
         short = missed(subject, rows)
         page = [f"# {subject.title}", "", subject.text, "", f"{made()}.", "", *short, *[""] * bool(short),
                 *table(subject, rows)]

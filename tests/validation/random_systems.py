@@ -46,8 +46,8 @@ def smooth_systems(count, seed=1):
                      int(rng.choice([1, 3, 5, 7])))
 
 
-def contact_systems(count, seed=2):
-    """2 to 6 dofs, 1 to 4 contacts of one law, some of them with a gap, H = 1 to 9."""
+def contact_systems(count, seed=2, decades=(-1, 1)):
+    """2 to 6 dofs, 1 to 4 contacts of one law, some of them with a gap, H = 1 to 9; decades of kn and kt."""
     for rng in _generators(count, seed):
         r, P = int(rng.integers(2, 7)), int(rng.integers(1, 5))
         law = LAWS[rng.integers(len(LAWS))]()
@@ -58,7 +58,7 @@ def contact_systems(count, seed=2):
         if "n" in law.components:
             preload = np.where(rng.random(P) < 0.25, -rng.uniform(0.05, 0.3, P), preload)
             preload[0] = abs(preload[0])           # one of them at least is closed at rest
-        pairs = Contacts(*10 ** rng.uniform(-1, 1, (2, P)), rng.uniform(0.1, 0.8, P), preload)
+        pairs = Contacts(*10 ** rng.uniform(*decades, (2, P)), rng.uniform(0.1, 0.8, P), preload)
         problem = ContactProblem(M, None, K, B, law, pairs, damping_ratio=10 ** rng.uniform(-2.3, -1.3))
         w, motion = _resonance(problem, rng.normal(size=r))
         force = motion.force * 10 ** rng.uniform(-0.5, 1) / motion.largest

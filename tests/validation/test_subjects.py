@@ -3,13 +3,23 @@
 import importlib
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from hbm.time.comparison import compare_point
 from hbm.time.settings import IntegrationSettings
 from tests.hbm.oscillator import Y2
-from tests.validation import Miss, Subject, peaks_from_both_ends, random_oscillators, rig_time_integration, row
+from tests.validation import (
+    Miss,
+    Subject,
+    peaks_from_both_ends,
+    random_oscillators,
+    random_residuals,
+    rig_time_integration,
+    row,
+)
 from tests.validation.__main__ import SUBJECTS, main, missed
+from tests.validation.random_systems import contact_systems
 
 OWN_TESTS = {"nafems", "hertz", "random_beams", "random_oscillators", "rig_time_integration", "contact_stiffness",
              "peaks_from_both_ends"}                      # hold these rows
@@ -26,7 +36,7 @@ def test_rows_within_limits(name):
 
 @pytest.mark.slow
 def test_rig_at_its_peaks():
-    found = {row.against: row.error for row in rig_time_integration.rows(around=(0.0,))}
+    found = {row.against: row.error for row in rig_time_integration.rows()}
     limits = {kind: limit for kind, limit in rig_time_integration.SUBJECT.limits.items() if "peak" in kind}
     assert found.keys() == limits.keys() and all(found[kind] <= limit for kind, limit in limits.items()), found
 
@@ -54,6 +64,14 @@ def test_barely_damped_mode_repeats_at_a_finer_tolerance():
     balance, point, y2 = random_oscillators.solve(problem, force, w, guess, 32)
     found = compare_point(balance, point, [Y2["y2"]], IntegrationSettings(max_periods=60))
     assert found.agrees and found.stable and found.difference < 1e-3
+
+
+@pytest.mark.slow
+def test_residuals_of_random_systems():
+    """kn and kt over five decades: what is stored solves the equation of motion with 16384 samples."""
+    for i, system in enumerate(contact_systems(5, random_residuals.SEED, random_residuals.DECADES)):
+        curve, error = random_residuals.checked(system, np.random.default_rng(i), points=1)
+        assert curve.complete and error < random_residuals.LIMIT, system.name
 
 
 def test_pages_of_two_subjects(tmp_path):
