@@ -3,7 +3,7 @@
     python -m tests.benchmarks.force_residuals [--count 200]
 
 The residual of the plain equation of motion, from the harmonics of every dof alone, over the force scale; both
-directions of the smooth ones. Points left out are counted, with the reason.
+directions of the smooth ones. Points that are not solved are counted; what was left out is listed with its reason.
 """
 
 import argparse
@@ -40,12 +40,12 @@ def contacts(count):
 
 def residuals(cases):
     """Figures of cases: points, the largest residual, and points that were left out."""
-    found = {"curves": 0, "points": 0, "left_out": 0, "worst": 0.0, "said": []}
+    found = {"curves": 0, "points": 0, "not_solved": 0, "worst": 0.0, "said": []}
     for problem, force, band, H in cases:
         curve = follow_band(problem, force, band, harmonics=H, outputs=every_dof(problem))
         found["curves"] += 1
         found["points"] += int(curve.converged.sum())
-        found["left_out"] += int((~curve.converged).sum())
+        found["not_solved"] += int((~curve.converged).sum())
         found["worst"] = max(found["worst"], largest_residual(curve, problem, force))
         if "left out" in curve.ended:
             found["said"].append(curve.ended)
