@@ -19,6 +19,7 @@ DAMPERS = {  # shape of the left and of the right side (paper, figure 1b)
     "cylindrical": ("round", "round"),
     "wedge": ("flat", "flat"),
 }
+RIGS = ("asymmetric", "twin")       # lengths of rig_<name>.toml
 DEFAULTS = Path(__file__).with_name("rig_asymmetric.toml")
 _DEFAULT = tomllib.loads(DEFAULTS.read_text())
 
@@ -42,6 +43,11 @@ class Rig:
     cover_margin_below: float = _DEFAULT["cover_margin_below"]  # cover below the flat's lower edge
     cover_margin_above: float = _DEFAULT["cover_margin_above"]  # cover above the flat's upper edge
     patch_area: float = _DEFAULT["patch_area"]  # of the accelerometer (paper, section 8)
+
+    @classmethod
+    def named(cls, name: str) -> "Rig":
+        """The lengths of meshes/rig_<name>.toml; `RIGS` lists the names."""
+        return cls(**tomllib.loads(DEFAULTS.with_name(f"rig_{name}.toml").read_text()))
 
     def __post_init__(self):
         for f in fields(self):

@@ -8,7 +8,7 @@ the contacts. Groups, geometry and the origin of the lengths: meshes/README.md.
 
 import argparse
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from hbm.errors import InputError
 from meshes import mesh_file
 from meshes.checks import MeshError, check
-from meshes.rig import DAMPERS, SIDES, STATIONS, Cells, Rig, contact
+from meshes.rig import DAMPERS, RIGS, SIDES, STATIONS, Cells, Rig, contact
 from meshes.sections import blades_section, damper_section
 from meshes.structured import Mesh, boundary, extrude, find_nodes, select
 
@@ -35,12 +35,16 @@ def build(rig: Rig, damper: str, size: float = 1.0, rows: int = 2, cells: Cells 
             _damper(rig, found, *extrude(*damper_section(rig, found, cells, rows), y)))
 
 
-def generate(rig: Rig, damper: str, size: float = 1.0, folder: str | Path = ".", rows: int = 2) -> dict[str, Path]:
-    """Builds both bodies, writes and reads them back, checks what was read -> {'blades': path, 'damper': path}."""
+def generate(rig: Rig, damper: str, size: float = 1.0, folder: str | Path = ".", rows: int = 2,
+             prefix: str = "") -> dict[str, Path]:
+    """Builds both bodies, writes and reads them back, checks what was read -> {'blades': path, 'damper': path}.
+
+    prefix : of the names of the files, in place of the damper's
+    """
     blades, solid = build(rig, damper, size, rows)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    paths = {m.name: folder / f"{damper}_{m.name}.msh" for m in (blades, solid)}
+    paths = {m.name: folder / f"{prefix or damper}_{m.name}.msh" for m in (blades, solid)}
     for mesh in (blades, solid):
         mesh_file.write(paths[mesh.name], mesh)
     check(rig, damper, rows, *(mesh_file.read(p) for p in paths.values()))
@@ -110,12 +114,16 @@ def main(arguments: list[str] | None = None) -> int | None:
     parser.add_argument("--size", type=float, default=1.0, help="cells along each edge, relative to the default mesh")
     parser.add_argument("--rows", type=int, default=2, help="lines of contact pairs on a flat side")
     parser.add_argument("--out", default=".", help="folder for the two files")
+    parser.add_argument("--rig", choices=RIGS, default=RIGS[0], help="lengths of meshes/rig_<name>.toml; those of the "
+                        "twin are written as twin_blades.msh and twin_damper.msh")
     for f in fields(Rig):
-        parser.add_argument(f"--{f.name.replace('_', '-')}", type=float, default=f.default, metavar=f"{f.default:.6g}")
+        parser.add_argument(f"--{f.name.replace('_', '-')}", type=float, metavar=f"{f.default:.6g}")
     given = parser.parse_args(arguments)
     try:
-        rig = Rig(**{f.name: vars(given)[f.name] for f in fields(Rig)})
-        paths = generate(rig, given.damper, given.size, given.out, given.rows)
+        own = {f.name: vars(given)[f.name] for f in fields(Rig) if vars(given)[f.name] is not None}
+        rig = replace(Rig.named(given.rig), **own)
+        prefix = "" if given.rig == RIGS[0] else given.rig
+        paths = generate(rig, given.damper, given.size, given.out, given.rows, prefix)
     except (InputError, MeshError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

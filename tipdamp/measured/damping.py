@@ -7,6 +7,7 @@ import numpy as np
 from hbm.errors import InputError
 
 FLAT = 3                 # equal highest values that no sampled resonance has: the signal was clipped
+WIDE = 1e-4              # of the frequency: over less than this, samples of a resonance may be equal
 CIRCLE_POINTS = 6        # five unknowns of the fit and one more
 
 
@@ -55,7 +56,8 @@ def highest_peak(hz: np.ndarray, amplitude: np.ndarray) -> tuple[float, float]:
     Raises InputError where it is cut off by the end of the record, or clipped.
     """
     k = int(amplitude.argmax())
-    if (np.isclose(amplitude, amplitude[k], rtol=1e-9, atol=0.0)).sum() >= FLAT:
+    top = np.flatnonzero(np.isclose(amplitude, amplitude[k], rtol=1e-9, atol=0.0))
+    if len(top) >= FLAT and np.ptp(hz[top]) > WIDE * hz[k]:
         raise InputError(f"the peak at {hz[k]:.2f} Hz is clipped: {FLAT} or more highest values are equal")
     if k in (0, len(hz) - 1):
         raise InputError(f"the highest value lies at the end of the record, {hz[k]:g} Hz: no peak, and no damping")

@@ -55,6 +55,13 @@ def test_a_clipped_peak_has_no_damping():
         half_power(hz, np.minimum(np.abs(receptance(hz)), top))
 
 
+def test_dense_samples_of_a_peak_are_not_clipped():
+    """As a computed curve has, where its peak was refined."""
+    peak = PEAK_HZ * np.sqrt(1 - 2 * ZETA**2)
+    hz = np.unique(np.r_[grid(), peak + 1e-4 * np.arange(-2, 3)])
+    assert half_power(hz, np.abs(receptance(hz))).zeta == pytest.approx(ZETA, rel=5e-3)
+
+
 def test_circle_fit_needs_phase_and_points():
     hz = grid(step=40.0)
     with pytest.raises(InputError, match="needs the phase"):
