@@ -13,7 +13,7 @@ from hbm.errors import InputError, shown
 
 MOST_HARMONICS = 200
 MOST_SAMPLES = 2**16
-LEAST_FORCE, MOST_FORCE = 1e-250, 1e100    # N
+LEAST_FORCE, MOST_FORCE = 1e-120, 1e100    # N
 MAY_BE_ZERO = ("outside", "max_restarts", "max_gaps")      # of the settings
 
 

@@ -72,7 +72,7 @@ def test_bands_far_wider_than_the_resonances(band):
     assert curve.frequency[[0, -1]] == pytest.approx(band)
 
 
-@pytest.mark.parametrize("size", [1e-250, 1e-100, 1e-20, 1e-3])
+@pytest.mark.parametrize("size", [1e-119, 1e-100, 1e-20, 1e-3])
 def test_tiny_forces(size):
     """The contact sticks: the linear response, in proportion."""
     one, tiny = (follow_band(problem(Jenkins1D(), 1e3), f * F, (60, 130), harmonics=3, outputs=X) for f in (1.0, size))
@@ -80,9 +80,9 @@ def test_tiny_forces(size):
     assert np.array(tiny.peak("x")) == pytest.approx(np.array(one.peak("x")) * [1, size], rel=1e-6, abs=0)
 
 
-@pytest.mark.parametrize("size", [1e-302, 1e-260, 1e150, 1e300])
+@pytest.mark.parametrize("size", [1e-300, 1e-130, 1e150, 1e300])
 def test_forces_that_no_arithmetic_carries(size):
-    with pytest.raises(InputError, match=r"largest entry is \S+ N, must be between 1e-250 and 1e\+100 N"):
+    with pytest.raises(InputError, match=r"largest entry is \S+ N, must be between 1e-120 and 1e\+100 N"):
         follow_band(problem(Jenkins1D()), size * F, (60, 130), outputs=X)
 
 
