@@ -283,6 +283,12 @@ class StationWorth(Record):
     position_m: float
 
 
+class TrackedMode(Record):
+    """A stuck mode, found by a free one; mac - their energy-weighted MAC."""
+    hz: float
+    mac: float
+
+
 class FullModelCheck(Record):
     """Stuck frequencies of the reduced and of the full model; error_bound - relative, from the reduction alone."""
     reduced_hz: Numbers
@@ -327,6 +333,7 @@ class TuneResult(Result):
     history: tuple[TuneStep, ...]
     stuck_hz: OfSets[float]
     mac: OfSets[float]
+    other_modes: dict[str, TrackedMode] = {}
     stuck_modes_hz: OfSets[Numbers]
     full_model_check: dict[str, FullModelCheck] = {}
     preload_kept: dict[str, SideForces]

@@ -55,8 +55,8 @@ class Sets:
 def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     """Detach stations until the stuck frequency meets the target; the kept pairs carry the pull."""
     model, whole = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("preload.csv"))
-    follow = np.zeros(model.size)
-    follow[model.body == BLADES] = free_modes(study, model.part(BLADES)).follow[study.tune.follow]
+    shapes = {name: _of_blades(model, shape) for name, shape in free_modes(study, model.part(BLADES)).follow.items()}
+    follow = shapes.pop(study.tune.follow)
     line, assembly = inputs.line_of(study, whole), StuckAssembly(model)
     load, goal = carried(whole, line), target(study, store)
     found = _keep(study, assembly, line, load, follow, goal, tick)
@@ -67,14 +67,28 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     checked = _full_model_check(study, store, model, sets, tick)
     files = _write_kept(store, kept)
     on_kept = kept.pairs.select(kept.pairs.carrying)
+    springs = spring_rows(model, sets.pairs["tuned"], sets.springs["tuned"])
     results.TuneResult(
+        other_modes={name: _other_mode(assembly.modes(sets.pairs["tuned"], shape, extra=springs))
+                     for name, shape in shapes.items()},
         **tuning_figures(found, goal, line.position @ study.driver.axis), **stuck_figures(sets),
         table=study.tune.kept or None, full_model_check=checked, redistribution=kept.facts,
         preload_kept=side_forces(on_kept, kept.forces, kept.balance),
         roll_stiffness_Nm_per_rad=sum(s.k for s in sets.springs["tuned"]),
         cases={name: kept_case(study, model, found.pairs, name) for name in study.loads}).save(store)
-    shapes = {"kept stations stuck": sets.modes["tuned"], "whole area stuck": sets.modes["full_area"]}
-    return [*files, *keep_stuck(store, model, shapes)]
+    shown = {"kept stations stuck": sets.modes["tuned"], "whole area stuck": sets.modes["full_area"]}
+    return [*files, *keep_stuck(store, model, shown)]
+
+
+def _of_blades(model, shape):
+    """(r,) a free shape of the blades, the damper at rest."""
+    whole = np.zeros(model.size)
+    whole[model.body == BLADES] = shape
+    return whole
+
+
+def _other_mode(modes: StuckModes) -> results.TrackedMode:
+    return results.TrackedMode(hz=modes.tracked_hz, mac=modes.mac)
 
 
 def target(study: Study, store: Store) -> Target | None:

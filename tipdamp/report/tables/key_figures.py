@@ -42,6 +42,10 @@ def _stuck(results):
     yield _frequency(results, f"stuck, whole line{opened['full_line']} (Hz)", tune.stuck_hz.full_line, "full_line_hz")
     kept = ("own table" if tune.table else f"tuned to {tune.target_hz:g} Hz" if tune.target_hz else "given stations")
     yield _frequency(results, f"stuck, {kept}{opened['tuned']} (Hz)", tune.stuck_hz.tuned, "tuned_hz")
+    for name, mode in tune.other_modes.items():
+        free = results.reduce.free_hz.get(name)
+        yield (f"{name.replace('_', ' ')} with damper, {kept}; without: {hertz(free)} (Hz)", hertz(mode.hz), NOTHING,
+               NOTHING)
     for end, count in (("front", tune.tuned_pairs.front), ("back", tune.tuned_pairs.back)):
         given = reference.get(end)
         yield (f"kept stations, {end}", f"{count}", NOTHING if given is None else f"{given:g}",
