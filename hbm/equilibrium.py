@@ -91,14 +91,18 @@ class Kept:
         return _norm(self.unit, self._at_dofs(found - self.g))
 
     def response_error(self) -> float:
-        """Norm of the residual of the equation of motion under the forces of Newton's method."""
+        """Norm of the residual of the equation of motion under the forces of Newton's method, beyond what rounding of
+        its terms explains."""
         problem, kw = self.problem, self.w * np.arange(self.balance.H + 1)
         q = self.motion()
         inner = real_times(problem.stiffness, q) - real_times(problem.M, q * kw**2) + 1j * kw * self.damping_force(q)
         for one, reaction in zip(problem.held, self.balance.reaction_rows @ self.modal[:, 0].real, strict=True):
             if one.mean:
                 inner[:, 0] += one.row * reaction
-        return _norm(self.unit, inner + self._at_dofs(self.h) - self.applied())
+        terms = real_times(abs(problem.stiffness), np.abs(q)) + real_times(abs(problem.M), np.abs(q) * kw**2)
+        rounding = DEFAULT.terms * np.finfo(float).eps * _norm(self.unit, terms)
+        found = _norm(self.unit, inner + self._at_dofs(self.h) - self.applied())
+        return max(found - min(rounding, DEFAULT.most_rounding * self.scale()), 0.0)
 
     def scale(self) -> float:
         """Norm of the applied forces, or of the contact forces if that is larger."""

@@ -37,6 +37,9 @@ class BalanceSettings:
     unseen: float = 1e-9             # of the motion of a node: relative motion at the contacts that is rounding
     equilibrium: float = 5e-9        # of the force scale: residual of the equation of motion at which a point is kept;
                                      # summed in another order it stays below 1e-8
+    terms: float = 8.0               # roundings of the terms of the equation of motion, no residual: of elements of
+                                     # uneven stiffness K q itself is not known better
+    most_rounding: float = 1e-6      # of the force scale that is taken off for it
     more_steps: int = 8              # of Newton's method for a point above it
     light: float = 1e-10             # modal mass beside the largest, below which it is rounding
     stiff: float = 1e3               # contact springs beside the stiffest dof, above which rounding is estimated ...
