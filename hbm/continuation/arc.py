@@ -244,7 +244,7 @@ def _step_from(evaluate, a, b, metric, settings):
 
     The first steps lead almost to where the tangents pass each other: in a hairpin that is further than b is from a.
     """
-    calls, apart, new = 0, distance(a, b, metric), a
+    calls, apart, new, undetermined = 0, distance(a, b, metric), a, 0
     settings = replace(settings, max_stalls=settings.patient_stalls, last_step=0.0)
     corner = _corner(a, b, metric) if a.tangent and b.tangent else None
     first = corner if corner is not None and min(corner) > 0 else (apart, apart)
@@ -264,4 +264,8 @@ def _step_from(evaluate, a, b, metric, settings):
                 calls += exact.iterations - new.iterations
                 if exact.converged and exact.orientation == a.orientation:
                     return exact, calls
+                # no shorter step helps where Newton's are not small at a solution: a motion is all but undetermined
+                undetermined += not exact.converged
+        if undetermined > 1:
+            break
     return replace(new, converged=False), calls

@@ -95,7 +95,7 @@ def polished(evaluate: Evaluate, point: Point, plane: Plane, metric: Metric, set
     """A point after Newton steps on its plane until these are small, the last one linearised; with its tangent.
 
     The residual does not tell: where springs are 1e6 times as stiff as the body, 1e-10 of the motion is 1e-4 of a
-    contact force. Not converged where no step is small.
+    contact force. Where no step is small, a point whose residual is rounding stays: a motion is all but undetermined.
     """
     for k in range(settings.max_polish if point.converged else 0):
         dx, dp = point.detail.solve(plane.row, plane.corner, 0.0)
@@ -105,6 +105,8 @@ def polished(evaluate: Evaluate, point: Point, plane: Plane, metric: Metric, set
             return replace(done, x=point.x + dx, parameter=point.parameter + dp, detail=point.detail.moved(dx, dp))
         x, p = point.x + dx, point.parameter + dp
         point = Point(x, p, True, point.iterations + 1, evaluate(x, p))
+    if point.converged and size(point.detail.residual) <= settings.patient_residual * size(metric.weights * point.x):
+        return leaving(point, plane.row, plane.corner)
     return replace(point, converged=False)
 
 
