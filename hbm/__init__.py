@@ -17,7 +17,7 @@ _HOME = {
     **dict.fromkeys(("Parameter", "Frequency", "Level", "ContactSetting", "Damping", "ModelParameter"), "parameter"),
     **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "result"),
     **dict.fromkeys(("solutions_at", "time_history"), "solutions"),
-    **dict.fromkeys(("contact_cycles", "energy_balance"), "cycles"),
+    **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "cycles"),
     "find_peaks": "peaks", "compare": "time.comparison", "IntegrationSettings": "time.settings",
     "Settings": "continuation.settings", "MixedLaw": "laws.mixed",
     **{law: f"laws.{home}" for law, home in import_module("hbm.laws").LAWS.items()},

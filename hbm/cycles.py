@@ -57,6 +57,13 @@ class EnergyBalance:
         return abs(self.input - self.damping - self.friction.sum()) / max(abs(self.input), np.finfo(float).tiny)
 
 
+def whole_motion(curve: ForcedResponse, problem: ContactProblem, point: int,
+                 parameter: Parameter | None = None) -> np.ndarray:
+    """(r, H+1) m: Fourier coefficients of all dofs of the model at a point of a curve, by its index; order 0 is from
+    the state q = 0. Raises InputError as `contact_cycles`."""
+    return _kept(curve, problem, point, parameter).motion()
+
+
 def contact_cycles(curve: ForcedResponse, problem: ContactProblem, point: int, n: int = SAMPLES,
                    parameter: Parameter | None = None) -> ContactCycles:
     """The contacts over one period of a point of a curve, by its index.

@@ -42,6 +42,44 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     return np.sqrt(((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) / 2 + 3 * (xy**2 + yz**2 + zx**2))
 
 
+def alternating_stress(stress: np.ndarray) -> np.ndarray:
+    """Half of the largest von Mises range over a period, (n,) Pa, of stresses (n, 6, H+1) Pa as Fourier coefficients.
+
+    The range is the equivalent stress of the difference of the tensors at two instants, the largest of all pairs of
+    instants [ASME BPVC VIII-2, 5.5.3.2]: sign and rotating principal axes count. Of in-phase motion at one frequency it
+    is the von Mises stress of the amplitudes. The mean does not count.
+    """
+    xx, yy, zz, *shear = np.moveaxis(stress, 1, 0)
+    # the equivalent stress is the length of this vector
+    return half_range(np.stack([(xx - yy) / np.sqrt(2), (yy - zz) / np.sqrt(2), (zz - xx) / np.sqrt(2),
+                                *(np.sqrt(3) * one for one in shear)], axis=1))
+
+
+def half_range(motion: np.ndarray) -> np.ndarray:
+    """Half of the largest distance between two points of each closed path, (n,), by its Fourier coefficients
+    (n, d, H+1); the largest on a grid of instants is refined around them."""
+    found, H = np.empty(len(motion)), motion.shape[2] - 1
+    grid, around = np.arange(8 * (H + 3)) * 2 * np.pi / (8 * (H + 3)), np.linspace(-1, 1, 9)
+    for part in np.array_split(np.arange(len(motion)), 1 + len(motion) // 500):     # all pairs of instants of each
+        X, step = motion[part], grid[1]
+        a, b, largest = _farthest(X, np.tile(grid, (len(X), 1)), np.tile(grid, (len(X), 1)))
+        for _ in range(4):                                    # the instants to 1e-3 of the grid, the distance to 1e-7
+            a, b, largest = _farthest(X, a[:, None] + step * around, b[:, None] + step * around)
+            step /= 4
+        found[part] = largest / 2
+    return found
+
+
+def _farthest(X, one, other):
+    """Phases (n,) of those in `one` and `other` (n, t) at which the paths are farthest apart, and that distance."""
+    k = np.arange(1, X.shape[2])
+    p, q = (np.einsum("ndk,ntk->ntd", X[:, :, 1:], np.exp(1j * tau[..., None] * k)).real for tau in (one, other))
+    square = (p**2).sum(2)[:, :, None] + (q**2).sum(2)[:, None] - 2 * p @ np.swapaxes(q, 1, 2)
+    i, j = np.unravel_index(square.reshape(len(X), -1).argmax(axis=1), square.shape[1:])
+    here = np.arange(len(X))
+    return one[here, i], other[here, j], np.sqrt(np.maximum(square[here, i, j], 0.0))
+
+
 def _continuation(kind):
     """(nodes, points) matrix from values at the integration points to values at the nodes of a cell."""
     cell, plain = CELLS[kind], CELLS[kind.rstrip("0123456789")]

@@ -155,15 +155,15 @@ def _one_stage(arguments) -> int:
 
 
 def _all_stages(arguments) -> int:
-    from tipdamp.stages.run import missing_sections
+    from tipdamp.stages import run
 
     study, store = _opened(arguments)
     began = time.perf_counter()
     with store.lock(), _workers(arguments) as workers:
         _compile_beside(workers, study, store)
         for name in STAGES:
-            if missing := missing_sections(name, study):
-                print(f"{name:8s}    nothing to do: the study has no [{'], ['.join(missing)}]")
+            if missing := run.STAGES[name].lacks(study):
+                print(f"{name:8s}    nothing to do: the study has no {', '.join(missing)}")
             else:
                 _run(arguments, name, study, store, workers)
     print(f"report: {store.path('report.html')}  ({time.perf_counter() - began:.1f} s)")

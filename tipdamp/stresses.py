@@ -1,10 +1,19 @@
-"""Displacement and stress of whole bodies under the preload, from the motion of their masters: [preload] stress."""
+"""Displacement and stress of whole bodies: under the preload, from the motion of their masters ([preload] stress), and
+of a vibration, from all reduced dofs ([respond] stress)."""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.linalg as sl
 
+from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.body import Body
+from modal.craig_bampton import Reduction
+from modal.eigen import Factor
+from modal.elasticity import Material
 from modal.mesh import Mesh
+from modal.stress import alternating_stress, half_range, nodal_stress, von_mises
 from tipdamp import loads
 from tipdamp.bodies import DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, materials
@@ -14,6 +23,9 @@ from tipdamp.store import Store
 from tipdamp.study.view import Study
 from tipdamp.visualization import write_shapes
 
+EQUAL = 1e-6             # relative distance of frequencies whose modes may be mixed
+SAME = 1e-5              # of the largest coupling: more is not the stored model
+
 
 def keep_stress(study: Study, store: Store, model: ReducedModel, q: np.ndarray, tick: Tick) -> list[str]:
     """stress_blades.vtu and stress_damper.vtu of the displacement q (r,) m at rest; the names of what was written.
@@ -21,8 +33,6 @@ def keep_stress(study: Study, store: Store, model: ReducedModel, q: np.ndarray, 
     The bodies are assembled again: beyond the masters the reduced model knows the static shape only as Psi, which costs
     a back-solve for each of them, and one back-solve with q given on the masters is exact for loads inside as well.
     """
-    from modal.stress import nodal_stress, von_mises
-
     meshes, files = read_meshes(study), []
     for i, body in enumerate(assemble_bodies(study, meshes, lambda *_: None)):
         tick(0.4 + 0.3 * i, f"stresses of the {body.name}")
@@ -47,8 +57,6 @@ def body_load(study: Study, body: Body, mesh: Mesh) -> np.ndarray:
 
 def static_shape(body: Body, model: ReducedModel, q: np.ndarray, force: np.ndarray) -> np.ndarray:
     """(n, 3) m: K_II u_I = f_I - K_IB u_B, with the masters' displacement u_B from q."""
-    from modal.eigen import Factor
-
     place = {(int(body.node[n]), "xyz"[k]): i for i, (n, k) in
              enumerate(zip(body.dof_node, body.dof_direction, strict=True))}
     own = np.flatnonzero((model.body == body.name) & (model.direction != "mode"))
@@ -60,3 +68,95 @@ def static_shape(body: Body, model: ReducedModel, q: np.ndarray, force: np.ndarr
     out = np.zeros((len(body.node), 3))
     out[body.dof_node, body.dof_direction] = u
     return out
+
+
+@dataclass(frozen=True)
+class VibrationStress:
+    """Fields at the nodes of a mesh: mean (n,) Pa, von Mises stress of the mean; alternating (n,) Pa as in
+    `modal.stress.alternating_stress`; amplitude (n,) m, half of the longest way between two places of the node."""
+
+    mean: np.ndarray
+    alternating: np.ndarray
+    amplitude: np.ndarray
+
+
+@dataclass(frozen=True)
+class WholeBody:
+    """A reduced body on its mesh, with the factor of its K_II; others - materials of groups of cells."""
+
+    part: Reduction
+    mesh: Mesh
+    material: Material
+    others: dict[str, Material]
+    factor: Factor
+
+    def at_rest(self, force: np.ndarray) -> tuple[np.ndarray, float]:
+        """(n, 3) m under loads and contact forces (d,) N, and the part of these that is not balanced.
+
+        A free body is held where it takes no force; what is not balanced is taken up by its inertia (inertia relief).
+        """
+        part, body, b = self.part, self.part.body, len(self.part.boundary)
+        held, lost = np.empty(0, dtype=int), 0.0
+        if part.rigid:
+            R = body.rigid_motions()
+            size = (np.abs(R).T @ np.abs(force)).reshape(2, 3).max(axis=1)           # of forces and of moments
+            lost = float((np.abs(R.T @ force).reshape(2, 3).max(axis=1) / np.maximum(size, 1e-300)).max())
+            force = force - body.M @ (R @ np.linalg.solve(R.T @ (body.M @ R), R.T @ force))
+            held = sl.qr(R[part.boundary].T, mode="r", pivoting=True)[1][:R.shape[1]]
+        q, moves = np.zeros(len(part.model.K)), np.setdiff1d(np.arange(b), held)
+        q[moves] = sl.solve(part.model.K[np.ix_(moves, moves)], part.condense_dofs(force)[moves], assume_a="pos")
+        return part.recover(q) + self._inside(self.factor.solve(force[part.interior])), lost
+
+    def motion(self, q: np.ndarray, w: float) -> np.ndarray:
+        """(n, 3, H+1) m of q (b + m, H+1) m at w rad/s: u_I = Psi q_B + Phi eta          [Craig and Bampton 1968]
+
+        and the static shape of those inertia forces that the modes leave out [mode acceleration, Williams 1945].
+        """
+        part, body = self.part, self.part.body
+        u = np.stack([part.recover(one) for one in q.T], axis=2)
+        inertia = body.M @ u[body.dof_node, body.dof_direction] * (w * np.arange(q.shape[1]))**2
+        for f, unit in ((inertia.real[part.interior], 1), (inertia.imag[part.interior], 1j)):
+            left = self.factor.solve(f) - part.Phi @ (part.Phi.T @ f / part.omega[:, None]**2)
+            u += unit * np.stack([self._inside(one) for one in left.T], axis=2)
+        return u
+
+    def vibration(self, rest: np.ndarray, q: np.ndarray, w: float) -> VibrationStress:
+        """Of the displacement rest (n, 3) m and the motion q (b + m, H+1) m about it, order 0 included, at w rad/s."""
+        motion = self.motion(q, w)
+        mean = self._stress(rest + motion[:, :, 0].real)
+        orders = [self._stress(motion[:, :, k]) for k in range(1, q.shape[1])]
+        return VibrationStress(von_mises(mean), alternating_stress(np.stack([0 * orders[0], *orders], axis=2)),
+                               half_range(motion))
+
+    def _inside(self, u):
+        """(n, 3) of a motion of the interior dofs."""
+        body, out = self.part.body, np.zeros((len(self.part.body.node), 3))
+        out[body.dof_node[self.part.interior], body.dof_direction[self.part.interior]] = u
+        return out
+
+    def _stress(self, u):
+        return nodal_stress(self.mesh, self.material, u, self.others)
+
+
+def whole_body(study: Study, model: ReducedModel, part: Reduction, mesh: Mesh) -> WholeBody:
+    """A body that was reduced again, for the motion of the stored model. Raises InputError where that is of another
+    body."""
+    inside = part.interior
+    return WholeBody(with_modes_of(model, part), mesh, *materials(study, mesh), Factor(part.body.K[inside][:, inside]))
+
+
+def with_modes_of(model: ReducedModel, part: Reduction) -> Reduction:
+    """A body that was reduced again, with the fixed-interface modes of the model: their signs, and the mixture of equal
+    ones, are chosen anew each time. They follow from the coupling with the masters in the mass matrix, `M_BM`; a mode
+    without coupling does not move. Raises InputError where the model is of another body."""
+    own, b = np.flatnonzero(model.body == part.body.name), len(part.boundary)
+    made, stored = part.model.M[:b, b:], model.M[np.ix_(own[:b], own[b:])]
+    if made.shape == stored.shape:
+        turned, apart = np.zeros((made.shape[1],) * 2), np.abs(np.diff(part.omega)) > EQUAL * part.omega[1:]
+        for alike in np.split(np.arange(len(turned)), np.flatnonzero(apart) + 1):
+            U, _, V = np.linalg.svd(made[:, alike].T @ stored[:, alike])         # nearest rotation [Schoenemann 1966]
+            turned[np.ix_(alike, alike)] = U @ V
+        if np.abs(made @ turned - stored).max(initial=0.0) <= SAME * np.abs(stored).max(initial=0.0):
+            return replace(part, Phi=part.Phi @ turned)
+    raise InputError(f"the {part.body.name}, reduced again for their stress, have other modes than the stored model; "
+                     "run the stage reduce again with --force")

@@ -9,7 +9,7 @@ from hbm.errors import InputError
 from modal.craig_bampton import craig_bampton
 from modal.elasticity import Material, elastic_body
 from modal.elements.cells import CELLS
-from modal.stress import nodal_stress, von_mises
+from modal.stress import alternating_stress, half_range, nodal_stress, von_mises
 from tipdamp.readers.dispatch import read_mesh
 
 from .blocks import block
@@ -86,3 +86,30 @@ def test_tension_recovered_from_a_reduced_model(bar):
     assert np.abs(found["interior"] - found["masters"]).max() < 1e-6 * 1e6
     with pytest.raises(InputError, match="is not the one that it was made of"):
         reduction.stress(q, block("hexahedron"), STEEL)
+
+
+def test_half_range_of_paths():
+    """Random paths of up to seven orders against all pairs of 600 instants; an ellipse has its major half axis."""
+    rng, tau = np.random.default_rng(3), 2 * np.pi * np.arange(600) / 600
+    for H in (1, 2, 3, 7):
+        X = (rng.standard_normal((20, 4, H + 1)) + 1j * rng.standard_normal((20, 4, H + 1)))
+        path = np.einsum("ndk,kt->ntd", X, np.exp(1j * np.outer(np.arange(H + 1), tau))).real
+        brute = [max(np.linalg.norm(p - p[i], axis=1).max() for i in range(600)) / 2 for p in path]
+        found = half_range(X)
+        assert np.allclose(found, brute, rtol=1e-3) and (found >= (1 - 1e-6) * np.array(brute)).all()
+    ellipse = np.array([[[5, 3.0], [5, 1j]], [[0, 1.0], [1, 4 - 4j]]])
+    assert np.allclose(half_range(ellipse), [3, np.sqrt((33 + np.sqrt(31**2 + 64)) / 2)], rtol=1e-6)
+
+
+def test_alternating_stress_counts_sign_and_axes():
+    """Of one phase the von Mises stress of the amplitudes, whatever the mean; of a stress whose axes turn, with a
+    constant equivalent stress, that same value; of the second order alone the same as of the first."""
+    rng = np.random.default_rng(4)
+    mean, amplitude = rng.standard_normal((2, 10, 6))
+    for turn in (1, 1j, np.exp(1j)):
+        assert np.allclose(alternating_stress(np.stack([mean, turn * amplitude], axis=2)), von_mises(amplitude))
+    rotating = np.zeros((1, 6, 2), dtype=complex)
+    rotating[0, [0, 1, 3], 1] = 1, -1, 1j                              # cos, -cos and sin of pure shear
+    assert np.allclose(alternating_stress(rotating), np.sqrt(3))
+    twice = np.stack([mean, 0 * mean, amplitude], axis=2)
+    assert np.allclose(alternating_stress(twice), von_mises(amplitude))

@@ -32,6 +32,7 @@ from tipdamp.report.tables import (
     peaks,
     provenance,
     reduction_check,
+    stress,
 )
 from tipdamp.report.tables import held as held_table
 
@@ -45,7 +46,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
     ("modes", "Mode shapes", (mode_shapes.figures,)),
     ("response", "Forced response", (peaks.tables, response_family.figures, response_levels.figures,
                                      peak_trend.figures, held_table.tables, held.figures,
-                                     contact_states.figures)),
+                                     contact_states.figures, stress.tables)),
     ("contacts", "Inside the contacts", (energies.tables, friction_work.figures, hysteresis.figures)),
     ("measured", "Measured and computed", (agreement.tables, measured.figures)),
     ("pairs", "Contact pairs", (contact_pairs.figures,)),

@@ -22,6 +22,7 @@ from tipdamp.stages.results import (
     ReduceResult,
     RespondResult,
     Result,
+    StressResult,
     TuneResult,
 )
 from tipdamp.store import Store
@@ -107,6 +108,7 @@ class Results:
     measured: MeasuredResult | None = None
     agreement: AgreementResult | None = None
     cycles: CyclesResult | None = None
+    stress: StressResult | None = None
     loops: dict[str, Loops] = field(default_factory=dict)
     bands: dict[str, MeasuredBand] = field(default_factory=dict)
     whole: ContactTable | None = None
@@ -167,6 +169,7 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
     model, skins = store.path("model.npz"), store.path("surface.npz")
     return Results(
         study, inspect, reduce, preload, tune, respond, measured, agreement, cycles,
+        stress=read("stress", StressResult),
         loops={one.file: load_loops(store.path(one.file)) for one in (cycles.curves if cycles else ())},
         bands={name: MeasuredBand(*load_band(store.path(one.file)))
                for name, one in (measured.curves if measured else {}).items()},

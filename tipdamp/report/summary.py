@@ -34,6 +34,8 @@ def summarise(results: Results) -> dict:
             summary["reduction"] = {**summary["reduction"], "largest_error": max(errors)}
     if results.respond is not None:
         summary["responses"] = [_response(case.facts) for case in results.cases]
+    if results.stress is not None:
+        summary["stress"] = [one.model_dump() for one in results.stress.curves]
     return {**summary, "seconds": dict(results.seconds), "versions": versions(), "warnings": warnings_of(results)}
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 NOTHING = "\N{EN DASH}"
 MICRO = 1e6             # µm in a metre
+MEGA = 1e6              # Pa in a MPa
 MM = 1e3                # mm in a metre
 NEGLIGIBLE = 1e-9       # N, N m: rounding of balanced loads
 

@@ -12,6 +12,7 @@ STAGES = {
             "given",
     "respond": "forced response at every level and number of harmonics",
     "cycles": "hysteresis loops, friction work and energy balance at the peak of every curve",
+    "stress": "mean and alternating stress of the whole bodies at the peaks, where [respond] stress asks for it",
     "agreement": "sets the computed curves beside the measured ones",
     "report": "the HTML page, the figures and summary.json",
 }

@@ -28,7 +28,7 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
     for k, case in enumerate(respond.responses):
         tick(k / len(respond.responses), f"Fe = {case.Fe_N:g} N, H = {case.H}")
         curve = ForcedResponse.load(store.path(case.file))
-        point = _highest(case, curve)
+        point = highest_point(case, curve)
         if point is None:
             continue
         try:
@@ -45,7 +45,7 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
     return [one.file for one in found]
 
 
-def _highest(case: CurveResult, curve: ForcedResponse) -> int | None:
+def highest_point(case: CurveResult, curve: ForcedResponse) -> int | None:
     """The solved point at the peak, or at the largest amplitude of a curve without one."""
     hz = case.at_least_hz if case.peak_hz is None else case.peak_hz
     if hz is None:

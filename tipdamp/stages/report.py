@@ -18,7 +18,7 @@ def report(study: Study, store: Store, tick: Tick) -> list[str]:
 def said(study: Study, store: Store) -> dict[str, list[str]]:
     """{stage: its warnings} of the stages that the study asks for and that have run."""
     return {name: list(stage.warnings(study, store)) for name, stage in BEFORE.items()
-            if all(section in study for section in stage.requires) and store.path(f"{name}.json").is_file()}
+            if not stage.lacks(study) and store.path(f"{name}.json").is_file()}
 
 
 def line(store: Store) -> str:

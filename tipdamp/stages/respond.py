@@ -26,11 +26,12 @@ from tipdamp.stages.results import BackCurve, CurveResult, HeldForce, Peak, Resp
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.schema import Respond
-from tipdamp.study.view import Study
+from tipdamp.study.view import Study, every_key
 from tipdamp.workers import Workers
 
 POINTS = 801             # of the linear stuck response
-READS = ("respond", "sides", "preload.friction", "driver.hold", "model.hold")      # of `assembled`
+# of `assembled`
+READS = (*every_key("respond", but=("stress",)), "sides", "preload.friction", "driver.hold", "model.hold")
 ALL_SPRINGS = ("t1", "t2", "n")      # of the linear response: laws with fewer have another one where nothing slips
 
 

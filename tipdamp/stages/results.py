@@ -434,6 +434,34 @@ class CyclesResult(Result):
     pairs: Texts
 
 
+# ---- stress ----------------------------------------------------------------------------------------------------
+
+class StressPlace(Record):
+    """A node where the alternating stress is larger than at all nodes of the cells around it; von Mises stresses."""
+    body: str
+    node: int
+    position_m: tuple[float, float, float]
+    mean_Pa: float
+    alternating_Pa: float
+    amplitude_m: float
+
+
+class PeakStress(Record):
+    """Stress at the highest solved point of a curve; files - .vtu of the bodies; places - the largest of each body."""
+    files: Texts
+    Fe_N: float
+    H: int
+    hz: float
+    places: tuple[StressPlace, ...]
+
+
+class StressResult(Result):
+    """stress.json. unbalanced {body: part of the forces at rest that its inertia takes up}, of free bodies."""
+    file: ClassVar[str] = "stress.json"
+    curves: tuple[PeakStress, ...]
+    unbalanced: dict[str, float] = {}
+
+
 # ---- agreement -------------------------------------------------------------------------------------------------
 
 class Agreement(Record):

@@ -34,8 +34,9 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
     """
     stage = STAGES[name]
     refuse_overwriting(study, store)
-    for section in missing_sections(name, study):
-        raise InputError(f"{study.path}: section [{section}] is missing, the stage '{name}' needs it")
+    for missing in stage.lacks(study):
+        raise InputError(f"{study.path}: {'section ' * missing.endswith(']')}{missing} is missing, the stage '{name}' "
+                         "needs it")
     needs = stages_needed(stage, study)
     for need in needs:
         _check_current(name, need, study, store)
@@ -89,12 +90,7 @@ def _named(study: Study) -> Iterator[None]:
 
 def applies(name: str, study: Study) -> bool:
     """Whether the study has the sections that the stage works on."""
-    return not missing_sections(name, study)
-
-
-def missing_sections(name: str, study: Study) -> list[str]:
-    """Sections that the stage works on and the study lacks."""
-    return [section for section in STAGES[name].requires if section not in study]
+    return not STAGES[name].lacks(study)
 
 
 @cache

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from importlib import import_module
+from operator import attrgetter
 
 from tipdamp.store import Store
 from tipdamp.study.view import Study
@@ -24,7 +25,7 @@ class Stage:
     reads, reads_more - parts and keys of the study (see `View`), always or where the study asks for them
     reads_files - sections of the study whose files count with their content
     needs, needs_more - stages whose files it reads, always or where the study asks for them
-    requires - sections without which it has nothing to do
+    requires - sections, and switches such as 'respond.stress', without which it has nothing to do
     parallel - whether its work is also given the processes that it may use
     forget - drops what it keeps of earlier runs beside its files, where it is to be run in any case
     """
@@ -42,6 +43,12 @@ class Stage:
     requires: tuple[str, ...] = ()
     parallel: bool = False
     forget: Callable[[Store], object] = _nothing
+
+    def lacks(self, study: Study) -> list[str]:
+        """What the study lacks of what the stage requires, as it is written: '[tune]', '[respond] stress = true'."""
+        split = [part.partition(".") for part in self.requires]
+        return [f"[{section}] {key} = true" if key else f"[{section}]" for section, _, key in split
+                if section not in study or key and not attrgetter(f"{section}.{key}")(study)]
 
     def writes(self, name: str) -> bool:
         """Whether a file of this name in the results folder is one of the stage."""

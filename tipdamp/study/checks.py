@@ -34,6 +34,10 @@ def check_study(study: Study) -> None:
         raise InputError(f"{path}: [contact] mu is missing: {Contact.data_sheets()['mu'].text}")
     if "model" in study and not contact.pairs:
         raise InputError(f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV")
+    for name in ("preload", "respond"):
+        if "model" in study and name in study and vars(study)[name].stress:
+            raise InputError(f"{path}: [{name}] stress needs meshes, and the study gives matrices ([model]): leave it "
+                             "out")
     for name in ("blades", "damper"):
         if name in study:
             check_modes(f"{path}: [{name}]", vars(study)[name])

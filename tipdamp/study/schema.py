@@ -327,6 +327,9 @@ class Respond(Section):
     damping_ratio: Annotated[Numbers, Key(RATIOS, "zeta of the stuck modes: one value, or one per mode from the lowest "
                                           "(the last one holds for all above)", low=0, high=0.9999)]
     both_ways: Annotated[bool, Key(FLAG, "follow every curve from the other end too and compare the peaks")] = True
+    stress: Annotated[bool, Key(FLAG, "write mean and alternating stress of blades and damper at the peak of blade 1, "
+                                "for the curves of the largest H: vibration_*.vtu and a table of the largest places; "
+                                "both are assembled and reduced again for it")] = False
     law: Annotated[LawChoice, Key(LAW, "contact law by name, or { name = \"...\", parameter = value } with parameters "
                                   "in SI units; kn, kt, mu and preload come from the pairs"),
                    Field(json_schema_extra={"default": DEFAULT})] = LawChoice()

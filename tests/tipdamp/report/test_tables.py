@@ -6,8 +6,10 @@ import pytest
 
 from tests.tipdamp.report.files import artefacts, cut, damage, results_of
 from tipdamp.report.checks import warnings_of
-from tipdamp.report.tables import assumptions, key_figures, peaks
+from tipdamp.report.summary import summarise
+from tipdamp.report.tables import assumptions, key_figures, peaks, stress
 from tipdamp.report.text import NOTHING
+from tipdamp.stages.results import PeakStress, StressPlace, StressResult
 from tipdamp.study.study import load_study
 
 
@@ -53,3 +55,20 @@ def test_cut_curve_has_no_peak_in_the_table(tmp_path):
     assert last["largest per force (\N{MICRO SIGN}m/N)"] == "at least 0.7500"
     assert last["other way"] == "peak of 20.00 \N{MICRO SIGN}m at 2798.7 Hz" and "has no peak" in table.caption
     assert rows[0]["other way"] == "equal" and rows[0]["peak (Hz)"] == "2798.7"
+
+
+def test_places_of_the_largest_stress(tmp_path):
+    """All of the largest level, of the others the first of each body; in MPa and mm, in summary.json in SI."""
+    def place(body, node):
+        return StressPlace(body=body, node=node, position_m=(0.001, -0.02, 0.0), mean_Pa=2.5e6, alternating_Pa=1.25e7,
+                           amplitude_m=3e-6)
+    places = (place("blades", 4), place("blades", 7), place("damper", 2))
+    curves = tuple(PeakStress(files=(), Fe_N=Fe, H=3, hz=2800.0, places=places) for Fe in (20.0, 1.0))
+    results = results_of(*artefacts(tmp_path))
+    assert not list(stress.tables(results)) and "stress" not in summarise(results)
+    results = replace(results, stress=StressResult(curves=curves))
+    (table,) = stress.tables(results)
+    assert [(row[1], row[3], row[4]) for row in table.rows] == [
+        ("1", "blades", "4"), ("1", "damper", "2"), ("20", "blades", "4"), ("20", "blades", "7"), ("20", "damper", "2")]
+    assert table.rows[0][5:] == ("1.00, -20.00, 0.00", "12.50", "2.500", "3.000")
+    assert summarise(results)["stress"][0]["places"][1]["alternating_Pa"] == 1.25e7

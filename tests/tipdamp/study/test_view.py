@@ -36,14 +36,15 @@ def test_stages_get_their_view(study, tmp_path, monkeypatch):
         run.run_stage("reduce", study, Store(tmp_path / "results"), quiet=True)
 
 
-BODIES = {"inspect", "reduce", "tune", "report"}
+BODIES = {"inspect", "reduce", "tune", "stress", "report"}
 
 
 @pytest.mark.parametrize("old, new, changed", [
-    ("levels = [1]", "levels = [2]", {"respond", "cycles", "report"}),
+    ("levels = [1]", "levels = [2]", {"respond", "cycles", "stress", "report"}),
+    ("levels = [1]", "levels = [1]\nstress = true", {"stress", "report"}),
     ("mu = 0.3", "mu = 0.4", {"inspect", "preload", "report"}),
-    ("pull = 10", "pull = 11", {"preload", "tune", "report"}),
-    ("kn = 1e6", "kn = 2e6", {"preload", "tune", "respond", "cycles", "report"}),
+    ("pull = 10", "pull = 11", {"preload", "tune", "stress", "report"}),
+    ("kn = 1e6", "kn = 2e6", {"preload", "tune", "respond", "cycles", "stress", "report"}),
     ("modes = 5", "modes = 6", BODIES),
     ("modes = 5", "error = 1e-4", {*BODIES}),
     ("stations = 'all'", "stations = [1, 1]", {"tune", "report"}),
@@ -70,8 +71,8 @@ def test_law_counts_for_the_preload_with_friction(tmp_path):
         store = Store(tmp_path / "results")
         changed[friction] = {name for name in run.STAGES
                              if run.stage_key(name, one, store) != run.stage_key(name, other, store)}
-    assert changed == {"true": {"preload", "tune", "respond", "cycles", "report"},
-                       "false": {"respond", "cycles", "report"}}
+    assert changed == {"true": {"preload", "tune", "respond", "cycles", "stress", "report"},
+                       "false": {"respond", "cycles", "stress", "report"}}
 
 
 def test_springs_count_for_a_wanted_error(tmp_path):

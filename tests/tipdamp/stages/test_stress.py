@@ -1,0 +1,142 @@
+"""[respond] stress: what is written is the solution of the whole finite-element model."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.sparse.linalg import spsolve
+
+from hbm.contact import ContactTable, relative_motion
+from hbm.errors import InputError
+from modal.craig_bampton import craig_bampton
+from modal.elasticity import Material, elastic_body
+from modal.stress import nodal_stress, von_mises
+from static_contact.full.assembled import AssembledBodies
+from tests.tipdamp import corner_study
+from tipdamp.cli import main
+from tipdamp.stages.results import StressResult
+from tipdamp.stages.run import results_folder
+from tipdamp.stresses import with_modes_of
+from tipdamp.study.study import load_study
+
+meshio = pytest.importorskip("meshio")
+STEEL = Material(E=207e9, nu=0.3, density=7850.0)
+LEVEL = 0.01             # N: nothing slips
+# without damping, below the resonances: the two forces a quarter of a period apart make every node move on an ellipse
+STUCK = [("modes = 5", "modes = 30"), ("modes = 3\n", "modes = 20\n"), ("damping_ratio = 0.02", "damping_ratio = 0"),
+         ('excitation = "touch_one"', 'excitation = ["touch_one", "touch_two"]\nphase = [90]\nstress = true'),
+         ("levels = [1]", f"levels = [{LEVEL}]\nharmonics = [1, 3]\nboth_ways = false"),
+         ("[respond]", "[tune]\nstations = 'all'\n[respond]")]
+
+
+def bodies():
+    return (elastic_body(corner_study.blades(), STEEL, "blades", clamp=["clamp_one", "clamp_two"]),
+            elastic_body(corner_study.damper(), STEEL, "damper", free=True))
+
+
+def solved(folder, *change):
+    path = corner_study.write(folder, change=[*STUCK, *change])
+    assert main(["run", str(path), "--quiet"]) == 0
+    store = results_folder(load_study(path), None)
+    return store, StressResult.load(store)
+
+
+def whole_model(pairs, law):
+    """Blades and damper unreduced: K, M, the relative motion B of the pairs, and K with the springs of their law."""
+    parts = bodies()
+    K, M = (sp.block_diag([getattr(body, name) for body in parts]).tocsc() for name in "KM")
+    B = sp.csr_matrix(relative_motion(AssembledBodies(list(parts)), pairs))
+    springs = np.column_stack([law * pairs.kt, law * pairs.kt, pairs.kn]) * (pairs.preload > 0)[:, None]
+    return parts, K + B.T @ sp.diags(springs.ravel()) @ B, M
+
+
+def shape_of(body, u):
+    out = np.zeros((len(body.node), 3), dtype=u.dtype)
+    out[body.dof_node, body.dof_direction] = u
+    return out
+
+
+@pytest.mark.parametrize("band", ["[20000, 20500]", "[100000, 100500]"])
+def test_stuck_stress_against_the_direct_solution(tmp_path, band):
+    """At every node to 1e-3 of the largest: alternating, by 720 instants, and mean, of the springs under the pull."""
+    store, found = solved(tmp_path, ("[20000, 40000]", band))
+    (curve,) = found.curves
+    assert curve.H == 3 and curve.files == ("vibration_Fe_0.01N_H3_blades.vtu", "vibration_Fe_0.01N_H3_damper.vtu")
+    pairs = ContactTable.load(store.path("kept.csv"))
+    parts, K, M = whole_model(pairs, 1.0)
+    force = np.zeros(K.shape[0], dtype=complex)
+    for group, factor in (("touch_one", 1), ("touch_two", 1j)):
+        for node in (nodes := corner_study.blades().groups[group]):
+            force[parts[0].node_dofs([node])[0]] += factor * LEVEL / len(nodes)
+    vibration = spsolve((K - (2 * np.pi * curve.hz)**2 * M).tocsc(), force)
+    pull = np.zeros(K.shape[0])
+    for node in (nodes := corner_study.damper().groups["load"]):
+        pull[parts[0].dofs + parts[1].node_dofs([node])] = 10 * np.array([1, 0, 1]) / np.sqrt(2) / len(nodes)
+    rest = np.linalg.lstsq(whole_model(pairs, 0.0)[1].toarray(), pull, rcond=1e-10)[0]
+    cut = [parts[0].dofs]
+    for body, mesh, u, u_rest in zip(parts, (corner_study.blades(), corner_study.damper()), np.split(vibration, cut),
+                                     np.split(rest, cut), strict=True):
+        data = meshio.read(store.path(f"vibration_Fe_0.01N_H3_{body.name}.vtu")).point_data
+        assert np.array_equal(data["node"], mesh.node)
+        turns = np.exp(2j * np.pi * np.arange(720) / 720)
+        motion, tensor = shape_of(body, u), nodal_stress(mesh, STEEL, shape_of(body, u))
+        # of one order the range is twice the largest excursion
+        alternating = np.max([von_mises((tensor * turn).real) for turn in turns], axis=0)
+        amplitude = np.max([np.linalg.norm((motion * turn).real, axis=1) for turn in turns], axis=0)
+        mean = von_mises(nodal_stress(mesh, STEEL, shape_of(body, u_rest)))
+        for name, expected in (("mean von Mises stress (Pa)", mean), ("alternating stress (Pa)", alternating),
+                               ("displacement amplitude (m)", amplitude)):
+            error = np.abs(data[name] - expected).max() / expected.max()
+            assert error < 1e-3, (body.name, name)
+        places = [p for p in found.curves[0].places if p.body == body.name]
+        assert places[0].alternating_Pa == pytest.approx(alternating.max(), rel=1e-3)
+        for place in places:
+            (i,) = np.flatnonzero(mesh.node == place.node)
+            assert place.position_m == tuple(mesh.position[i]) and place.mean_Pa == pytest.approx(mean[i])
+            assert place.alternating_Pa == pytest.approx(alternating[i], rel=1e-3)
+
+
+def test_mean_stress_is_that_of_the_preload(tmp_path):
+    """With friction that sticks, gravity on the interior and all stations: by the forces of the pairs what [preload]
+    stress finds from the motion of the masters."""
+    text = ("[loads.heavy]\npull = 20\ngravity = [300, 0, 0]\n[preload]\nfriction = true\nstress = true\n"
+            "case = 'heavy'\n[tune]")
+    store, _ = solved(tmp_path, ("[tune]", text), ("mu = 0.3", "mu = 3"), ("[20000, 40000]", "[20000, 20100]"))
+    assert np.abs(np.genfromtxt(store.path("kept_friction.csv"), delimiter=",", names=True)["T2_N"]).max() > 0.1
+    for body in ("blades", "damper"):
+        rest = meshio.read(store.path(f"stress_{body}.vtu")).point_data["von Mises stress (Pa), load case 'heavy'"]
+        mean = meshio.read(store.path(f"vibration_Fe_0.01N_H3_{body}.vtu")).point_data["mean von Mises stress (Pa)"]
+        assert np.abs(mean - rest).max() < 1e-8 * rest.max()
+
+
+def test_modes_are_those_of_the_stored_model():
+    """The two cubes have equal modes: whichever mixture and sign the stored model has, the motion is the same."""
+    body = bodies()[0]
+    masters = np.concatenate([body.groups["touch_one"], body.groups["touch_two"]])
+    part, rng = craig_bampton(body, masters, 12), np.random.default_rng(0)
+    b, pairs_of_modes = len(part.boundary), np.split(np.arange(12), 6)
+    assert all(np.ptp(part.omega[two]) < 1e-8 * part.omega[two[0]] for two in pairs_of_modes)
+    turn = np.eye(b + 12)
+    for two in pairs_of_modes:
+        turn[np.ix_(b + two, b + two)] = np.linalg.qr(rng.standard_normal((2, 2)))[0]
+    stored, q = replace(part.model, M=turn.T @ part.model.M @ turn), rng.standard_normal(b + 12)
+    found = with_modes_of(stored, part).recover(turn.T @ q)
+    assert np.abs(found - part.recover(q)).max() < 1e-8 * np.abs(found).max()
+    for other in (replace(part.model, M=1.01 * part.model.M), craig_bampton(body, masters, 11).model):
+        with pytest.raises(InputError, match="other modes than the stored model"):
+            with_modes_of(other, part)
+
+
+def test_matrices_have_no_stress(matrices_study, capsys):
+    text = matrices_study.read_text()
+    assert "[respond]\n" in text
+    matrices_study.write_text(text.replace("[respond]\n", "[respond]\nstress = true\n"))
+    assert main(["inspect", str(matrices_study), "--quiet"]) == 2
+    assert "[respond] stress needs meshes, and the study gives matrices" in capsys.readouterr().err
+
+
+def test_stage_that_is_not_asked_for(tmp_path, capsys):
+    path = corner_study.write(tmp_path, change=[STUCK[-1]])
+    assert main(["stress", str(path), "--quiet"]) == 2
+    assert "[respond] stress = true is missing, the stage 'stress' needs it" in capsys.readouterr().err
