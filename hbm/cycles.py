@@ -15,7 +15,7 @@ from hbm.result import ForcedResponse
 from hbm.solutions import restored
 from hbm.validation import check_whole
 
-SAMPLES = 4096           # a period; the friction work of a slip segment converges with their square
+SAMPLES = 8192           # a period; the friction work of a slip segment converges with their square
 MAX_PERIODS = 50         # until the state of a law with memory repeats
 REPEATS = 1e-10          # change of the state over a period, of its largest entry
 
