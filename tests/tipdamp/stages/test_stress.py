@@ -10,6 +10,7 @@ from scipy.sparse.linalg import spsolve
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from modal.craig_bampton import craig_bampton
+from modal.eigen import Factor
 from modal.elasticity import Material, elastic_body
 from modal.stress import nodal_stress, von_mises
 from static_contact.full.assembled import AssembledBodies
@@ -17,7 +18,7 @@ from tests.tipdamp import corner_study
 from tipdamp.cli import main
 from tipdamp.stages.results import StressResult
 from tipdamp.stages.run import results_folder
-from tipdamp.stresses import with_modes_of
+from tipdamp.stresses import WholeBody, with_modes_of
 from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")
@@ -126,6 +127,24 @@ def test_modes_are_those_of_the_stored_model():
     for other in (replace(part.model, M=1.01 * part.model.M), craig_bampton(body, masters, 11).model):
         with pytest.raises(InputError, match="other modes than the stored model"):
             with_modes_of(other, part)
+
+
+def test_inertia_takes_up_what_is_not_balanced():
+    """A free cube pulled on one edge accelerates as a rigid body: K u = f - M a, with the resultants of f."""
+    body, mesh = bodies()[1], corner_study.damper()
+    part = craig_bampton(body, body.groups["face_x"], 4)
+    inside = part.interior
+    whole = WholeBody(part, mesh, STEEL, {}, Factor(body.K[inside][:, inside]))
+    force = np.zeros(body.dofs)
+    force[body.node_dofs(body.groups["load"])] = np.tile([1.0, 0, 0], 3)
+    shape, lost = whole.at_rest(force)
+    left, R = force - body.K @ shape[body.dof_node, body.dof_direction], body.rigid_motions()
+    assert lost == pytest.approx(1) and R.T @ left == pytest.approx(R.T @ force, abs=1e-9)
+    a = np.linalg.lstsq(R, spsolve(body.M.tocsc(), left), rcond=None)[0]
+    assert np.linalg.norm(body.M @ (R @ a) - left) < 1e-8 * np.linalg.norm(force)
+    edge = np.intersect1d(body.groups["face_x"], corner_study.on(mesh, 2, 0.0))      # straight across
+    force[body.node_dofs(edge)] = np.tile([-1.0, 0, 0], 3)
+    assert whole.at_rest(force)[1] < 1e-12
 
 
 def test_matrices_have_no_stress(matrices_study, capsys):
