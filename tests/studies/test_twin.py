@@ -117,3 +117,20 @@ def test_map_with_an_open_middle(folder):
         assert np.flatnonzero(force == 0).tolist() == list(range(15 - opened // 2, 16 + opened // 2))
         assert force.max() < 5 and min(force[0], force[-1]) == pytest.approx(force.max(), rel=0.01)
         assert force.sum() == pytest.approx(EACH_SIDE, rel=1e-9)
+
+
+def test_tuned_to_synthetic_measurements(folder, twin):
+    """overlay.toml: graded to the measured peak at 1 N, most of both computed curves lies in the measured bands."""
+    shutil.copytree(FOLDER / "synthetic", folder / "synthetic")
+    shutil.copytree(twin[1].folder, folder / "results" / "overlay")     # reduce and preload are the same
+    _, store = run(folder, "overlay", ("inspect", "reduce", "preload", "measured", "tune", "respond", "agreement"))
+    measured, tune = (store.read_json(f"{name}.json") for name in ("measured", "tune"))
+    one = measured["curves"]["SYNTHETIC_1N"]
+    assert one["circle_fit"]["zeta"] == pytest.approx(0.022, rel=0.02)   # of the computation that made it
+    assert tune["stuck_hz"]["tuned"] == pytest.approx(one["peak_hz"], abs=0.1)
+    found = store.read_json("agreement.json")["curves"]
+    assert [c["measured"] for c in found] == ["SYNTHETIC_1N", "SYNTHETIC_12N"]
+    for curve in found:
+        assert curve["share_inside"] > 0.7
+        # two standard deviations of the repeats at 12 N are 0.45 %
+        assert abs(curve["peak"]) < 0.05 and abs(curve["frequency"]) < 5e-3
