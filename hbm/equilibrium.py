@@ -34,16 +34,19 @@ from hbm.result import ForcedResponse
 TINY = float(np.finfo(float).tiny)
 
 
-def settle(equation: Equation, points: list[Point], pinned: Iterable[float]) -> np.ndarray:
-    """(n,) residuals over the force scale of the points, NaN where one was not found.
+def settle(equation: Equation, points: list[Point], pinned: Iterable[float]) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) residuals over the force scale of the points, NaN where one was not found, and (n,) bool: out of balance.
 
-    Points above the limit are replaced, in the list, by what further Newton steps make of them.
+    Points above the limit are replaced, in the list, by what further Newton steps make of them, unless rounding of the
+    given matrices explains what is left.
     pinned : parameters at which points must stay, exactly
     """
     pinned = set(pinned)
     residuals = force_residuals(equation, points)
     for i in np.flatnonzero(residuals > DEFAULT.equilibrium):
         residuals[i] = force_residuals(equation, [points[i]])[0]
+        if residuals[i] <= _limit(equation, points[i]):
+            continue
         steps = _more_steps(equation, points[i], points[i].parameter in pinned)
         for new in steps if residuals[i] > DEFAULT.equilibrium else ():
             residual = force_residuals(equation, [new])[0]
@@ -51,7 +54,16 @@ def settle(equation: Equation, points: list[Point], pinned: Iterable[float]) -> 
                 residuals[i], points[i] = residual, new
             if residual <= DEFAULT.equilibrium:
                 break
-    return residuals
+    bad = residuals > DEFAULT.equilibrium
+    bad[bad] = [residuals[i] > _limit(equation, points[i]) for i in np.flatnonzero(bad)]
+    return residuals, bad
+
+
+def _limit(equation, point):
+    """Residual over the force scale that a point may have: where the terms of the equation of motion themselves are not
+    known better, as of elements of very uneven stiffness, their rounding comes on top."""
+    kept = Kept(equation, point)
+    return DEFAULT.equilibrium + min(kept.rounding() / max(kept.scale(), TINY), DEFAULT.most_rounding)
 
 
 def force_residuals(equation: Equation, points: list[Point]) -> np.ndarray:
@@ -91,18 +103,20 @@ class Kept:
         return _norm(self.unit, self._at_dofs(found - self.g))
 
     def response_error(self) -> float:
-        """Norm of the residual of the equation of motion under the forces of Newton's method, beyond what rounding of
-        its terms explains."""
+        """Norm of the residual of the equation of motion under the forces of Newton's method."""
         problem, kw = self.problem, self.w * np.arange(self.balance.H + 1)
         q = self.motion()
         inner = real_times(problem.stiffness, q) - real_times(problem.M, q * kw**2) + 1j * kw * self.damping_force(q)
         for one, reaction in zip(problem.held, self.balance.reaction_rows @ self.modal[:, 0].real, strict=True):
             if one.mean:
                 inner[:, 0] += one.row * reaction
-        terms = real_times(abs(problem.stiffness), np.abs(q)) + real_times(abs(problem.M), np.abs(q) * kw**2)
-        rounding = DEFAULT.terms * np.finfo(float).eps * _norm(self.unit, terms)
-        found = _norm(self.unit, inner + self._at_dofs(self.h) - self.applied())
-        return max(found - min(rounding, DEFAULT.most_rounding * self.scale()), 0.0)
+        return _norm(self.unit, inner + self._at_dofs(self.h) - self.applied())
+
+    def rounding(self) -> float:
+        """Norm of what K q and M q may be off by rounding alone."""
+        kw, q = self.w * np.arange(self.balance.H + 1), np.abs(self.motion())
+        terms = real_times(abs(self.problem.stiffness), q) + real_times(abs(self.problem.M), q * kw**2)
+        return DEFAULT.terms * np.finfo(float).eps * _norm(self.unit, terms)
 
     def scale(self) -> float:
         """Norm of the applied forces, or of the contact forces if that is larger."""
@@ -176,13 +190,17 @@ def _more_steps(equation, point, pinned) -> Iterator[Point]:
         yield replace(point, x=new.x, parameter=new.parameter, detail=new.detail)
 
 
-def with_residuals(curve: ForcedResponse, residuals: np.ndarray, equation: Equation,
+def with_residuals(curve: ForcedResponse, residuals: np.ndarray, bad: np.ndarray, equation: Equation,
                    points: list[Point]) -> ForcedResponse:
-    """The curve with its residuals (n,); points above the limit have failed, and it says where and why."""
-    bad = residuals > DEFAULT.equilibrium
+    """The curve with its residuals (n,); points that are out of balance, bad (n,), have failed: it says where and why,
+    and where rounding of the matrices stays above the limit."""
+    rounded = residuals[~bad] > DEFAULT.equilibrium
+    if rounded.any():
+        curve = replace(curve, ended=f"{curve.ended}; at {rounded.sum()} points the forces balance to "
+                        f"{residuals[~bad][rounded].max():.0e} of their scale, the rounding of the given matrices")
     if not bad.any():
         return replace(curve, force_residual=residuals)
-    worst = int(np.nanargmax(residuals))
+    worst = int(np.nanargmax(np.where(bad, residuals, 0.0)))
     at = Kept(equation, points[worst])
     problem = at.problem if at.contacts is None else at.problem.with_contacts(at.contacts)
     reason = _too_stiff(problem, at.forces, at.w, at.motion(), DEFAULT.equilibrium)

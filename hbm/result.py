@@ -41,7 +41,8 @@ class ForcedResponse(ArrayRecord):
     reached_end : the end of the band, perhaps past failed points; a curve that did not has no peak
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
     force_residual : (n,) residual of the equation of motion with the contact law on the motion of each point, over the
-        force scale (see `hbm.equilibrium`); at most 5e-9, NaN where a point failed
+        force scale (see `hbm.equilibrium`); at most 5e-9, or the rounding of the given
+        matrices (at most 1e-7, said by `ended`), NaN where a point failed
     seconds, residual_calls : cost; the calls are those of the continuation
     restarts : (k, 2) parameters at which a branch that folds without progress was left, and at which a solution further
         ahead was taken up; between them there may be points solved one from the other, or none; empty for one branch

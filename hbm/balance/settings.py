@@ -39,7 +39,7 @@ class BalanceSettings:
                                      # summed in another order it stays below 1e-8
     terms: float = 8.0               # roundings of the terms of the equation of motion, no residual: of elements of
                                      # uneven stiffness K q itself is not known better
-    most_rounding: float = 1e-6      # of the force scale that is taken off for it
+    most_rounding: float = 1e-7      # of the force scale, at most, that comes on top of the limit for it
     more_steps: int = 8              # of Newton's method for a point above it
     light: float = 1e-10             # modal mass beside the largest, below which it is rounding
     stiff: float = 1e3               # contact springs beside the stiffest dof, above which rounding is estimated ...
