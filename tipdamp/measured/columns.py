@@ -9,7 +9,8 @@ import numpy as np
 
 from hbm.errors import InputError, nearest
 
-MEANINGS = ("frequency_hz", "frequency_rad_s", "amplitude", "real", "imaginary", "phase_deg", "phase_rad", "force")
+MEANINGS = ("frequency_hz", "frequency_rad_s", "amplitude", "complex", "real", "imaginary", "phase_deg", "phase_rad",
+            "force")
 IGNORED = "-"
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf(inity)?)", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
@@ -36,14 +37,14 @@ def parse_meanings(columns: Sequence[str]) -> list[tuple[str, str]]:
             raise ValueError(nearest(meaning, (*MEANINGS, IGNORED)))
         if known.count(meaning) > 1:
             raise ValueError(f"{meaning} stands twice")
-    one_of = (("frequency_hz", "frequency_rad_s"), ("amplitude", "real"))
+    one_of = (("frequency_hz", "frequency_rad_s"), ("amplitude", "real", "complex"))
     for group in one_of:
         if len(set(group) & set(known)) != 1:
-            raise ValueError(f"needs one of {' and '.join(group)}")
+            raise ValueError(f"needs one of {', '.join(group)}")
     if ("real" in known) != ("imaginary" in known):
         raise ValueError("real and imaginary go together")
     phases = {"phase_deg", "phase_rad"} & set(known)
-    if len(phases) > 1 or phases and "real" in known:
+    if len(phases) > 1 or phases and "amplitude" not in known:
         raise ValueError("one phase, beside an amplitude")
     return parsed
 
@@ -68,12 +69,16 @@ def from_text(path: Path, columns: Sequence[str]) -> list[Columns]:
     rows = [[field.strip() for field in line.split(part)] for _, line in lines[first:]]
     header = [field.strip(' "') for field in lines[first - 1][1].split(part)] if first else []
     parsed = parse_meanings(columns)
+    if "complex" in dict(parsed):
+        raise InputError(f"{path}: complex: only variables of a MATLAB file are; use real and imaginary")
+    width = len(header) if any(name for _, name in parsed) else len(columns)
     places = {meaning: _position(path, name, i, header) for i, (meaning, name) in enumerate(parsed)
               if meaning != IGNORED}
     values: dict[str, list[float]] = {meaning: [] for meaning in places}
     for (k, _), row in zip(lines[first:], rows, strict=True):
-        if len(row) != len(rows[0]) or len(row) <= max(places.values()):
-            raise InputError(f"{path}: line {k}: {len(row)} columns, expected {max(len(rows[0]), len(columns))}")
+        if len(row) != width:
+            raise InputError(f"{path}: line {k}: {len(row)} columns, expected {width}; '{IGNORED}' stands for a column "
+                             "that is not used, and decimals need a point")
         for meaning, at in places.items():
             values[meaning].append(_number(path, k, row[at]))
     where = tuple(f"line {k}" for k, _ in lines[first:])
@@ -87,7 +92,6 @@ def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
     Raises InputError naming the variable.
     """
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
     parsed = [(m, name) for m, name in parse_meanings(columns) if m != IGNORED]
     unnamed = [meaning for meaning, name in parsed if not name]
@@ -97,9 +101,9 @@ def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
         content = loadmat(path, squeeze_me=False, chars_as_strings=True)
     except NotImplementedError:
         raise InputError(f"{path}: MATLAB 7.3 files are not read; save it with -v7") from None
-    except (ValueError, TypeError, OSError, MatReadError) as error:
+    except Exception as error:  # damaged files end in errors of zlib, struct and numpy
         raise InputError(f"{path}: not a MATLAB file: {error}") from None
-    arrays = {meaning: _variable(path, content, name) for meaning, name in parsed}
+    arrays = {meaning: _variable(path, content, name, meaning == "complex") for meaning, name in parsed}
     frequency = next(arrays[m] for m in ("frequency_hz", "frequency_rad_s") if m in arrays)
     n, repeats = frequency.size, max(a.size for a in arrays.values()) // max(frequency.size, 1)
     for (meaning, name), array in zip(parsed, arrays.values(), strict=True):
@@ -110,12 +114,14 @@ def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
                     f"{path} (column {r + 1})" if repeats > 1 else str(path)) for r in range(repeats)]
 
 
-def _variable(path, content, name):
+def _variable(path, content, name, may_be_complex):
     names = [key for key in content if not key.startswith("__")]
     if name not in names:
         raise InputError(f"{path}: no variable '{name}'; {nearest(name, names)}")
+    if np.iscomplexobj(content[name]) and not may_be_complex:
+        raise InputError(f"{path}: {name} is complex; columns: 'complex:{name}'")
     try:
-        return np.asarray(content[name], dtype=float)
+        return np.asarray(content[name], dtype=complex if may_be_complex else float)
     except (TypeError, ValueError):
         raise InputError(f"{path}: {name} is not an array of real numbers") from None
 

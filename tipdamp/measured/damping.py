@@ -8,6 +8,7 @@ from hbm.errors import InputError
 
 FLAT = 3                 # equal highest values that no sampled resonance has: the signal was clipped
 WIDE = 1e-4              # of the frequency: over less than this, samples of a resonance may be equal
+RISE = 0.05              # of the highest sample: what a parabola may add to it between samples
 CIRCLE_POINTS = 6        # five unknowns of the fit and one more
 
 
@@ -41,13 +42,8 @@ def half_power(hz: np.ndarray, amplitude: np.ndarray) -> Resonance:
             raise InputError(f"no half-power point {way} the peak at {peak_hz:.2f} Hz: the record {hz[0]:g}..{hz[-1]:g}"
                              " Hz is too narrow for a damping ratio")
         inner = under[0] + 1 if way == "below" else under[0] - 1
-        ends.append(brentq(lambda f: curve(f) - level, *sorted((hz[under[0]], _within(hz[inner], peak_hz, way)))))
+        ends.append(brentq(lambda f: curve(f) - level, *sorted((hz[under[0]], hz[inner]))))
     return Resonance(peak_hz, peak, ends[0], ends[1], (ends[1] - ends[0]) / (2 * peak_hz))
-
-
-def _within(inner, peak_hz, way):
-    """The inner end of the bracket: at most the peak."""
-    return min(inner, peak_hz) if way == "below" else max(inner, peak_hz)
 
 
 def highest_peak(hz: np.ndarray, amplitude: np.ndarray) -> tuple[float, float]:
@@ -56,14 +52,23 @@ def highest_peak(hz: np.ndarray, amplitude: np.ndarray) -> tuple[float, float]:
     Raises InputError where it is cut off by the end of the record, or clipped.
     """
     k = int(amplitude.argmax())
-    top = np.flatnonzero(np.isclose(amplitude, amplitude[k], rtol=1e-9, atol=0.0))
-    if len(top) >= FLAT and np.ptp(hz[top]) > WIDE * hz[k]:
-        raise InputError(f"the peak at {hz[k]:.2f} Hz is clipped: {FLAT} or more highest values are equal")
+    check_clipped(hz, amplitude)
     if k in (0, len(hz) - 1):
         raise InputError(f"the highest value lies at the end of the record, {hz[k]:g} Hz: no peak, and no damping")
     x, y = hz[k - 1:k + 2] - hz[k], amplitude[k - 1:k + 2]
     a, b, c = np.polyfit(x, y, 2)
-    return float(hz[k] - b / (2 * a)), float(c - b * b / (4 * a))
+    at, height = -b / (2 * a), c - b * b / (4 * a)
+    # uneven or noisy samples: the highest one stands for itself
+    trusted = x[0] < at < x[2] and height <= (1 + RISE) * amplitude[k]
+    return (float(hz[k] + at), float(height)) if trusted else (float(hz[k]), float(amplitude[k]))
+
+
+def check_clipped(hz: np.ndarray, amplitude: np.ndarray) -> None:
+    """InputError where the highest values of a signal, as it was measured, are equal over a part of the record."""
+    k = int(amplitude.argmax())
+    top = np.flatnonzero(np.isclose(amplitude, amplitude[k], rtol=1e-9, atol=0.0))
+    if len(top) >= FLAT and np.ptp(hz[top]) > WIDE * hz[k]:
+        raise InputError(f"the peak at {hz[k]:.2f} Hz is clipped: {FLAT} or more highest values are equal")
 
 
 def circle_fit(hz: np.ndarray, response: np.ndarray) -> float:

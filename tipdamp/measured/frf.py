@@ -18,12 +18,14 @@ SAME_GRID = 1e-9         # relative difference of frequencies that come from tex
 @dataclass(frozen=True)
 class Frf:
     """One measurement. hz (n,) ascending; response (n,) m/N, complex, or real where no phase was measured;
-    force_N - amplitude of the force, its median over the frequencies; source - file and record, for messages."""
+    force_N - amplitude of the force, its median over the frequencies; source - file and record, for messages
+    clipped - why the signal as it was measured has no peak, or empty"""
 
     hz: np.ndarray
     response: np.ndarray
     force_N: float
     source: str
+    clipped: str = ""
 
     @property
     def amplitude(self) -> np.ndarray:

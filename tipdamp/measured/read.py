@@ -6,6 +6,7 @@ import numpy as np
 
 from hbm.errors import InputError
 from tipdamp.measured.columns import Columns, from_matlab, from_text
+from tipdamp.measured.damping import check_clipped
 from tipdamp.measured.frf import QUANTITIES, Frf, receptance
 from tipdamp.measured.universal import from_universal
 from tipdamp.study.schema import Measured
@@ -15,6 +16,8 @@ PER_NEWTON = "/N"
 FROM_FILE = "from_file"
 TURNS = 2.5             # turns of a phase beyond which radians are degrees
 MIN_POINTS = 5
+SAME_LEVEL = 0.02       # relative difference of two forces that count as one level
+HELD_FORCE = 0.1        # variation of a measured force over the frequencies beyond which it is no level
 
 
 def read_measured(files: list[Path], settings: Measured) -> tuple[list[Frf], list[str]]:
@@ -29,6 +32,10 @@ def read_measured(files: list[Path], settings: Measured) -> tuple[list[Frf], lis
         for frf, said in _read(path, settings):
             found.append(frf)
             warnings += said
+    low, high = min(found, key=lambda f: f.force_N), max(found, key=lambda f: f.force_N)
+    if high.force_N > (1 + SAME_LEVEL) * low.force_N:
+        raise InputError(f"repeats at different levels: {low.source} at {low.force_N:.4g} N, {high.source} at "
+                         f"{high.force_N:.4g} N; give each level a curve of its own")
     return found, warnings
 
 
@@ -45,7 +52,7 @@ def _read(path: Path, settings: Measured) -> list[tuple[Frf, list[str]]]:
     return [_from_columns(settings, columns) for columns in read(path, settings.columns)]
 
 
-def _from_universal(settings, stated, hz, response, source):
+def _from_universal(settings, stated, hz, response, source, label):
     if stated and settings.quantity not in (FROM_FILE, stated):
         raise InputError(f"{source}: holds the {stated}, the study says {settings.quantity}")
     quantity = stated if settings.quantity == FROM_FILE else settings.quantity
@@ -53,11 +60,30 @@ def _from_universal(settings, stated, hz, response, source):
         raise InputError(f"{source}: does not say what was measured; state quantity = "
                          f"{', '.join(map(repr, QUANTITIES))}")
     places = tuple(f"point {k}" for k in range(1, len(hz) + 1))
-    factor, per_newton = _unit(settings, quantity) if settings.unit else (1.0, True)
+    factor, per_newton = _unit(settings, quantity) if settings.unit else (_labelled(label, quantity, source), True)
     if not per_newton:
         raise InputError(f"{source}: a frequency response function is per newton; unit = '{settings.unit}/N'")
-    hz, response, _, said = _checked(hz, factor * response, np.full(len(hz), settings.level), places, source)
-    return Frf(hz, receptance(quantity, hz, response), _level(settings, source), source), said
+    level = _level(settings, source)
+    hz, response, _, said = _checked(hz, factor * response, np.full(len(hz), level), places, source)
+    return Frf(hz, receptance(quantity, hz, response), level, source, _clipped(hz, response)), said
+
+
+def _labelled(label, quantity, source):
+    """Factor to SI by the label of the units in the file; an empty one is SI."""
+    units, name = QUANTITIES[quantity][1], label.replace("^", "").replace("**", "").removesuffix(PER_NEWTON)
+    if name and name not in units:
+        raise InputError(f"{source}: its values are labelled '{label}'; state unit = one of "
+                         f"{', '.join(u + PER_NEWTON for u in units)}")
+    return units[name] if name else 1.0
+
+
+def _clipped(hz, response):
+    """Why the signal, as it was measured, has no peak; empty where it has."""
+    try:
+        check_clipped(hz, np.abs(response))
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def _from_columns(settings: Measured, columns: Columns) -> tuple[Frf, list[str]]:
@@ -71,10 +97,13 @@ def _from_columns(settings: Measured, columns: Columns) -> tuple[Frf, list[str]]
                          "of the two out")
     force = values["force"] if measured_force else np.full(len(hz), _level(settings, source))
     hz, response, force, more = _checked(hz, factor * response, force, columns.places, source)
+    clipped, level = _clipped(hz, response), settings.level or float(np.median(force))
+    spread = np.abs(force / level - 1).max()
+    if spread > HELD_FORCE:
+        more.append(f"{source}: the force differs from the level of {level:.4g} N by up to {100 * spread:.0f} %")
     if not per_newton:
         response = response / force
-    return Frf(hz, receptance(settings.quantity, hz, response), settings.level or float(np.median(force)),
-               source), said + more
+    return Frf(hz, receptance(settings.quantity, hz, response), level, source, clipped), said + more
 
 
 def _level(settings, source):
@@ -95,6 +124,8 @@ def _unit(settings, quantity):
 
 def _response(values, source):
     """Complex, or real without a phase."""
+    if "complex" in values:
+        return values["complex"], []
     if "real" in values:
         return values["real"] + 1j * values["imaginary"], []
     amplitude = values["amplitude"]

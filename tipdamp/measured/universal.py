@@ -11,8 +11,9 @@ FRF_TYPE, FORCE = 4, 13                    # func_type and specific data type of
 MOTIONS = {8: "receptance", 11: "mobility", 12: "accelerance"}
 
 
-def from_universal(path: Path, records: tuple[int, ...]) -> list[tuple[str, np.ndarray, np.ndarray, str]]:
-    """[(quantity or '' where the file does not say, hz (n,), response (n,) in the units of the file, source)].
+def from_universal(path: Path, records: tuple[int, ...]) -> list[tuple[str, np.ndarray, np.ndarray, str, str]]:
+    """[(quantity or '' where the file does not say, hz (n,), response (n,) in the units of the file, source,
+    label of these units or '')].
 
     records - positions from 1 among the datasets 58; default: all, which must be of one response and reference
     Raises InputError with what the file holds.
@@ -26,8 +27,8 @@ def from_universal(path: Path, records: tuple[int, ...]) -> list[tuple[str, np.n
     if not records and len(set(places.values())) > 1:
         listing = "; ".join(f"{k}: {place}" for k, place in list(places.items())[:12])
         raise InputError(f"{path}: holds responses of several places ({listing}); choose by records = [...]")
-    return [(_quantity(path, k, d), np.asarray(d["x"], dtype=float), np.asarray(d["data"]), f"{path}, dataset {k}")
-            for k, d in chosen.items()]
+    return [(_quantity(path, k, d), np.asarray(d["x"], dtype=float), np.asarray(d["data"]), f"{path}, dataset {k}",
+             _label(d)) for k, d in chosen.items()]
 
 
 def _datasets(path) -> list[dict[str, Any]]:
@@ -48,6 +49,12 @@ def _datasets(path) -> list[dict[str, Any]]:
 
 def _place(d):
     return f"node {d.get('rsp_node', '?')} direction {d.get('rsp_dir', '?')}, force at node {d.get('ref_node', '?')}"
+
+
+def _label(d):
+    """As the file has it: NONE and blanks say nothing."""
+    label = str(d.get("ordinate_axis_units_lab", "")).strip()
+    return "" if label.upper() == "NONE" else label
 
 
 def _quantity(path, k, d):

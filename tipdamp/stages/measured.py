@@ -51,15 +51,22 @@ def _facts(name: str, files: Sequence[str], curve: MeasuredCurve) -> MeasuredFac
         repeats=len(curve.repeats), points=len(curve.hz), band_hz=(float(curve.hz[0]), float(curve.hz[-1])),
         with_phase=all(r.with_phase for r in curve.repeats), peak_hz=mean[0], peak_m_per_N=mean[1],
         peak_hz_deviation=deviation[0], peak_m_per_N_deviation=deviation[1],
-        half_power=identified(lambda r: half_power(r.hz, r.amplitude).zeta, curve.repeats),
-        circle_fit=identified(lambda r: circle_fit(r.hz, r.response), curve.repeats))
+        half_power=identified(lambda r: half_power(r.hz, _whole(r).amplitude).zeta, curve.repeats),
+        circle_fit=identified(lambda r: circle_fit(r.hz, _whole(r).response), curve.repeats))
 
 
 def _peak(frf):
     try:
-        return highest_peak(frf.hz, frf.amplitude)
+        return highest_peak(frf.hz, _whole(frf).amplitude)
     except InputError:
         return np.nan, np.nan
+
+
+def _whole(frf: Frf) -> Frf:
+    """InputError where the signal was clipped."""
+    if frf.clipped:
+        raise InputError(frf.clipped)
+    return frf
 
 
 def _deviation(values: np.ndarray) -> np.ndarray:

@@ -68,3 +68,16 @@ def test_circle_fit_needs_phase_and_points():
         circle_fit(hz, np.abs(receptance(hz)))
     with pytest.raises(InputError, match="points within the half-power bandwidth"):
         circle_fit(hz, receptance(hz))
+
+
+def test_noisy_uneven_samples_give_a_peak_near_the_highest():
+    """The parabola through three of them may point anywhere; a refusal is an InputError."""
+    rng = np.random.default_rng(1)
+    for _ in range(500):
+        hz = np.unique(np.r_[np.linspace(2500, 3100, 11), rng.uniform(2780, 2820, 3)])
+        x = np.abs(receptance(hz)) * (1 + 0.02 * rng.standard_normal(len(hz)))
+        try:
+            found = half_power(hz, x)
+        except InputError:
+            continue
+        assert x.max() <= found.peak <= 1.06 * x.max() and abs(found.peak_hz - hz[x.argmax()]) < 200

@@ -115,7 +115,7 @@ def changed(row, column, value):
 @pytest.mark.parametrize(("text", "values", "why"), [
     (changed(9, 9, "").replace(",", ";").replace("0.5", "0,5"), {}, "line 6: 0,5 has a decimal comma; write a point"),
     (changed(2, 1, "x"), {}, "line 3: 'x' is not a number"),
-    (changed(2, 1, "5,7"), {}, "line 3: 4 columns, expected 3"),
+    (changed(2, 1, "5,7"), {}, "line 3: 4 columns, expected 3; .* decimals need a point"),
     (changed(2, 0, "110"), {}, r"110 Hz stands twice \(line 2 and line 3\)"),
     (changed(0, 0, "0"), {}, "line 1: frequency 0 Hz, must be above 0"),
     (changed(2, 1, "-5"), {}, "negative amplitude -5; values in dB"),
@@ -154,3 +154,62 @@ def test_bad_columns(columns, why):
 
     with pytest.raises(ValidationError, match=why):
         settings(columns=columns)
+
+
+@pytest.mark.parametrize("quantity, power", [("receptance", 0), ("mobility", 1), ("accelerance", 2)])
+def test_a_clipped_signal_has_no_peak_in_any_quantity(tmp_path, quantity, power):
+    """Clipped as it was measured: after the division by (i omega)^k its plateau is no longer flat."""
+    signal = np.abs(X * (2j * np.pi * HZ) ** power)
+    path = text_file(tmp_path, rows(HZ, np.minimum(signal, 0.6 * signal.max())))
+    unit = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s2/N"}[quantity]
+    frf, _ = read_one(path, columns=["frequency_hz", "amplitude"], quantity=quantity, unit=unit)
+    assert "clipped" in frf.clipped
+
+
+def test_complex_variable_of_matlab(tmp_path):
+    from scipy.io import savemat
+
+    savemat(tmp_path / "run.mat", {"f": HZ, "H": 1e6 * X})
+    frf, _ = read_one(tmp_path / "run.mat", columns=["frequency_hz:f", "complex:H"])
+    np.testing.assert_allclose(frf.response, X, rtol=1e-12)
+    with pytest.raises(InputError, match="H is complex; columns: 'complex:H'"):
+        read_one(tmp_path / "run.mat", columns=["frequency_hz:f", "amplitude:H"])
+
+
+def test_damaged_matlab_files(tmp_path):
+    from scipy.io import savemat
+
+    path, rng = tmp_path / "run.mat", np.random.default_rng(1)
+    savemat(path, {"f": HZ, "H": np.abs(X)}, do_compression=True)
+    whole = path.read_bytes()
+    for _ in range(40):
+        broken = bytearray(whole)
+        broken[rng.integers(128, len(whole))] ^= 0xFF
+        path.write_bytes(broken)
+        try:
+            read_one(path, columns=["frequency_hz:f", "amplitude:H"])
+        except InputError as error:
+            assert "run.mat" in str(error)
+
+
+def test_decimal_commas_between_commas(tmp_path):
+    path = text_file(tmp_path, "900,5,5,1234\n901,5,6,1234\n")
+    with pytest.raises(InputError, match="4 columns, expected 2; .* decimals need a point"):
+        read_one(path, columns=["frequency_hz", "amplitude"])
+
+
+def test_units_by_their_label(tmp_path):
+    path = tmp_path / "run.unv"
+    universal(path, 1e3 * X, motion=8, ordinate_axis_units_lab="mm")
+    np.testing.assert_allclose(read_one(path, quantity=None, unit=None)[0].response, X, rtol=1e-5)
+    other = tmp_path / "other.unv"
+    universal(other, X, motion=8, ordinate_axis_units_lab="inch")
+    with pytest.raises(InputError, match="labelled 'inch'; state unit = one of m/N"):
+        read_one(other, quantity=None, unit=None)
+
+
+def test_repeats_at_different_levels(tmp_path):
+    files = [text_file(tmp_path, rows(HZ, np.abs(X), np.full(len(HZ), level), head=""), f"run_{level}.csv")
+             for level in (1, 20)]
+    with pytest.raises(InputError, match="different levels: .*run_1.csv at 1 N, .*run_20.csv at 20 N"):
+        read_measured(files, settings(columns=["frequency_hz", "amplitude", "force"], unit="um", level=None))

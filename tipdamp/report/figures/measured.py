@@ -30,7 +30,7 @@ def _panel(results: Results, name: str, level: float) -> Panel:
     items: list[Item] = [Band(band.hz, MICRO * band.low, MICRO * band.high, "measured, band"),
                          Marks(band.hz, MICRO * band.mean, "measured, mean", size=3.5)]
     top = MICRO * band.high.max()
-    for one, color in zip(beside, level_colors(len(beside)), strict=True):
+    for one, color in zip(beside, level_colors(len(beside)) if beside else [], strict=True):
         case = next(c for c in results.cases if c.facts.file == one.computed)
         amplitude = MICRO / case.Fe * computed_amplitude(case.curve, settings, results.first_patch)
         items.append(Curve(*drawn(case.curve.frequency, amplitude), f"computed, H = {case.H}", color))
