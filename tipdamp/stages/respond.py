@@ -62,7 +62,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         found.append(curve_result(settings, assembly, curve, others, file=there.file, Fe_N=there.Fe_N, H=there.H))
         # the damping is that of all kept pairs stuck: the linear response is the same where none is open at rest
         alike = assembly.curves.problem.law.components == ALL_SPRINGS and (assembly.kept.preload > 0).all()
-        if not found[-1].slipping_pairs and alike:
+        if not found[-1].slipping_pairs and alike and curve.converged.any():
             difference[there.file] = stuck_difference(settings, assembly, curve, there.Fe_N)
     with store.writing("stuck.npz") as path:
         hz = np.linspace(*settings.band, POINTS)

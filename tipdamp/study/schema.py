@@ -342,8 +342,8 @@ class Measured(Section):
     columns: Annotated[Texts, Key(
         COLUMNS, "what the columns of a text file or the variables of a MATLAB file hold, each as 'meaning' (by "
         "position) or 'meaning:name' (column of that name in the header, or variable): frequency_hz or "
-        "frequency_rad_s; amplitude, with phase_deg or phase_rad where known, or real and imaginary, or complex (MATLAB); force "
-        "where it was measured; '-' for a column that is not used")] = ()
+        "frequency_rad_s; amplitude, with phase_deg or phase_rad where known, or real and imaginary, or complex "
+        "(MATLAB); force where it was measured; '-' for a column that is not used")] = ()
     quantity: Annotated[Literal["from_file", "receptance", "mobility", "accelerance"], Key(
         CHOICE, "displacement, velocity or acceleration per force; universal files say it themselves")] = "from_file"
     unit: Annotated[str, Key(TEXT, "of the measured motion: m, mm, um, m/s, mm/s, m/s2, mm/s2 or g, with /N where it "

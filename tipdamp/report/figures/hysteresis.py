@@ -22,7 +22,7 @@ def figures(results: Results) -> Iterator[Figure]:
     work = np.array([one.friction_J[name] for name in loops.pairs])
     chosen = [i for i in np.argsort(-work, kind="stable")[:SHOWN].tolist() if work[i] > 1e-3 * work.max()] or [0]
     chosen.sort()
-    what = f"at the peak of Fe = {one.Fe_N:g} N, H = {one.H} ({one.hz:.1f} Hz)"
+    what = f"at the highest point of Fe = {one.Fe_N:g} N, H = {one.H} ({one.hz:.1f} Hz)"
     tangents = [k for k, name in enumerate(loops.components) if name != "n"]
     if tangents:
         yield Figure("hysteresis", "Hysteresis loops",

@@ -33,7 +33,8 @@ def _panel(results: Results, name: str, level: float) -> Panel:
     for one, color in zip(beside, level_colors(len(beside)) if beside else [], strict=True):
         case = next(c for c in results.cases if c.facts.file == one.computed)
         amplitude = MICRO / case.Fe * computed_amplitude(case.curve, settings, results.first_patch)
-        items.append(Curve(*drawn(case.curve.frequency, amplitude), f"computed, H = {case.H}", color))
+        hz, drawn_amplitude = (values[:-1] for values in drawn(case.curve.frequency, amplitude))
+        items.append(Curve(hz, drawn_amplitude, f"computed, H = {case.H}", color))
         top = max(top, np.nanmax(amplitude))
     low, high = results.study.respond.band
     return Panel(f"{name}: {level:.4g} N", "frequency (Hz)", "amplitude per force (µm/N)", tuple(items),
