@@ -109,7 +109,8 @@ def _held(model, pairs, hold):
     faced = np.abs(B[2::3] @ motion).max(initial=0.0) / np.abs(motion).max()
     doubt = "" if faced <= DEFAULT.faced else (
         f"hold = {brief(hold.motion)}: contact normals face the {name} of the {hold.body} by {faced:.2g} of its size "
-        "and hold it already while they are closed; leave it out unless they open")
+        "and hold it already while they are closed; leave it out unless they open, or other free motions let the "
+        "body roll past them")
     return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean, doubt)
 
 

@@ -43,7 +43,9 @@ def test_frequencies_beside_the_papers(asymmetric):
     for name, hz in (("full_line", 3500), ("tuned", 2800), ("full_area", 3600)):
         assert summary["stuck_hz"][name] == pytest.approx(hz, rel=1e-2)
     assert summary["tuned_pairs"] == {"front": 5, "back": 4}  # section 8
-    assert (np.diff([s["hz"] for s in asymmetric.read_json("tune.json")["history"]]) < 0).all()
+    even = [s for s in asymmetric.read_json("tune.json")["history"] if 0 <= s["front"] - s["back"] <= 1]
+    even.sort(key=lambda s: -s["front"] - s["back"])
+    assert len(even) >= 30 and (np.diff([s["hz"] for s in even]) < 0).all()       # falls as stations are detached
 
 
 def test_preload_of_patch_and_kept_stations(asymmetric):
