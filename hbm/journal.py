@@ -78,8 +78,10 @@ def packed(steps: Iterable[tuple[int, tuple[np.ndarray, ...]]]) -> Block:
 
 def unpacked(block: Block) -> Iterator[tuple[int, tuple[np.ndarray, ...]]]:
     """The steps of a block; raises StaleJournal where its two arrays do not fit."""
-    numbers, layout, at = np.asarray(block.numbers, dtype=float), iter(block.layout.tolist()), 0
     try:
+        if block.numbers.dtype != float or block.layout.dtype.kind != "i" or block.layout.ndim != 1:
+            raise ValueError
+        numbers, layout, at = block.numbers, iter(block.layout.tolist()), 0
         for mark in layout:
             arrays = []
             for _ in range(next(layout)):

@@ -131,7 +131,7 @@ class Curves:
 
     def _remove_journal(self, case):
         for path in self._blocks(case):
-            path.unlink()
+            path.unlink(missing_ok=True)
 
 
 def sweep(store: Store, cases: Collection[Case]) -> None:

@@ -110,3 +110,11 @@ def test_damaged_block(damage):
         layout[4] = -5 if damage == "negative" else 500
     with pytest.raises(StaleJournal):
         list(unpacked(Block(numbers, layout)))
+
+
+@pytest.mark.parametrize("numbers, layout", [
+    (np.array(["a", "b"]), np.array([1, 0])), (np.zeros(2, complex), np.array([1, 0])), (np.zeros(2), np.array(3)),
+    (np.zeros(2), np.array([1.5, 2.5])), (np.zeros(2), np.array([1, 1, 0, 1, -3]))])
+def test_blocks_that_no_journal_writes_are_stale(numbers, layout):
+    with pytest.raises(StaleJournal):
+        list(unpacked(Block(numbers, layout)))
