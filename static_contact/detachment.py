@@ -71,7 +71,8 @@ class DetachmentOptions:
     graded : the last station keeps the part of its area with which the target is met
     scatter_hz : sets whose frequency is as near to the target fit equally well
     at_least - stations that stay on each side; conserve - see `keep_ends`
-    tie_hz - sets nearer to each other than this, by rounding of mirrored ones, fit alike: the more even one is taken"""
+    tie_hz - sets nearer to each other than this, by rounding of mirrored ones, fit alike: the more even one is taken
+    met_hz - how near a graded station must bring the frequency to the target"""
 
     springs: Callable | None = None
     load: np.ndarray | None = None
@@ -81,6 +82,7 @@ class DetachmentOptions:
     at_least: int = 2
     conserve: bool = False
     tie_hz: float = 1e-4
+    met_hz: float = 0.1
 
 
 DEFAULT = DetachmentOptions()
@@ -116,7 +118,7 @@ def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float,
     weight, chosen, graded = np.where(sets[best].kept, pairs.weight, 0.0), history[best], None
     worth = _worth(search, pairs, weight)
     if options.graded and chosen.hz != target_hz:
-        weight, chosen, graded = _graded(search, pairs, sets, history, best, target_hz)
+        weight, chosen, graded = _graded(search, pairs, sets, history, (best, target_hz, options.met_hz))
     equal = sorted((s for s in history if abs(s.hz - target_hz) <= options.scatter_hz),
                    key=lambda s: _fit(s, target_hz, options.tie_hz))
     return Detachment(search.table(weight), chosen, tuple(history), target_hz, _stations(pairs, weight), worth, graded,
@@ -199,9 +201,10 @@ def _check_reach(history: Sequence[Step], target_hz, options, stations):
                          f"{options.at_least}..{stations} stations kept")
 
 
-def _graded(search, pairs, sets, history, best, target_hz):
+def _graded(search, pairs, sets, history, goal):
     """(weight (P,), Step, GradedStation): between the chosen set and the next one on the other side of the target, the
     smallest difference and the most even set first."""
+    best, target_hz, met_hz = goal
     stuck = np.array([one.kept & search.closed for one in sets])
     own, above = stuck[best], history[best].hz > target_hz
     nested = (stuck <= own).all(axis=1) if above else (stuck >= own).all(axis=1)
@@ -220,6 +223,10 @@ def _graded(search, pairs, sets, history, best, target_hz):
 
     part = float(brentq(lambda a: search.find(weight(a))[0] - target_hz, 0.0, 1.0, xtol=1e-9))
     step = replace(history[large], **dict(zip(("hz", "mac"), search.find(weight(part)), strict=True)))
+    if abs(step.hz - target_hz) > met_hz:
+        raise InputError(f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another while station "
+                         f"{pairs.station[last][0]} is graded, and no part of it meets the target (nearest "
+                         f"{step.hz:.1f} Hz); set [tune] graded = false")
     return weight(part), step, GradedStation(int(pairs.station[last][0]), part)
 
 
