@@ -1,7 +1,5 @@
 """`python -m tipdamp`: the same as the command `tipdamp`."""
 
-import sys
+from tipdamp.cli import command
 
-from tipdamp.cli import main
-
-sys.exit(main())
+command()

@@ -23,6 +23,17 @@ class Terminated(KeyboardInterrupt):
     """SIGTERM: what is begun is put aside, as after Ctrl-C."""
 
 
+def command() -> None:
+    """The installed command: `main`, then exit. Never returns.
+
+    A signal that comes while the interpreter is taken down finds the work done: it must not turn it into a failure.
+    """
+    code = main()
+    for late in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(late, signal.SIG_IGN)
+    sys.exit(code)
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     before = signal.signal(signal.SIGTERM, _terminate)

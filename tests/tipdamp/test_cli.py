@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -160,6 +161,18 @@ def test_results_of_a_study_stay_in_its_folder(matrices_study, tmp_path, way, ca
                      capsys.readouterr().err) and not list(outside.iterdir())
     assert main(["inspect", str(study), "--quiet", "--allow-outside"]) == 0 and list(outside.iterdir())
     assert main(["inspect", str(study), "--quiet", "--out", str(tmp_path / "mine")]) == 0
+
+
+@pytest.mark.parametrize("late", ["SIGINT", "SIGTERM"])
+def test_a_signal_while_the_interpreter_is_taken_down(late):
+    """Comes after the work is done, with Python's own handlers gone: it changes nothing."""
+    program = (f"import os, signal, sys\nclass Late:\n    def __del__(self, kill=os.kill, me=os.getpid(), "
+               f"how=signal.{late}): kill(me, how)\n"
+               "from tipdamp import cli\nlate = Late()\nsys.argv[1:] = ['--version']\n"
+               "cli._main = lambda argv: 0\ncli.command()")
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
+                           preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+    assert (ended.returncode, ended.stderr) == (0, "")
 
 
 def test_inputs_from_outside_are_named(matrices_study, tmp_path, caplog):

@@ -221,7 +221,7 @@ def test_damage_is_noticed_and_made_good(study, made, what, caplog):
 def started(study, jobs, mark):
     """`tipdamp respond` as a process of its own; it and all its processes have the mark in their environment."""
     program = ("import sys; from hbm.journal import Journal; Journal.every = 0.1\n"
-               "from tipdamp.cli import main; sys.exit(main())")
+               "from tipdamp.cli import command; command()")
     return subprocess.Popen([sys.executable, "-c", program, "respond", str(study), "--quiet", "--jobs", str(jobs)],
                             env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)}, text=True,
                             stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
