@@ -8,9 +8,9 @@ The public names are loaded when they are first asked for.
 from importlib import import_module
 
 _HOME = {
-    "CurveOptions": "options", "ReducedModel": "model", "ContactTable": "contact", "InputError": "errors",
+    "CurveOptions": "curve.options", "ReducedModel": "model", "ContactTable": "contact", "InputError": "errors",
     **dict.fromkeys(("ContactProblem", "contact_problem"), "problem"),
-    **dict.fromkeys(("Hold", "HeldMotion", "held_motions"), "hold"),
+    **dict.fromkeys(("Hold", "HeldMotion", "held_motions"), "hold.spring"),
     **dict.fromkeys(("ContactLaw", "ContactState", "Contacts"), "laws.base"),
     **dict.fromkeys(("forced_response", "follow_band", "follow_parameter", "solve_at"), "response"),
     **dict.fromkeys(("linear_response", "natural_frequencies"), "balance.receptance"),

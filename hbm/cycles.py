@@ -6,7 +6,7 @@ import numpy as np
 
 from hbm import fourier
 from hbm.balance.residual import HarmonicBalance
-from hbm.equilibrium import Kept
+from hbm.curve.equilibrium import Kept
 from hbm.errors import InputError
 from hbm.laws.records import Motion
 from hbm.parameter import Parameter

@@ -12,11 +12,11 @@ from hbm.continuation.crossings import with_tangent
 from hbm.continuation.point import Metric, Point
 from hbm.continuation.ripples import TooManyRipples, resolve
 from hbm.continuation.settings import DEFAULT, Settings
+from hbm.curve.trace import Outputs
 from hbm.parameter import Equation, Parameter
 from hbm.problem import ContactProblem
 from hbm.result import KINDS, RIPPLE, ForcedResponse, amplitude, amplitude_slope, local_maxima, orders_of
 from hbm.solutions import restored
-from hbm.tracing import Outputs
 
 
 def refine_largest(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> np.ndarray:

@@ -17,7 +17,7 @@ from hbm.balance.restraint import SUPPORT, check_rest, floating_motions, stiff_f
 from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.errors import InputError
-from hbm.hold import HeldMotion, Hold, held_motions, springs, with_springs
+from hbm.hold.spring import HeldMotion, Hold, held_motions, springs, with_springs
 from hbm.laws.base import ContactLaw
 from hbm.laws.records import Contacts
 from hbm.laws.shipped import check_law

@@ -23,23 +23,23 @@ from hbm.contact import ContactTable
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
-from hbm.drawn import Slopes, refine_drawn
-from hbm.equilibrium import check_carried, settle, with_residuals
+from hbm.curve.drawn import Slopes, refine_drawn
+from hbm.curve.equilibrium import check_carried, settle, with_residuals
+from hbm.curve.journal import Journal
+from hbm.curve.options import CurveKeywords, CurveOptions, curve_options
+from hbm.curve.starts import first_of, starts
+from hbm.curve.trace import record, trace
 from hbm.errors import InputError
-from hbm.hold import Hold
-from hbm.hold_check import change_in_words, stiffer_change
-from hbm.journal import Journal
+from hbm.hold.check import change_in_words, stiffer_change
+from hbm.hold.spring import Hold
 from hbm.laws.base import ContactLaw
 from hbm.laws.differences import check_derivatives
 from hbm.laws.shipped import SHIPPED
 from hbm.model import ReducedModel
-from hbm.options import CurveKeywords, CurveOptions, curve_options
 from hbm.parameter import Equation, Frequency, Parameter, as_parameter
 from hbm.peaks import refine_largest
 from hbm.problem import ContactProblem, contact_problem
 from hbm.result import ForcedResponse, PeriodicSolution
-from hbm.starts import first_of, starts
-from hbm.tracing import record, trace
 from hbm.validation import (
     check_forcing,
     check_harmonics,

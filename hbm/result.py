@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hbm import fourier
-from hbm.array_record import ArrayRecord
 from hbm.errors import InputError, nearest
-from hbm.npz import open_npz
+from hbm.io.array_record import ArrayRecord
+from hbm.io.npz import open_npz
 from hbm.validation import brief
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")

@@ -25,7 +25,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from hbm.errors import InputError
-from hbm.npz import open_npz
+from hbm.io.npz import open_npz
 
 
 @dataclass(frozen=True)

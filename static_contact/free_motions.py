@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 
 from hbm.errors import InputError
+from hbm.hold.rigid_motion import RIGID_MOTIONS
 from hbm.io.dof_table import ROTATIONS
 from hbm.model import ReducedModel
-from hbm.rigid import RIGID_MOTIONS
 from static_contact.rigid_motions import SETTINGS, RigidMotionSettings, floating
 
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
-from hbm.hold import HeldMotion, spring_forces, with_springs
+from hbm.hold.spring import HeldMotion, spring_forces, with_springs
 from hbm.model import ReducedModel
 from static_contact.complementarity import NoEquilibrium, NormalContact, solve_complementarity
 from static_contact.free_motions import free_motions, name_of_drift

@@ -11,8 +11,8 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from hbm.balance.settings import DEFAULT
+from hbm.hold.rigid_motion import body_motions
 from hbm.model import ReducedModel
-from hbm.rigid import body_motions
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ import numpy as np
 import scipy.sparse as sp
 
 import hbm
-from hbm.journal import Block, Journal, StaleJournal
+from hbm.curve.journal import Block, Journal, StaleJournal
+from hbm.io.npz import open_npz
 from hbm.laws import ContactLaw, Contacts
-from hbm.npz import open_npz
 from hbm.problem import ContactProblem
 from hbm.response import follow_band
 from hbm.result import ForcedResponse

@@ -6,8 +6,8 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError, nearest
+from hbm.hold.rigid_motion import parse_motion
 from hbm.model import ReducedModel
-from hbm.rigid import parse_motion
 from modal.body import Body
 from modal.mesh import Mesh
 from static_contact.rigid_motions import SETTINGS as RIGID

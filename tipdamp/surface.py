@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.npz import open_npz
+from hbm.io.npz import open_npz
 from modal.craig_bampton import Reduction
 from modal.faces import boundary_faces
 from modal.mesh import Mesh

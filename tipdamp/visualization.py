@@ -12,8 +12,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from hbm.contact import ContactTable
+from hbm.io.npz import open_npz
 from hbm.model import ReducedModel
-from hbm.npz import open_npz
 from modal.craig_bampton import Reduction
 from modal.mesh import Mesh
 from static_contact.stuck_assembly import StuckModes

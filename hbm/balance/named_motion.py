@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm.balance.settings import DEFAULT
-from hbm.rigid import body_motions
+from hbm.hold.rigid_motion import body_motions
 
 
 @dataclass(frozen=True)

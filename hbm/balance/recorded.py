@@ -9,7 +9,7 @@ import numpy as np
 
 from hbm.balance.newton import Linearisation
 from hbm.balance.residual import Derivative, HarmonicBalance, by_frequency
-from hbm.journal import Journal
+from hbm.curve.journal import Journal
 from hbm.laws.records import Contacts
 
 SOLVE, DIRECTION, MOVED, RESTORING = range(4)        # marks of the steps; those of evaluations are negative

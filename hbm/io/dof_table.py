@@ -11,7 +11,7 @@ import numpy as np
 import scipy.io
 
 from hbm.errors import InputError
-from hbm.npz import open_npz
+from hbm.io.npz import open_npz
 
 DIRECTIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches

@@ -20,7 +20,7 @@ import scipy.sparse as sp
 
 from hbm.errors import InputError, nearest
 from hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
-from hbm.npz import open_npz
+from hbm.io.npz import open_npz
 
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
 

@@ -13,9 +13,9 @@ from hbm.balance.named_motion import describe_motion
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.settings import Settings
+from hbm.curve.starts import first_point
 from hbm.laws import Contacts, CubicSpring, DryFriction2T, Jenkins1D, UnilateralSpring
 from hbm.problem import ContactProblem
-from hbm.starts import first_point
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "hbm"
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hbm import ContactProblem, Contacts, ContactSetting, ForcedResponse, InputError, follow_band, follow_parameter
+from hbm.curve.options import CurveKeywords, CurveOptions
 from hbm.laws import ContactLaw, Jenkins1D, MixedLaw
-from hbm.options import CurveKeywords, CurveOptions
 from hbm.response import forced_response, solve_at
 from hbm.solutions import time_history
 from hbm.testing import check_law

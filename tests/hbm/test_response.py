@@ -12,6 +12,7 @@ from hbm.balance.receptance import linear_response, natural_frequencies, stuck_r
 from hbm.contact import relative_motion
 from hbm.continuation.branch import Branch
 from hbm.continuation.point import Point
+from hbm.curve.trace import explain
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from hbm.parameter import Frequency
@@ -20,7 +21,6 @@ from hbm.response import follow_band, follow_parameter, forced_response
 from hbm.result import ForcedResponse
 from hbm.solutions import solutions_at, time_history
 from hbm.time.comparison import compare
-from hbm.tracing import explain
 from tests.hbm.small_rig import small_rig
 
 BAND = (900.0, 1800.0)       # holds the out-of-phase mode, 1347 Hz stuck

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm.hold import HeldMotion
-from hbm.journal import Journal
+from hbm.curve.journal import Journal
+from hbm.hold.spring import HeldMotion
 from hbm.laws import IsotropicFriction
 from hbm.result import ForcedResponse
 from tests.hbm.oscillator import FORCE, Y2, oscillator
@@ -220,7 +220,7 @@ def test_damage_is_noticed_and_made_good(study, made, what, caplog):
 
 def started(study, jobs, mark):
     """`tipdamp respond` as a process of its own; it and all its processes have the mark in their environment."""
-    program = ("import sys; from hbm.journal import Journal; Journal.every = 0.1\n"
+    program = ("import sys; from hbm.curve.journal import Journal; Journal.every = 0.1\n"
                "from tipdamp.cli import command; command()")
     return subprocess.Popen([sys.executable, "-c", program, "respond", str(study), "--quiet", "--jobs", str(jobs)],
                             env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)}, text=True,

@@ -6,10 +6,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from hbm import npz
 from hbm.errors import InputError
+from hbm.io import npz
+from hbm.io.npz import open_npz
 from hbm.model import ReducedModel
-from hbm.npz import open_npz
 from hbm.result import ForcedResponse
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.cli import main

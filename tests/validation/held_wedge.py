@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hbm.contact import ContactTable
-from hbm.hold import Hold
+from hbm.hold.spring import Hold
 from hbm.laws import DryFriction2T
 from hbm.model import ReducedModel
 from hbm.response import forced_response

@@ -6,8 +6,8 @@ from typing import TypeVar
 import numpy as np
 
 from hbm.contact import ContactTable
+from hbm.io.npz import open_npz
 from hbm.model import ReducedModel
-from hbm.npz import open_npz
 from hbm.result import ForcedResponse
 from tipdamp import pair_checks, surface
 from tipdamp.stages.cycles import Loops, load_loops

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm import hold
 from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError, nearest
-from hbm.hold import HeldMotion
+from hbm.hold import spring
+from hbm.hold.spring import HeldMotion, Hold
 from hbm.model import ReducedModel
 from static_contact.equilibrium import beside, side_forces, side_normals
 from static_contact.kept_pairs import conserve_total
@@ -24,8 +24,8 @@ EXCITATION = tuple(f"respond.{key}" for key in ("share_force", "amplitudes", "ph
 def held_motions(study: Study, model: ReducedModel, pairs: ContactTable) -> tuple[HeldMotion, ...]:
     """The rigid motions of the damper that the study holds, on the dofs of a model with these pairs."""
     try:
-        return hold.held_motions(model, pairs, [hold.Hold(one.motion, one.stiffness, one.mean, DAMPER)
-                                                for one in study.driver.hold])
+        return spring.held_motions(model, pairs, [Hold(one.motion, one.stiffness, one.mean, DAMPER)
+                                                  for one in study.driver.hold])
     except InputError as error:
         raise InputError(f"{study.path}: [{'model' if 'model' in study else DAMPER}] {error}") from None
 

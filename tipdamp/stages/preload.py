@@ -7,7 +7,7 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.hold import spring_forces
+from hbm.hold.spring import spring_forces
 from hbm.model import ReducedModel
 from static_contact.preload import StaticContact
 from tipdamp import friction, loads, stiffness, stresses

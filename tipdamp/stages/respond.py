@@ -11,8 +11,8 @@ import numpy as np
 from hbm import fourier
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
-from hbm.hold import HeldMotion
-from hbm.hold_check import change_in_words
+from hbm.hold.check import change_in_words
+from hbm.hold.spring import HeldMotion
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.result import ForcedResponse

@@ -5,7 +5,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from hbm.errors import InputError, nearest
-from hbm.rigid import ALLOWED, parse_motion
+from hbm.hold.rigid_motion import ALLOWED, parse_motion
 from tipdamp.study.values import NUMBER, Key, Kind, number
 
 KEYS = ("motion", "stiffness", "mean")

@@ -9,6 +9,7 @@ import pytest
 from hbm.balance.residual import HarmonicBalance
 from hbm.contact import ContactTable
 from hbm.continuation.settings import Settings
+from hbm.curve.starts import first_point
 from hbm.errors import InputError
 from hbm.laws import DryFriction2T, IsotropicFriction, Jenkins1D, MixedLaw, UnilateralSpring
 from hbm.model import ReducedModel
@@ -16,7 +17,6 @@ from hbm.problem import contact_problem
 from hbm.response import follow_band, follow_parameter, forced_response
 from hbm.result import ForcedResponse
 from hbm.solutions import solutions_at
-from hbm.starts import first_point
 from hbm.time import comparison, shooting
 from hbm.time.comparison import compare, compare_point, integrator_of
 from hbm.time.exact import ExactIntegrator

@@ -24,7 +24,7 @@ from hbm import (
     linear_response,
     solve_at,
 )
-from hbm.rigid import body_motions, parse_motion, rigid_coordinate
+from hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
 from tests.contact_tables import contact_table
 from tests.hbm.small_rig import small_rig
 

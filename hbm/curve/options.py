@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hbm.continuation.settings import Settings
+from hbm.curve.journal import Journal
 from hbm.errors import InputError, nearest
-from hbm.journal import Journal
 
 
 class CurveKeywords(TypedDict, total=False):

@@ -6,8 +6,8 @@ import pytest
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.follow import follow
 from hbm.continuation.settings import Settings
+from hbm.curve.starts import first_point
 from hbm.response import follow_band
-from hbm.starts import first_point
 from tests.hbm.cases import beam, rig
 
 

@@ -1,8 +1,8 @@
 """A hold: what keeps a rigid motion that no contact resists from drifting, and the force that this takes.
 
-The spring acts on the coordinate s = row' q of the motion (`rigid.rigid_coordinate`), K + k row row': a pure force or
-couple on the body, that bends nothing. Soft beside the contacts and the inertia it changes no vibration, and its mean
-force is the mean friction force that a stop would have to balance.
+The spring acts on the coordinate s = row' q of the motion (`rigid_motion.rigid_coordinate`), K + k row row': a pure
+force or couple on the body, that bends nothing. Soft beside the contacts and the inertia it changes no vibration, and
+its mean force is the mean friction force that a stop would have to balance.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError, nearest
+from hbm.hold.rigid_motion import parse_motion, rigid_coordinate
 from hbm.model import ReducedModel
-from hbm.rigid import parse_motion, rigid_coordinate
 from hbm.validation import brief, positive
 
 

@@ -14,9 +14,9 @@ from hbm.continuation.corrector import between
 from hbm.continuation.crossings import may_fold
 from hbm.continuation.point import Point
 from hbm.continuation.settings import Settings
+from hbm.curve.trace import Outputs
 from hbm.parameter import Equation
 from hbm.peaks import noise
-from hbm.tracing import Outputs
 
 SHARES = np.array([0.25, 0.5, 0.75])[:, None, None]     # of an interval, where its error is looked at
 

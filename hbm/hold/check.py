@@ -10,11 +10,11 @@ from hbm.continuation.branch import Branch
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.point import Point
 from hbm.continuation.settings import Settings
+from hbm.curve.trace import Outputs
 from hbm.parameter import Equation
 from hbm.peaks import Output
 from hbm.problem import ContactProblem
 from hbm.result import KINDS
-from hbm.tracing import Outputs
 
 
 def stiffer_change(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> float:

@@ -5,8 +5,8 @@ import pytest
 
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.settings import Settings
+from hbm.curve.journal import Block, Journal, StaleJournal, packed, unpacked
 from hbm.errors import InputError
-from hbm.journal import Block, Journal, StaleJournal, packed, unpacked
 from hbm.response import follow_band
 from tests.hbm.cases import beam, load, rig, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator

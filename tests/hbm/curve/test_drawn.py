@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from hbm import drawn
 from hbm.continuation.settings import Settings
+from hbm.curve import drawn
 from hbm.response import follow_band
 from tests.hbm.cases import beam
 

@@ -13,11 +13,11 @@ from hbm.continuation.budget import Budget, BudgetExceeded
 from hbm.continuation.follow import follow
 from hbm.continuation.point import failed, size
 from hbm.continuation.settings import Settings
+from hbm.curve.starts import first_of, starts
+from hbm.curve.unmoved import follow_unmoved, moves_contacts
 from hbm.parameter import Equation, Parameter
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse, widest_gap
-from hbm.starts import first_of, starts
-from hbm.unmoved import follow_unmoved, moves_contacts
 
 LEFT = ("left", "closed")        # ends of branches that leave the band for good
 

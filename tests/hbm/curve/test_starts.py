@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hbm import starts
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.settings import Settings
+from hbm.curve import starts
 from hbm.response import follow_band
 from hbm.solutions import solutions_at
 from tests.hbm.cases import load, unilateral

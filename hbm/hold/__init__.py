@@ -1,0 +1,1 @@
+"""Springs that keep a rigid motion from drifting, and what they take."""
