@@ -1,6 +1,6 @@
 """ReducedModel: mass, damping and stiffness of the bodies, and what each of their dofs is.
 
-The matrices may come from `modal.craig_bampton` or from any other code; nothing here knows which.
+The matrices may come from `modal.craig_bampton` or from any other program.
 """
 
 import json

@@ -64,7 +64,7 @@ def test_contact_force_over_the_preload():
 
 @pytest.mark.parametrize("band", [(50, 1e4), (50, 1e8), (1e8, 50), (0.01, 160), (160, 0.01), (1e-4, 1e6)], ids=str)
 def test_bands_far_wider_than_the_resonances(band):
-    """The peak is that of an ordinary band, and no motion is said to walk away."""
+    """The peak is that of an ordinary band, and no motion is said to drift."""
     usual = follow_band(problem(Jenkins1D()), F, (50, 160), harmonics=3, outputs=X)
     curve = follow_band(problem(Jenkins1D()), F, band, harmonics=3, outputs=X)
     assert curve.complete and curve.reached_end and 0.1 < np.nanmax(curve.share_slip) < 1

@@ -50,6 +50,19 @@ levels = [1]
 band = [20000, 40000]
 damping_ratio = 0.02
 """
+MATRICES = """[model]
+matrices = "model.npz"
+pull = 10
+pull_direction = [1, 0, 1]
+[contact]
+pairs = "pairs.csv"
+[contact.one]
+shape = "flat"
+width = 0.01
+[contact.two]
+shape = "flat"
+width = 0.01
+"""
 
 
 def cube(kind="hexahedron", at=(0.0, 0.0, 0.0), divisions=(2, 2, 2)) -> Mesh:

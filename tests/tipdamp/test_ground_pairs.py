@@ -15,19 +15,7 @@ GIVEN = [("mu = 0.3\n", 'pairs = "mine.csv"\n')] + [
     (f'blade = "touch_{side}"\ndamper = "face_{face}"\nshape = "flat"\nkn = 1e6\nkt = 1e6\n', 'shape = "flat"\n')
     for side, face in (("one", "x"), ("two", "z"))]
 TILTED = ("pull_direction = [1, 0, 1]", "pull_direction = [1, 0.2, 1]")
-MATRICES = """[model]
-matrices = "model.npz"
-pull = 10
-pull_direction = [1, 0.2, 1]
-[contact]
-pairs = "mine.csv"
-[contact.one]
-shape = "flat"
-width = 0.01
-[contact.two]
-shape = "flat"
-width = 0.01
-"""
+MATRICES = corner_study.MATRICES.replace("[1, 0, 1]", "[1, 0.2, 1]").replace("pairs.csv", "mine.csv")
 
 
 def to_ground(pairs, nodes, position, normal, t1, side, blade):

@@ -51,12 +51,14 @@ def test_a_jump_to_another_branch_is_refused():
     assert branch.complete and np.allclose([b.x[0] - b.parameter for b in branch.points], 0, atol=1e-6)
 
 
-def test_endless_folds_are_left_by_a_named_restart():
+def endless(x, p):
     """From p = 5 on the branch x = p goes to and fro for ever; the branch x = -p leads on."""
-    def endless(x, p):
-        a, slope = (x[0], 1.0) if x[0] < 5 else (5 + 0.2 * np.sin(5 * (x[0] - 5)), np.cos(5 * (x[0] - 5)))
-        b = x[0] + p
-        return Dense(np.array([(a - p) * b]), np.array([[slope * b + a - p]]), np.array([a - p - b]))
+    a, slope = (x[0], 1.0) if x[0] < 5 else (5 + 0.2 * np.sin(5 * (x[0] - 5)), np.cos(5 * (x[0] - 5)))
+    b = x[0] + p
+    return Dense(np.array([(a - p) * b]), np.array([[slope * b + a - p]]), np.array([a - p - b]))
+
+
+def test_endless_folds_are_left_by_a_named_restart():
     branch = follow(endless, start_at(endless, 1.0, 1.0), 10.0, np.ones(1),
                                  Settings(patience=50), restart=lambda p: start_at(endless, -p, p))
     assert branch.complete and branch.restarts[-1][0] == pytest.approx(5.2, abs=0.02) and branch.restarts[-1][1] < 5.5
@@ -125,10 +127,6 @@ def test_every_end_names_a_remedy(end):
 
 def test_points_that_the_branch_does_not_lead_to_are_marked():
     """Where endless folds were left, and nowhere else."""
-    def endless(x, p):
-        a, slope = (x[0], 1.0) if x[0] < 5 else (5 + 0.2 * np.sin(5 * (x[0] - 5)), np.cos(5 * (x[0] - 5)))
-        b = x[0] + p
-        return Dense(np.array([(a - p) * b]), np.array([[slope * b + a - p]]), np.array([a - p - b]))
     branch = follow(endless, start_at(endless, 1.0, 1.0), 10.0, np.ones(1),
                     Settings(patience=50), restart=lambda p: start_at(endless, -p, p))
     x = np.array([b.x[0] for b in branch.points])

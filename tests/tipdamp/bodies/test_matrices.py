@@ -1,6 +1,5 @@
 """Faults of given matrices and their pairs: one line that names the file and the fault."""
 
-
 import numpy as np
 import pytest
 
@@ -9,20 +8,6 @@ from tests.tipdamp import corner_study
 from tipdamp.cli import main
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
-
-STUDY = """[model]
-matrices = "model.npz"
-pull = 10
-pull_direction = [1, 0, 1]
-[contact]
-pairs = "pairs.csv"
-[contact.one]
-shape = "flat"
-width = 0.01
-[contact.two]
-shape = "flat"
-width = 0.01
-"""
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +24,7 @@ def good(tmp_path_factory):
 def answer(folder, capsys, good, pairs=None, **changed):
     np.savez(folder / "model.npz", **{**good[0], **changed})
     (pairs or good[1]).save(folder / "pairs.csv")
-    (folder / "study.toml").write_text(STUDY)
+    (folder / "study.toml").write_text(corner_study.MATRICES)
     codes = [main([stage, str(folder / "study.toml")]) for stage in ("inspect", "reduce", "preload")]
     said = capsys.readouterr().err
     assert "Traceback" not in said
