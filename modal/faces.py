@@ -24,6 +24,20 @@ def boundary_faces(mesh: Mesh) -> list[np.ndarray]:
     return [b[s] for b, s in zip(blocks, single, strict=True)]
 
 
+def group_faces(mesh: Mesh, name: str) -> list[np.ndarray]:
+    """Boundary faces of a group, in arrays as of `boundary_faces`: its face set where the file has one, otherwise those
+    whose nodes all belong to it."""
+    blocks = boundary_faces(mesh)
+    if name in mesh.face_groups:
+        keys = np.concatenate([mesh.face_groups[name], *(face_keys(mesh.node[b]) for b in blocks)])
+        label = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+        own, *others = np.split(label, np.cumsum([len(mesh.face_groups[name]), *(len(b) for b in blocks)])[:-1])
+        return [b[np.isin(their, own)] for b, their in zip(blocks, others, strict=True)]
+    member = np.zeros(len(mesh.node), dtype=bool)
+    member[mesh.index(mesh.group(name))] = True
+    return [b[member[b].all(axis=1)] for b in blocks]
+
+
 def face_blocks(mesh: Mesh) -> list[np.ndarray]:
     """(f, k) node indices of all faces, cell type by cell type, those with equally many nodes together."""
     out = []
@@ -34,7 +48,7 @@ def face_blocks(mesh: Mesh) -> list[np.ndarray]:
 
 
 def face_keys(faces: np.ndarray) -> np.ndarray:
-    """(f, 4) sorted corners of faces, -1 in front of triangles: equal for the two cells that share a face."""
+    """(f, 4) sorted corners of faces (f, k), -1 in front of triangles: equal for the two cells that share a face."""
     corners = np.sort(faces[:, :face_corners(faces.shape[1])], axis=1)
     return np.pad(corners, ((0, 0), (4 - corners.shape[1], 0)), constant_values=-1)
 

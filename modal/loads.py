@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from hbm.errors import InputError
 from modal.body import Body
-from modal.faces import boundary_faces, face_rule
+from modal.faces import face_rule, group_faces
 from modal.mesh import Mesh
 
 
@@ -61,13 +61,13 @@ def point_force(body: Body, group: str, force: ArrayLike) -> np.ndarray:
 
 
 def pressure(body: Body, mesh: Mesh, group: str, value: float) -> np.ndarray:
-    """A pressure in Pa on the faces whose nodes all belong to the group; positive presses on the body."""
+    """A pressure in Pa on the faces of a group (`faces.group_faces`); positive presses on the body."""
     value = _finite("pressure", value)
     return on_dofs(body, _on_faces(mesh, group, lambda area: -value * area))
 
 
 def traction(body: Body, mesh: Mesh, group: str, value: ArrayLike) -> np.ndarray:
-    """A traction (3,) Pa, of fixed direction, on the faces whose nodes all belong to the group."""
+    """A traction (3,) Pa, of fixed direction, on the faces of a group."""
     value = _finite("traction", value, 3)
     return on_dofs(body, _on_faces(mesh, group, lambda area: np.linalg.norm(area, axis=-1, keepdims=True) * value))
 
@@ -103,11 +103,9 @@ def _inertia(body, acceleration):
 
 def _on_faces(mesh, group, density):
     """(n, 3) N: integral of N_i times the force per face, density(area vectors (f, 3) at a Gauss point)."""
-    member = np.zeros(len(mesh.node), dtype=bool)
-    member[mesh.index(mesh.group(group))] = True
+    mesh.group(group)                          # refused where it is not there, or empty
     nodal, count = np.zeros((len(mesh.node), 3)), 0
-    for faces in boundary_faces(mesh):
-        faces = faces[member[faces].all(axis=1)]
+    for faces in group_faces(mesh, group):
         count += len(faces)
         for shape, slope, weight in zip(*face_rule(faces.shape[1]), strict=True):
             a, b = np.einsum("dk,fkx->dfx", slope, mesh.position[faces])

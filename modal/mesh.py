@@ -19,7 +19,8 @@ class Mesh:
     indices into `node`, in gmsh's order; groups : {name: (g,) int node numbers}; unused : what the file holds and
     this record does not; number : {type: (c,) int} - the user's element numbers; cell_groups : {name: element
     numbers}; dimension : {group: 0 nodes, 1 curve, 2 surface, 3 volume} where known; warnings : what was repaired or
-    looks wrong; format : of the file."""
+    looks wrong; format : of the file; face_groups : {name: (f, 4) int} - the faces of a surface as the file lists them:
+    node numbers of the corners, sorted, -1 in front of triangles (`faces.group_faces`)."""
 
     node: np.ndarray
     position: np.ndarray
@@ -32,6 +33,7 @@ class Mesh:
     dimension: dict = field(default_factory=dict)
     warnings: tuple = ()
     format: str = ""
+    face_groups: dict = field(default_factory=dict)
 
     def index(self, numbers: ArrayLike) -> np.ndarray:
         """Indices into `node` of the given node numbers."""

@@ -98,13 +98,20 @@ def _nodes_of(f, key, dimension):
     if key[0] == "NSET":
         return members, 0
     if key[0] == "ELSET":
-        solid = any(per and np.isin(n, members).any() for per, n, _ in f.model.elements)
-        return _element_nodes(f, members), 3 if solid else 2
+        sheets = [nodes[np.isin(n, members)] for per, n, nodes in f.model.elements if not per]
+        if any(per and np.isin(n, members).any() for per, n, _ in f.model.elements):
+            return _element_nodes(f, members), 3
+        for faces in sheets:
+            f.content.add_faces(f.model.names[key], faces)
+        return _element_nodes(f, members), 2
     nodes, kinds = [np.empty(0, dtype=np.int64)], set()
     for item in f.model.sets[key]:
         kinds.add(item[0])
         found = item[1] if isinstance(item[1], np.ndarray) else _members(f, *_key(f, item[1]))
-        nodes.append(found if item[0] == "NODES" else _face_nodes(f, found, item[2], f.model.names[key]))
+        faces = _faces(f, found, item[2], f.model.names[key]) if item[0] == "FACE" else []
+        for block in faces:
+            f.content.add_faces(f.model.names[key], block)
+        nodes += [block.ravel() for block in faces] if item[0] == "FACE" else [found]
     return np.concatenate(nodes), 2 if "FACE" in kinds else 0
 
 
@@ -141,9 +148,9 @@ def _element_nodes(f, members):
     return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
 
 
-def _face_nodes(f, members, label, surface):
-    """Nodes, middle ones included, of face S1, S2, ... of the elements."""
-    out = [np.empty(0, dtype=np.int64)]
+def _faces(f, members, label, surface):
+    """Nodes (f, k), middle ones included, of face S1, S2, ... of the elements, block by block."""
+    out = []
     for per, n, nodes in [e for e in f.model.elements if e[0]]:
         kind, between, faces = SOLID[per]
         mine = np.isin(n, members)
@@ -155,5 +162,5 @@ def _face_nodes(f, members, label, surface):
         corners = faces[int(label[1]) - 1]
         ours = next(face for face in CELLS[kind].faces if set(corners) <= set(face))
         columns = CELLS[kind].columns(between) if between else np.arange(per)
-        out.append(nodes[mine][:, columns[list(ours)]].ravel())
-    return np.concatenate(out)
+        out.append(nodes[mine][:, columns[list(ours)]])
+    return out

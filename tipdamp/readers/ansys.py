@@ -257,14 +257,19 @@ def _shape(path, number, routine, nodes):
 
 
 def _components(content, elements):
-    """Element components also name the nodes of their elements."""
+    """Element components also name the nodes of their elements; of surface elements alone, their faces."""
     nodes = {number: own for number, _, _, own in elements}
     solid = {int(n) for blocks in content.cells.values() for numbers, _ in blocks for n in numbers}
     for name, parts in list(content.cell_groups.items()):
         members = np.unique(np.concatenate(parts))
         found = [node for e in members.tolist() for node in nodes.get(e, ()) if node > 0]
         if name not in content.groups:
-            content.add_group(name, found, 3 if solid & set(members.tolist()) else 2)
+            flat = not solid & set(members.tolist())
+            content.add_group(name, found, 2 if flat else 3)
+            for e in members.tolist() if flat else ():
+                corners = tuple(dict.fromkeys(nodes.get(e, ())[:4]))            # K = L makes a triangle
+                if len(corners) > 2:
+                    content.add_faces(name, [corners])
 
 
 READER = Reader("Ansys archive", (".cdb", ".dat"), read, claims=lambda data: b"NBLOCK" in data.upper())

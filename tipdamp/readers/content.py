@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, shown
 from modal.elements.cells import CELLS
+from modal.faces import face_keys
 from modal.mesh import Mesh
 from modal.mesh_checks import checked, some
 
@@ -30,13 +31,15 @@ class Content:
 
     nodes : [(numbers (n,), coordinates (n, 3))]; cells : {type: [(element numbers (c,), node numbers (c, k))]} with
     nodes in gmsh's order; groups : {name: [node numbers]}; cell_groups : {name: [element numbers]};
-    dimension : {group: 0..3}; unused : what was not read; warnings : what looks wrong
+    faces : {name: [corners of faces (f, 4)]}, see Mesh.face_groups; dimension : {group: 0..3}; unused : what was not
+    read; warnings : what looks wrong
     """
 
     nodes: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     cells: dict[str, list[tuple[np.ndarray, np.ndarray]]] = field(default_factory=dict)
     groups: dict[str, list[np.ndarray]] = field(default_factory=dict)
     cell_groups: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    faces: dict[str, list[np.ndarray]] = field(default_factory=dict)
     dimension: dict[str, int] = field(default_factory=dict)
     unused: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
@@ -62,6 +65,11 @@ class Content:
     def add_cell_group(self, name: str, numbers: ArrayLike) -> None:
         """Element numbers; they join those of a group of the same name."""
         self.cell_groups.setdefault(name, []).append(np.asarray(numbers, dtype=np.int64).ravel())
+
+
+    def add_faces(self, name: str, nodes: ArrayLike) -> None:
+        """Faces (f, k) by all their nodes, corners first; they join those of a surface of the same name."""
+        self.faces.setdefault(name, []).append(face_keys(np.asarray(nodes, dtype=np.int64)))
 
 
 def _any(data: bytes) -> bool:
@@ -104,7 +112,7 @@ def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mes
     renumber = np.cumsum(used) - 1
     mesh = Mesh(number[used], position[used] * length_unit, {k: renumber[c] for k, c in cells.items()}, groups,
                 tuple(unused), source, {k: e for k, (e, _) in blocks.items()}, _cell_groups(content, blocks), dimension,
-                tuple(warnings), kind)
+                tuple(warnings), kind, _face_groups(content))
     return checked(mesh)
 
 
@@ -163,6 +171,12 @@ def _cell_groups(content, blocks):
     found = {name: np.unique(np.concatenate(parts)) for name, parts in content.cell_groups.items()}
     found = {name: numbers[np.isin(numbers, solid)] for name, numbers in found.items()}
     return {name: numbers for name, numbers in found.items() if len(numbers)}
+
+
+def _face_groups(content):
+    """Face sets of the groups that hold faces alone: a name that also means single nodes stays a group of nodes."""
+    return {name: np.unique(np.concatenate(parts), axis=0) for name, parts in content.faces.items()
+            if content.dimension.get(name) == 2}
 
 
 def decode(data: bytes, content: Content | None = None) -> str:

@@ -147,6 +147,8 @@ def _add(content, path, kind, numbers, nodes, group_names, new=slice(None)):
         content.add_group(group, nodes, dimension)
         if dimension == 3:
             content.add_cell_group(group, numbers)
+        if dimension == 2:
+            content.add_faces(group, nodes)
     if dimension == 3:
         if name not in SOLID:
             raise InputError(f"{path}: {len(numbers)} cells of type '{name}' (first: element {numbers[0]}) cannot be "

@@ -199,6 +199,7 @@ def _sheets(content, cards):
             pid = _integer(fields, 1, where)
             if f"pid_{pid}" not in content.cell_groups:
                 content.add_group(f"pid_{pid}", [n for n in nodes if n], 2)
+                content.add_faces(f"pid_{pid}", [nodes])
         if found:
             content.unused.append(f"{len(found)} elements of type {card} (their properties are kept as groups of "
                                   "nodes)")
