@@ -6,6 +6,7 @@ from typing import NamedTuple
 from hbm.errors import InputError, nearest, shown
 from modal.mesh import Mesh
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.split import Wanted, cut_named, named_cells, split
 from tipdamp.study.view import Study, every_key
 
 # what every stage that works on meshes or given matrices reads of the study
@@ -27,14 +28,7 @@ class NamedGroup(NamedTuple):
 
 def read_meshes(study: Study) -> dict[str, Mesh]:
     """{"blades": Mesh, "damper": Mesh} in metres; every group that the study names is checked."""
-    from tipdamp.readers.dispatch import read_mesh
-
-    meshes = {}
-    for body, name in ((BLADES, study.blades.mesh), (DAMPER, study.damper.mesh)):
-        try:
-            meshes[body] = read_mesh(study.file(name), study.length_unit)
-        except InputError as error:
-            raise InputError(f"{study.path}: [{body}] mesh = '{shown(name)}': {error}") from None
+    meshes = _read(study)
     for group in named_groups(study):
         try:
             meshes[group.body].group(group.name, group.dimensions)
@@ -46,6 +40,31 @@ def read_meshes(study: Study) -> dict[str, Mesh]:
             raise InputError(f"{study.path}: [material.{name}] group: no mesh has a group of cells "
                              f"'{shown(material.group)}'; {nearest(material.group, held)}")
     return meshes
+
+
+def _read(study):
+    """Both meshes from their files, or from the one that holds both."""
+    from tipdamp.readers.dispatch import read_mesh
+
+    files = {BLADES: study.blades.mesh, DAMPER: study.damper.mesh}
+    wanted = {BLADES: Wanted("[blades]", study.blades.cells),
+              DAMPER: Wanted("[damper]", study.damper.cells, holds=study.damper.load_points)}
+    found: dict[str, Mesh] = {}
+    for body, name in files.items():
+        if body == DAMPER and study.file(name).resolve() == study.file(files[BLADES]).resolve():
+            found[DAMPER] = found[BLADES]
+            continue
+        try:
+            found[body] = read_mesh(study.file(name), study.length_unit)
+        except InputError as error:
+            raise InputError(f"{study.path}: [{body}] mesh = '{shown(name)}': {error}") from None
+    try:
+        if found[BLADES] is found[DAMPER]:
+            return dict(zip(found, split(found[BLADES], *wanted.values()), strict=True))
+        return {body: cut_named(mesh, wanted[body], named_cells(mesh, wanted[body])) if wanted[body].cells else mesh
+                for body, mesh in found.items()}
+    except InputError as error:
+        raise InputError(f"{study.path}: {error}") from None
 
 
 def named_groups(study: Study) -> Iterator[NamedGroup]:

@@ -60,6 +60,9 @@ WantedError = Annotated[float | None, Key(NUMBER, "instead of a number: as many 
 LoadModes = Annotated[bool, Key(FLAG, "keep beside the modes the static shape of each load (pull, [loads.NAME]) that "
                                 "acts off the contact, so that the displacement of the whole body under it is exact")]
 Modes = Annotated[int, Key(COUNT, "fixed-interface modes kept", low=0, high=2000)]
+Cells = Annotated[Texts, Key(ONE_OR_MORE, "group of cells, or several groups, that the body consists of; default: the "
+                             "whole file, or, where one file holds both bodies, what the other one leaves: the damper is "
+                             "then what is connected to its load points")]
 Axis = Annotated[Vector, Key(VECTOR, "direction along the damper")]
 Pull = Annotated[float, Key(NUMBER, "Fc, the total pull on the damper", "force", low=0, open_low=True)]
 PullDirection = Annotated[Vector, Key(VECTOR, "direction of the pull")]
@@ -109,7 +112,9 @@ class OtherMaterial(Section):
 
 class Blades(Section):
     """[blades]: both blades on their fixture."""
-    mesh: Annotated[str, Key(TEXT, "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf")]
+    mesh: Annotated[str, Key(TEXT, "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf; it may hold the "
+                             "damper too")]
+    cells: Cells = ()
     clamp: Annotated[Texts, Key(ONE_OR_MORE, "group of nodes that are fixed, or several groups")]
     modes: Modes = 40
     modes_below_hz: ModesBelow = None
@@ -119,7 +124,8 @@ class Blades(Section):
 
 class Damper(Section):
     """[damper]: its mesh, reduction and pull."""
-    mesh: Annotated[str, Key(TEXT, "mesh of the damper: .msh, .inp, .cdb or .bdf")]
+    mesh: Annotated[str, Key(TEXT, "mesh of the damper: .msh, .inp, .cdb or .bdf; it may be the file of the blades")]
+    cells: Cells = ()
     modes: Modes = 20
     modes_below_hz: ModesBelow = None
     error: WantedError = None
