@@ -49,7 +49,7 @@ def _read(study):
     files = {BLADES: study.blades.mesh, DAMPER: study.damper.mesh}
     wanted = {BLADES: Wanted("[blades]", study.blades.cells),
               DAMPER: Wanted("[damper]", study.damper.cells, holds=study.damper.load_points)}
-    found: dict[str, Mesh] = {}
+    found = {}
     for body, name in files.items():
         if body == DAMPER and study.file(name).resolve() == study.file(files[BLADES]).resolve():
             found[DAMPER] = found[BLADES]

@@ -32,8 +32,11 @@ def cut(mesh: Mesh, members: dict[str, np.ndarray], source: str) -> Mesh:
                    for name, found in mesh.cell_groups.items()}
     return replace(mesh, node=node, position=mesh.position[used], source=source, number=number,
                    cells={kind: np.searchsorted(used, block) for kind, block in cells.items()},
-                   **{key: {name: found for name, found in named.items() if len(found)} for key, named in
-                      (("groups", groups), ("face_groups", faces), ("cell_groups", cell_groups))})
+                   groups=_filled(groups), face_groups=_filled(faces), cell_groups=_filled(cell_groups))
+
+
+def _filled(groups):
+    return {name: found for name, found in groups.items() if len(found)}
 
 
 def split(mesh: Mesh, blades: Wanted, damper: Wanted) -> tuple[Mesh, Mesh]:

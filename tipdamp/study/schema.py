@@ -61,8 +61,8 @@ LoadModes = Annotated[bool, Key(FLAG, "keep beside the modes the static shape of
                                 "acts off the contact, so that the displacement of the whole body under it is exact")]
 Modes = Annotated[int, Key(COUNT, "fixed-interface modes kept", low=0, high=2000)]
 Cells = Annotated[Texts, Key(ONE_OR_MORE, "group of cells, or several groups, that the body consists of; default: the "
-                             "whole file, or, where one file holds both bodies, what the other one leaves: the damper is "
-                             "then what is connected to its load points")]
+                             "whole file, or, where one file holds both bodies, what the other one leaves: the damper "
+                             "is then what is connected to its load points")]
 Axis = Annotated[Vector, Key(VECTOR, "direction along the damper")]
 Pull = Annotated[float, Key(NUMBER, "Fc, the total pull on the damper", "force", low=0, open_low=True)]
 PullDirection = Annotated[Vector, Key(VECTOR, "direction of the pull")]

@@ -57,7 +57,7 @@ def test_one_file_is_two_files(tmp_path, cells):
 
 
 def test_bodies_that_share_nodes(tmp_path):
-    """A mesh that was merged: by groups of cells each body has the shared nodes, and so pairs; alone it is one piece."""
+    """A merged mesh: by groups of cells both bodies have the shared nodes, and so pairs; alone it is one piece."""
     mesh, _ = joined()
     place = {tuple(np.round(p, 9)): i for i, p in reversed(list(enumerate(mesh.position)))}
     first = np.array([place[tuple(np.round(p, 9))] for p in mesh.position])
