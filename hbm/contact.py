@@ -172,34 +172,32 @@ class ContactTable:
         return cls(position=vectors["position"], frame=frame, **columns)
 
 
-class HasDofs(Protocol):
-    """What `relative_motion` asks of a model: the dofs of a node along x, y, z, -1 where it is fixed."""
+class Moves(Protocol):
+    """What `relative_motion` asks of a model: how its nodes and contact points move with its dofs."""
 
     @property
     def size(self) -> int:
         """Number of dofs."""
 
-    def dofs(self, body: str, node: int) -> np.ndarray:
-        """(3,) int."""
+    def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
+        """(3n, size): x, y, z of each node or contact point in turn."""
 
 
-def relative_motion(model: HasDofs, pairs: ContactTable) -> sp.csr_matrix:
+def relative_motion(model: Moves, pairs: ContactTable) -> sp.csr_matrix:
     """B (3P, r): rows t1, t2, n of each pair in turn, u = B q = frame @ (u_damper - u_blade)."""
-    rows: list[int] = []
-    columns: list[int] = []
-    values: list[float] = []
-    for i in range(len(pairs)):
-        for body, node, sign in ((pairs.damper_body[i], pairs.damper_node[i], 1.0),
-                                 (pairs.blade_body[i], pairs.blade_node[i], -1.0)):
-            if body == GROUND:
-                continue
-            dofs = model.dofs(body, node)
-            kept = dofs >= 0
-            for k in range(3):
-                rows.extend([3 * i + k] * int(kept.sum()))
-                columns.extend(dofs[kept])
-                values.extend(sign * pairs.frame[i, k, kept])
-    return sp.csr_matrix((values, (rows, columns)), shape=(3 * len(pairs), model.size))
+    P = len(pairs)
+    apart = sp.csr_matrix((3 * P, model.size))
+    for bodies, numbers, sign in ((pairs.damper_body, pairs.damper_node, 1.0),
+                                  (pairs.blade_body, pairs.blade_node, -1.0)):
+        for body in np.unique(bodies[bodies != GROUND]):
+            mine = np.flatnonzero(bodies == body)
+            rows = (3 * mine[:, None] + np.arange(3)).ravel()
+            place = sp.csr_matrix((np.full(len(rows), sign), (rows, np.arange(len(rows)))), shape=(3 * P, len(rows)))
+            apart = apart + place @ model.motion_of(body, numbers[mine])
+    turn = sp.bsr_matrix((pairs.frame, np.arange(P), np.arange(P + 1)), shape=(3 * P, 3 * P)).tocsr()
+    B = turn @ apart
+    B.sort_indices()
+    return B
 
 
 def without_normal_motion(B: sp.spmatrix, pairs: ContactTable) -> str:

@@ -18,6 +18,7 @@ from scipy.linalg.lapack import dpotrf
 from hbm.errors import InputError, nearest, shown
 from hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
 from hbm.io.matrices_in import read_model
+from hbm.points import ContactPoints, check_points, motion_of
 from hbm.validation import brief, numbers
 
 SYMMETRY_TOLERANCE = 1e-10
@@ -41,6 +42,7 @@ class ReducedModel:
     groups : {"body/group": (n,) int node numbers}
     loads : {name: (r,) N} - static loads, for example "pull": the pull of 1 N on the damper, condensed
     provenance : {str: str} - where the matrices came from
+    points : {body: ContactPoints} - where the meshes of a contact differ
     """
 
     M: np.ndarray
@@ -53,6 +55,7 @@ class ReducedModel:
     groups: dict = field(default_factory=dict)
     loads: dict = field(default_factory=dict)
     provenance: dict = field(default_factory=dict)
+    points: dict[str, ContactPoints] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         bodies = ", ".join(f"{body} {int((self.body == body).sum())}" for body in dict.fromkeys(self.body.tolist()))
@@ -76,7 +79,7 @@ class ReducedModel:
                       **table: Any) -> "ReducedModel":
         """Dense or sparse matrices (r, r) from anywhere. Without a dof table every dof is modal.
 
-        body : (r,) names, or one for all; table : node, direction, position, groups, loads, provenance of ReducedModel
+        body : (r,) names, or one for all; table : the other fields of ReducedModel
         Raises InputError when shapes disagree, an entry is not finite, a matrix is not symmetric to 1e-10, M is not
         positive definite, M and K are swapped, C feeds energy in, a dof is there twice, or a group names a node
         without a dof. Warns where K is indefinite: then only contact can restrain that motion.
@@ -91,15 +94,17 @@ class ReducedModel:
             raise InputError("; ".join([shapes, *tables]) + ": all must have the same size")
         groups = {k: np.asarray(v, dtype=np.int64) for k, v in (table.pop("groups", None) or {}).items()}
         loads = {k: np.asarray(v, dtype=float) for k, v in (table.pop("loads", None) or {}).items()}
-        provenance = dict(table.pop("provenance", None) or {})
+        provenance, points = (dict(table.pop(name, None) or {}) for name in ("provenance", "points"))
         for name, load in loads.items():
             if load.shape != (r,) or not np.isfinite(load).all():
                 raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
         owner, node, direction, position = _columns(r, body, **table)
-        model = cls(M, K, C, owner, node, direction, position, groups, loads, provenance)
+        model = cls(M, K, C, owner, node, direction, position, groups, loads, provenance, points)
         _check_swapped(M, K)
         _check_definite(model)
         _check_table(model)
+        for name, mine in points.items():
+            check_points(f"body '{shown(name)}'", mine, r, node[(owner == name) & model.moves])
         return model
 
     @classmethod
@@ -122,6 +127,11 @@ class ReducedModel:
             raise InputError(f"node {node} of body '{body}' is not in the reduced model: "
                              "make it a master node (contact, excitation or response) and reduce again")
         return rows
+
+    def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
+        """(3n, r): x, y, z of nodes and contact points of a body in turn; rows of zeros where the node has no such
+        dof. Raises InputError as `dofs` does."""
+        return motion_of(numbers, lambda node: self.dofs(body, node), self.points.get(str(body)), self.size)
 
     def displacement_row(self, body: str, node: int, direction: ArrayLike) -> np.ndarray:
         """(r,) row that takes the displacement of a node along a direction (3,) out of q."""
@@ -157,7 +167,9 @@ class ReducedModel:
         return ReducedModel(self.M[block], self.K[block], None if self.C is None else self.C[block], self.body[rows],
                             self.node[rows], self.direction[rows], self.position[rows],
                             {k: v for k, v in self.groups.items() if k.split("/")[0] in bodies},
-                            {k: v[rows] for k, v in self.loads.items()}, self.provenance)
+                            {k: v[rows] for k, v in self.loads.items()}, self.provenance,
+                            {k: v.onto(sp.eye(self.size, format="csr")[:, rows]) for k, v in self.points.items()
+                             if k in bodies})
 
     def with_stiffness(self, K: np.ndarray) -> "ReducedModel":
         """The same dofs with another stiffness matrix, for example with a declared roll stiffness added."""
@@ -173,6 +185,8 @@ class ReducedModel:
         arrays["groups"] = np.array(json.dumps({k: v.tolist() for k, v in self.groups.items()}))
         arrays.update({f"load/{k}": v for k, v in self.loads.items()})
         arrays["provenance"] = np.array(json.dumps(self.provenance))
+        arrays.update({f"points/{body}/{k}": v for body, points in self.points.items()
+                       for k, v in points.arrays().items()})
         np.savez(path, **arrays)
         return path
 

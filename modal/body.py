@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, nearest
+from hbm.points import ContactPoints, motion_of
 from modal.matrix_checks import check_mass, check_mass_by_direction, check_matrix, check_nodes, check_table, sparse
 from modal.solvers.definite import SETTINGS, check_stiffness_diagonal, negative_stiffness
 
@@ -20,6 +21,7 @@ class Body:
     K, M : (d, d) CSR, N/m and kg - symmetric; groups : {name: node numbers}; free : declared to float freely
     loads : {name: (d,) N}; provenance : {str: str}
     M_clamped : (d, c) CSR kg or None - coupling to the clamped dofs (node by node, x, y, z): body forces near a clamp
+    points : ContactPoints or None - where a contact meets an unlike mesh
     """
 
     name: str
@@ -34,6 +36,7 @@ class Body:
     loads: dict = field(default_factory=dict)
     provenance: dict = field(default_factory=dict)
     M_clamped: sp.csr_matrix | None = None
+    points: ContactPoints | None = None
 
     @classmethod
     def from_matrices(cls, name: str, K: sp.spmatrix | np.ndarray, M: sp.spmatrix | np.ndarray, node: ArrayLike,
@@ -79,6 +82,23 @@ class Body:
         rank = np.array([wanted.get(int(n), -1) for n in self.node])[self.dof_node]
         rows = np.flatnonzero(rank >= 0)
         return rows[np.lexsort((self.dof_direction[rows], rank[rows]))]
+
+    def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
+        """(3n, d): x, y, z of nodes and contact points in turn, zero where a node is clamped; raises InputError for a
+        node that is not there, or another body."""
+        if body != self.name:
+            raise InputError(f"body '{self.name}' is not '{body}'")
+        order = np.argsort(self.node)
+        table = np.full((len(self.node), 3), -1)
+        table[self.dof_node, self.dof_direction] = np.arange(self.dofs)
+
+        def dofs(number: int) -> np.ndarray:
+            place = int(np.searchsorted(self.node, number, sorter=order))
+            if place == len(order) or self.node[order[place]] != number:
+                raise InputError(f"body '{self.name}' has no node {number}")
+            return table[order[place]]
+
+        return motion_of(numbers, dofs, self.points, self.dofs)
 
     def rigid_motions(self) -> np.ndarray:
         """(d, 6): translation along x, y, z and rotation about x, y, z through the centre of the nodes."""

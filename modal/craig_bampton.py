@@ -96,6 +96,8 @@ class Reduction:
                           (self.truncation.G[0] + coupling @ coupling.T,))
         model = _label(self.body, self.boundary, self.model.M[np.ix_(rows, rows)], self.model.K[np.ix_(rows, rows)],
                        len(keep))
+        kept = sp.eye(self.model.size, format="csr")[:, rows]
+        model = replace(model, points={name: points.onto(kept) for name, points in self.model.points.items()})
         return replace(self, model=model, Phi=self.Phi[:, keep], omega=self.omega[keep], truncation=left)
 
 
@@ -131,6 +133,7 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
 
     model = _reduced_model(body, boundary, K.BB.toarray() + K.IB.T @ Psi,
                            M.BB.toarray() + M.IB.T @ Psi + Psi.T @ M_Psi, M_Psi.T @ Phi, omega)
+    model = replace(model, points=_points(body, boundary, interior, Psi, Phi))
     truncation = None if G is None else Truncation(np.array([body.name]), np.array([model.size]),
                                                    np.array([found.free_to]), (G,))
     reduction = Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, len(omega) - len(found.omega),
@@ -207,6 +210,18 @@ def _label(body, boundary, M, K, modes):
                                       groups=groups, provenance={body.name: body.provenance.get("mesh", "matrices")})
 
 
+def _points(body, boundary, interior, Psi, Phi):
+    """The contact points of the body on its masters and modes: of no interior dof where all their nodes are masters."""
+    if body.points is None:
+        return {}
+    motion = body.points.motion
+    inside = motion[:, interior]
+    reached = np.flatnonzero(np.diff(inside.tocsc().indptr))
+    inside = inside[:, reached]
+    onto = sp.hstack([motion[:, boundary] + sp.csr_matrix(inside @ Psi[reached]), sp.csr_matrix(inside @ Phi[reached])])
+    return {body.name: replace(body.points, motion=onto.tocsr())}
+
+
 def _check_rigid(reduction):
     """RuntimeError where the reduced stiffness of a free body resists its rigid motions."""
     if not reduction.rigid:
@@ -232,7 +247,13 @@ def assemble(*models: ReducedModel) -> ReducedModel:
         body=join([m.body for m in models]), node=join([m.node for m in models]),
         direction=join([m.direction for m in models]), position=join([m.position for m in models]),
         groups={k: v for m in models for k, v in m.groups.items()}, loads=_side_by_side(models),
-        provenance={k: v for m in models for k, v in m.provenance.items()})
+        provenance={k: v for m in models for k, v in m.provenance.items()}, points=_points_side_by_side(models))
+
+
+def _points_side_by_side(models):
+    starts = np.cumsum([0, *(m.size for m in models)])
+    return {name: points.among(int(start), int(starts[-1])) for m, start in zip(models, starts, strict=False)
+            for name, points in m.points.items()}
 
 
 def _side_by_side(models):

@@ -12,6 +12,7 @@ import scipy.io
 
 from hbm.errors import InputError
 from hbm.io.npz import open_npz
+from hbm.points import ContactPoints
 
 DIRECTIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches
@@ -73,7 +74,19 @@ def read_npz(path: str | Path) -> dict:
             raise InputError(f"{path}: is damaged ({error})") from None
     loads = {k.removeprefix("load/"): v for k, v in found.items() if k.startswith("load/")}
     given = {k: found[k] for k in ("M", "K", "C", *TABLE) if k in found}
-    return given | {"groups": groups, "loads": loads, "provenance": provenance}
+    return given | {"groups": groups, "loads": loads, "provenance": provenance, "points": _points(path, found)}
+
+
+def _points(path, found):
+    columns: dict = {}
+    for key in found:
+        if key.startswith("points/"):
+            body, name = key.removeprefix("points/").rsplit("/", 1)
+            columns.setdefault(body, {})[name] = found[key]
+    try:
+        return {body: ContactPoints.of_arrays(**arrays) for body, arrays in columns.items()}
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: the contact points are damaged ({error})") from None
 
 
 def table_of_labels(labels: Sequence[tuple[int, int]], body: str) -> dict:
