@@ -3,13 +3,14 @@
     q_B = master dofs,  q_I = Psi q_B + Phi eta,   Psi = -K_II^-1 K_IB   (constraint modes)
     S = K_BB + K_BI Psi   (the Schur stiffness, exact in statics)                       [Craig and Bampton 1968]
 
-One factorisation of K_II serves Psi, the fixed-interface modes Phi, interior loads and the error bound of the
-truncation. A free body needs no springs to ground: K_II is positive definite because its boundary is fixed, and S keeps
-the six rigid motions.
+Contact points whose nodes are no masters bring contact shapes, which make their motions exact in statics as well
+(modal/contact_shapes.py). One factorisation of K_II serves Psi, the fixed-interface modes Phi, contact shapes, interior
+loads and the error bound of the truncation. A free body needs no springs to ground: K_II is positive definite because
+its boundary is fixed, and S keeps the six rigid motions.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from numbers import Integral
 from typing import NamedTuple
 
@@ -18,94 +19,24 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from hbm.errors import InputError
-from hbm.io.dof_table import DIRECTIONS
 from hbm.model import ReducedModel
 from modal.body import Body, check_support
+from modal.contact_shapes import contact_shapes, holding_nodes
 from modal.eigen import Modes
-from modal.elasticity import Material
 from modal.load_modes import with_load_modes
-from modal.loads import nodal_load
-from modal.mesh import Mesh
+from modal.reduction import Reduction, labelled, points_on
 from modal.solvers.definite import check_condensed, definite_factor
-from modal.stress import nodal_stress
 from modal.truncation import Truncation
 
 RIGID_STIFFNESS = 1e-9      # of the largest entry: more is an error of the reduction, a free body must float
-
-
-@dataclass(frozen=True)
-class Reduction:
-    """model - the body's ReducedModel; boundary, interior : (b,), (i,) int - dofs of the body
-    Psi : (i, b); Phi : (i, m); omega : (m,) rad/s - fixed-interface modes, the static shapes of interior loads after
-    them; load_modes - how many of those; rigid - number of rigid modes; truncation - what was left out, None where it
-    was not asked for."""
-
-    body: Body
-    model: ReducedModel
-    boundary: np.ndarray
-    interior: np.ndarray
-    Psi: np.ndarray
-    Phi: np.ndarray
-    omega: np.ndarray
-    rigid: int
-    load_modes: int
-    truncation: Truncation | None
-
-    def condense(self, numbers: Iterable[int], forces: np.ndarray) -> np.ndarray:
-        """Nodal forces (n, 3) N on any nodes of the mesh as a load on the reduced dofs, (b + m,).
-
-        f_B + Psi' f_I is exact for the static displacement of the master nodes.
-        """
-        return self.condense_dofs(nodal_load(self.body, numbers, forces))
-
-    def condense_dofs(self, f: np.ndarray) -> np.ndarray:
-        """Forces (d,) N on the free dofs of the body as a load on the reduced dofs, (b + m,); exact as above."""
-        return np.concatenate([f[self.boundary] + self.Psi.T @ f[self.interior], self.Phi.T @ f[self.interior]])
-
-    def recover(self, q: np.ndarray) -> np.ndarray:
-        """Displacement of every node of the mesh, (n, 3) m, from this body's part of the reduced vector, (b + m,)."""
-        b = len(self.boundary)
-        full = np.zeros(self.body.dofs, dtype=np.asarray(q).dtype)
-        full[self.boundary] = q[:b]
-        full[self.interior] = self.Psi @ q[:b] + self.Phi @ q[b:]
-        out = np.zeros((len(self.body.node), 3), dtype=full.dtype)
-        out[self.body.dof_node, self.body.dof_direction] = full
-        return out
-
-    def stress(self, q: np.ndarray, mesh: Mesh, material: Material, other_materials: dict[str, Material] | None = None
-               ) -> np.ndarray:
-        """Stress at every node of the mesh that the body was made of, (n, 6) Pa as in `modal.stress`, from (b + m,)."""
-        if not np.array_equal(mesh.node, self.body.node):
-            raise InputError(f"body '{self.body.name}': the mesh {mesh.source} is not the one that it was made of")
-        return nodal_stress(mesh, material, self.recover(q), other_materials)
-
-    def fewer(self, count: int) -> "Reduction":
-        """The same reduction with only its `count` lowest fixed-interface modes; load modes stay."""
-        b, true = len(self.boundary), len(self.omega) - self.load_modes
-        if not 0 <= count <= true:
-            raise InputError(f"{count} modes asked for: the reduction holds {true}")
-        drop = np.arange(count, true)
-        keep = np.delete(np.arange(len(self.omega)), drop)
-        rows = np.concatenate([np.arange(b), b + keep])
-        if self.truncation is None:
-            raise InputError(f"body '{self.body.name}': it was reduced without the bound that fewer modes need; "
-                             "reduce with bound = True")
-        coupling = self.model.M[:b, b + drop] / self.omega[drop]
-        left = Truncation(self.truncation.body, np.array([len(rows)]),
-                          self.omega[drop[:1]] if len(drop) else self.truncation.omega,
-                          (self.truncation.G[0] + coupling @ coupling.T,))
-        model = _label(self.body, self.boundary, self.model.M[np.ix_(rows, rows)], self.model.K[np.ix_(rows, rows)],
-                       len(keep))
-        kept = sp.eye(self.model.size, format="csr")[:, rows]
-        model = replace(model, points={name: points.onto(kept) for name, points in self.model.points.items()})
-        return replace(self, model=model, Phi=self.Phi[:, keep], omega=self.omega[keep], truncation=left)
 
 
 def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, *, below_hz: float | None = None,
                   loads: Sequence = (), bound: bool = True) -> Reduction:
     """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
 
-    masters - any nodes that are not clamped; all of them gives the body itself, with no modes.
+    masters - any nodes that are not clamped; all of them gives the body itself, with no modes. A free body with contact
+    points needs none: nodes that hold it are added.
     modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
     loads : [(node numbers, (n, 3) forces) or (d,) N on the free dofs], of which the static shape is kept beside the
     modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
@@ -128,25 +59,27 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     M_Psi = M.II @ Psi
     direct = M.IB.tocoo()
     M_Psi[direct.row, direct.col] += direct.data
-    G = _left_out(factor, M.II, M_Psi, found.phi) if bound else None
+    found, shapes = _with_contact_shapes(body, interior, factor, M.II, found)
+    G = _left_out(factor, M.II, M_Psi, found, shapes) if bound else None
     omega, Phi = with_load_modes(body, interior, factor, M.II, found, loads)
 
     model = _reduced_model(body, boundary, K.BB.toarray() + K.IB.T @ Psi,
                            M.BB.toarray() + M.IB.T @ Psi + Psi.T @ M_Psi, M_Psi.T @ Phi, omega)
-    model = replace(model, points=_points(body, boundary, interior, Psi, Phi))
+    model = replace(model, points=points_on(body, boundary, interior, Psi, Phi))
     truncation = None if G is None else Truncation(np.array([body.name]), np.array([model.size]),
                                                    np.array([found.free_to]), (G,))
-    reduction = Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, len(omega) - len(found.omega),
-                          truncation)
+    reduction = Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, shapes,
+                          len(omega) - len(found.omega), truncation)
     _check_rigid(reduction)
     return reduction
 
 
 def _reduced_model(body, boundary, S, M_BB, M_BM, omega):
     """From the Schur stiffness and the mass of the boundary, their coupling M_BM with the modes, and omega of these."""
-    check_condensed(body, boundary, (S + S.T) / 2)
+    if len(boundary):
+        check_condensed(body, boundary, (S + S.T) / 2)
     mass = np.block([[(M_BB + M_BB.T) / 2, M_BM], [M_BM.T, np.eye(len(omega))]])
-    return _label(body, boundary, mass, sl.block_diag((S + S.T) / 2, np.diag(omega**2)), len(omega))
+    return labelled(body, boundary, mass, sl.block_diag((S + S.T) / 2, np.diag(omega**2)), len(omega))
 
 
 class _Blocks(NamedTuple):
@@ -180,46 +113,45 @@ def _partition(body, masters):
         raise InputError(f"body '{body.name}': master node {absent[0]} does not exist or is clamped")
     rigid = check_support(body)
     boundary = body.node_dofs(masters)
-    if rigid and np.linalg.matrix_rank(body.rigid_motions()[boundary]) < rigid:
+    if rigid and body.points is not None and not _held(body, boundary, rigid):
+        boundary = body.node_dofs(np.union1d(masters, holding_nodes(body)))
+    if rigid and not _held(body, boundary, rigid):
         raise InputError(f"body '{body.name}': it is free and its master nodes do not hold it; name at least three "
                          "that are not on one line")
     return boundary, np.setdiff1d(np.arange(body.dofs), boundary), rigid
+
+
+def _held(body, boundary, rigid):
+    return len(boundary) >= rigid and np.linalg.matrix_rank(body.rigid_motions()[boundary]) >= rigid
 
 
 def _no_modes(size):
     return Modes(np.empty(0), np.empty((size, 0)), 0.0)
 
 
-def _left_out(factor, M_II, M_Psi, Phi):
-    """G of `truncation`: compliance of the inertia forces of Psi that the kept modes do not represent."""
-    if Phi.shape[0] == Phi.shape[1]:
-        return np.zeros((M_Psi.shape[1],) * 2)
+def _with_contact_shapes(body, interior, factor, M_II, found):
+    """The modes behind the contact shapes of forces on interior dofs, and the number of these shapes."""
+    if body.points is None or not (W := body.points.motion[:, interior]).nnz:
+        return found, 0
+    omega, Z = contact_shapes(factor.solve, M_II, W, found.omega, found.phi)
+    return Modes(np.r_[omega, found.omega], np.hstack([Z, found.phi]), found.free_to), len(omega)
+
+
+def _left_out(factor, M_II, M_Psi, found, shapes):
+    """G of `truncation`: compliance of the inertia forces of Psi and of the contact shapes, the first of the modes
+    found, that neither these nor the modes represent."""
+    Z, Phi = found.phi[:, :shapes], found.phi[:, shapes:]
+    if len(Z) == found.phi.shape[1]:
+        return np.zeros((M_Psi.shape[1] + shapes,) * 2)
     rest = (M_II @ Phi) @ (-Phi.T @ M_Psi)
     rest += M_Psi
+    if shapes:
+        rest = np.hstack([rest, M_II @ Z])
     G = rest.T @ factor.solve(rest)
+    if shapes:
+        carried = Z.T @ rest / found.omega[:shapes, None]
+        G -= carried.T @ carried
     return (G + G.T) / 2
-
-
-def _label(body, boundary, M, K, modes):
-    node = np.concatenate([body.node[body.dof_node[boundary]], np.arange(1, modes + 1)])
-    direction = np.concatenate([np.array(DIRECTIONS)[body.dof_direction[boundary]], np.full(modes, "mode")])
-    position = np.vstack([body.position[body.dof_node[boundary]], np.full((modes, 3), np.nan)])
-    present = set(node[:len(boundary)].tolist())
-    groups = {f"{body.name}/{k}": v for k, v in body.groups.items() if set(v.tolist()) <= present}
-    return ReducedModel.from_matrices(M, K, body=body.name, node=node, direction=direction, position=position,
-                                      groups=groups, provenance={body.name: body.provenance.get("mesh", "matrices")})
-
-
-def _points(body, boundary, interior, Psi, Phi):
-    """The contact points of the body on its masters and modes: of no interior dof where all their nodes are masters."""
-    if body.points is None:
-        return {}
-    motion = body.points.motion
-    inside = motion[:, interior]
-    reached = np.flatnonzero(np.diff(inside.tocsc().indptr))
-    inside = inside[:, reached]
-    onto = sp.hstack([motion[:, boundary] + sp.csr_matrix(inside @ Psi[reached]), sp.csr_matrix(inside @ Phi[reached])])
-    return {body.name: replace(body.points, motion=onto.tocsr())}
 
 
 def _check_rigid(reduction):

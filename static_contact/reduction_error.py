@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from modal.craig_bampton import Reduction, assemble
+from modal.craig_bampton import assemble
+from modal.reduction import Reduction
 from modal.truncation import Truncation, error_bound, join
 from static_contact.stuck_assembly import stuck_rows
 
@@ -29,22 +30,22 @@ def enough_modes(parts: list[Reduction], targets: Sequence[float | None], pairs:
     below `below_hz` that each body may cause, None: all its modes are kept. Raises InputError, naming the bound
     reached, when the modes of a reduction are not enough.
     """
-    return [_fewest(parts, i, target, pairs, below_hz) if target else len(part.omega) - part.load_modes
+    return [_fewest(parts, i, target, pairs, below_hz) if target else len(part.mode_omega)
             for i, (part, target) in enumerate(zip(parts, targets, strict=True))]
 
 
 def own_error(parts: list[Reduction], i: int, count: int, pairs: ContactTable, below_hz: float) -> float:
     """Largest error bound of the stuck frequencies below `below_hz` when body i alone is cut to `count` modes."""
-    cut = [part.fewer(count) if k == i else part for k, part in enumerate(parts)]
-    model = assemble(*(p.model for p in cut))
-    only = join(*(p.truncation if k == i and p.truncation else _nothing_left_out(p) for k, p in enumerate(cut)))
+    cut = parts[i].cut(count)
+    model = assemble(*(part.in_basis(cut) if k == i else part.model for k, part in enumerate(parts)))
+    only = join(*(cut.truncation if k == i else _nothing_left_out(part) for k, part in enumerate(parts)))
     K = _stuck_stiffness(model, pairs, None)
     lam = sl.eigh(K, model.M, eigvals_only=True, subset_by_value=(-np.inf, (2 * np.pi * below_hz) ** 2))
     return float(error_bound(K, model.M, only, np.sqrt(np.maximum(lam, 0))).max(initial=0.0))
 
 
 def _fewest(parts, i, target, pairs, below_hz):
-    high = len(parts[i].omega) - parts[i].load_modes
+    high = len(parts[i].mode_omega)
     reached = own_error(parts, i, high, pairs, below_hz)
     if reached > target:
         raise InputError(f"body '{parts[i].body.name}': the stuck frequencies below {below_hz:g} Hz are certain to "

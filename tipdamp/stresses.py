@@ -9,10 +9,10 @@ import scipy.linalg as sl
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.body import Body
-from modal.craig_bampton import Reduction
 from modal.eigen import Factor
 from modal.elasticity import Material
 from modal.mesh import Mesh
+from modal.reduction import Reduction
 from modal.stress import alternating_stress, half_range, nodal_stress, von_mises
 from tipdamp import loads
 from tipdamp.bodies import DAMPER

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from hbm.io.npz import open_npz
-from modal.craig_bampton import Reduction
 from modal.faces import boundary_faces
 from modal.mesh import Mesh
+from modal.reduction import Reduction
 
 MAX_NODES = 8000         # nodes of a skin; finer ones are thinned, for pictures and for the size of surface.npz
 SHARP = np.cos(np.radians(30))

@@ -14,8 +14,8 @@ from scipy.linalg import eigh
 from hbm.contact import ContactTable
 from hbm.io.npz import open_npz
 from hbm.model import ReducedModel
-from modal.craig_bampton import Reduction
 from modal.mesh import Mesh
+from modal.reduction import Reduction
 from static_contact.stuck_assembly import StuckModes
 from tipdamp import surface
 from tipdamp.pressure import patches

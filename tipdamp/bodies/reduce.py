@@ -7,9 +7,9 @@ import numpy as np
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
 from modal.body import Body
-from modal.craig_bampton import Reduction as BodyReduction
 from modal.craig_bampton import assemble, craig_bampton
 from modal.mesh import Mesh
+from modal.reduction import Reduction as BodyReduction
 from modal.truncation import Truncation, join
 from static_contact.reduction_error import enough_modes, own_error
 from tipdamp import loads
@@ -44,13 +44,13 @@ class ReducedBodies:
     def size(self) -> Reduction:
         """Numbers of dofs and modes."""
         return Reduction(dofs=sum(p.body.dofs for p in self.parts), masters=sum(len(p.boundary) for p in self.parts),
-                         modes={p.body.name: len(p.omega) - p.load_modes for p in self.parts},
+                         modes={p.body.name: len(p.mode_omega) for p in self.parts},
                          load_modes={p.body.name: p.load_modes for p in self.parts})
 
     @property
     def highest_hz(self) -> dict[str, float]:
         """{body: highest fixed-interface frequency kept}"""
-        return {p.body.name: p.omega[:len(p.omega) - p.load_modes].max(initial=0) / (2 * np.pi) for p in self.parts}
+        return {p.body.name: p.mode_omega.max(initial=0) / (2 * np.pi) for p in self.parts}
 
 
 def wants_error(study: Study) -> bool:
@@ -94,7 +94,7 @@ def reduce_bodies(study: Study, bodies: list[Body], masters: dict, forces: dict,
         return craig_bampton(body, masters[body.name], given.modes, loads=shapes)
 
     def error(i: int) -> float:
-        return own_error(parts, i, len(parts[i].omega) - parts[i].load_modes, pairs, CHECK_BELOW_HZ)
+        return own_error(parts, i, len(parts[i].mode_omega), pairs, CHECK_BELOW_HZ)
 
     targets = [settings[body.name].error for body in bodies]
     parts = []

@@ -1,0 +1,62 @@
+"""Contact shapes: static shapes of unit forces on contact points, which make the relative motion exact in statics.
+
+With the masters fixed and the modes Phi kept, the shapes of the forces W' (rows of W: motions of the contact points)
+
+    Z = K^-1 W' - Phi Lambda^-1 Phi' W'        [residual attachment modes: MacNeal 1971, Rubin 1975]
+
+are K-orthogonal to the modes. K^-1 W' lies in the basis, so that W K^-1 f is exact for any load f. What is left out, x,
+is K-orthogonal to all shapes and moves no contact point: W x = (K^-1 W')' K x = 0. Springs on contact points do not
+reach it, and the bound of `modal.truncation` holds as for springs on masters.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from modal.body import Body
+
+
+@dataclass(frozen=True)
+class ShapeSettings:
+    """Of the static shapes."""
+
+    energy: float = 1e-12       # of a force's own: less is a shape that the modes and the other forces have
+    columns: int = 256          # forces that are dense at once, which bounds the memory
+
+
+SETTINGS = ShapeSettings()
+
+
+def contact_shapes(solve: Callable, M: sp.csr_matrix, W: sp.csr_matrix, omega: np.ndarray, Phi: np.ndarray,
+                   settings: ShapeSettings = SETTINGS) -> tuple[np.ndarray, np.ndarray]:
+    """(c,) rad/s and (d, c): shapes of unit forces on the rows of W (n, d) beside the modes omega (m,), Phi (d, m).
+
+    solve : K^-1 of (d, k). The shapes are orthogonal to the modes and to each other in K and M, and mass-normalised.
+    Forces that follow from others, as the weights of a coarse face may, are dropped by their energy.
+    """
+    W = W[np.diff(W.indptr) > 0]
+    Z = np.empty((W.shape[1], W.shape[0]), order="F")
+    for first in range(0, W.shape[0], settings.columns):
+        part = slice(first, first + settings.columns)
+        Z[:, part] = solve(W[part].T.toarray())
+    size = np.sqrt((W @ Z).diagonal())
+    Z -= Phi @ ((W @ Phi) / omega**2).T
+    energy = (W @ Z) / np.outer(size, size)
+    value, U = np.linalg.eigh((energy + energy.T) / 2)
+    good = value > settings.energy
+    U = U[:, good] / np.sqrt(value[good]) / size[:, None]
+    mass = Z.T @ (M @ Z)
+    compliance, V = np.linalg.eigh(U.T @ (mass + mass.T) @ U / 2)
+    return 1 / np.sqrt(compliance), Z @ (U @ V / np.sqrt(compliance))
+
+
+def holding_nodes(body: Body) -> np.ndarray:
+    """(3,) node numbers that hold a free body, far apart from each other: masters of a body that else has none."""
+    whole = np.flatnonzero(np.bincount(body.dof_node, minlength=len(body.node)) == 3)
+    x = body.position[whole]
+    first = np.linalg.norm(x - x.mean(axis=0), axis=1).argmax()
+    second = np.linalg.norm(x - x[first], axis=1).argmax()
+    third = np.linalg.norm(np.cross(x - x[first], x[second] - x[first]), axis=1).argmax()
+    return body.node[whole[[first, second, third]]]

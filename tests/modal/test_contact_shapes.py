@@ -1,0 +1,131 @@
+"""Contact points without masters: statics exact, frequencies within their bound, dependent weights, fewer modes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as sl
+import scipy.sparse as sp
+
+from hbm.points import ContactPoints
+from modal.craig_bampton import assemble, craig_bampton
+from modal.elasticity import Material, elastic_body
+from modal.truncation import error_bound, join, rounding
+from tests.boxes import block
+
+pytest.importorskip("dolfinx")
+STEEL = Material(E=207e9, nu=0.3, density=7850.0)
+FIRST = 10**6
+POINTS = 7
+SPRING = 3e8
+
+
+def with_points(body, face, seed):
+    """Points that move as random means of the nodes of a face; the last one follows from the two before it."""
+    nodes, rng = body.group(face), np.random.default_rng(seed)
+    share = rng.uniform(0, 1, (POINTS, len(nodes))) * (rng.uniform(size=(POINTS, len(nodes))) < 0.5)
+    share /= share.sum(axis=1)[:, None]
+    share[-1] = 0.25 * share[-2] + 0.75 * share[-3]
+    motion = sp.kron(share, np.eye(3), format="csr") @ body.motion_of(body.name, nodes)
+    return replace(body, points=ContactPoints(FIRST + np.arange(POINTS), np.zeros((POINTS, 3)), motion))
+
+
+@pytest.fixture(scope="module")
+def bodies():
+    x, y, z = np.linspace(0, 0.08, 7), np.linspace(0, 0.02, 5), np.linspace(0, 0.01, 3)
+    blade = elastic_body(block(x, y, z), STEEL, "blade", clamp="x0")
+    damper = elastic_body(block(0.5 * x, y, z), STEEL, "damper", free=True)
+    return with_points(blade, "z1", 1), with_points(damper, "z0", 2)
+
+
+@pytest.fixture(scope="module")
+def full(bodies):
+    """(K, M, B) of both bodies side by side, B the relative motion of the points."""
+    K, M = (sl.block_diag(*(vars(b)[name].toarray() for b in bodies)) for name in "KM")
+    return K, M, np.hstack([-bodies[0].points.motion.toarray(), bodies[1].points.motion.toarray()])
+
+
+def reduced(bodies, modes):
+    parts = [craig_bampton(body, [], n) for body, n in zip(bodies, modes, strict=True)]
+    model = assemble(*(p.model for p in parts))
+    B = model.motion_of("damper", FIRST + np.arange(POINTS)) - model.motion_of("blade", FIRST + np.arange(POINTS))
+    return parts, model, B.toarray()
+
+
+def condensed(parts, bodies, f):
+    first = bodies[0].dofs
+    return np.r_[parts[0].condense_dofs(f[:first]), parts[1].condense_dofs(f[first:])]
+
+
+@pytest.mark.parametrize("modes", [(0, 0), (12, 9)])
+def test_relative_motion_is_exact_in_statics(bodies, full, modes):
+    """Under loads anywhere, with the damper held by the contact alone, and under forces on the points."""
+    K, _, B = full
+    parts, model, B_r = reduced(bodies, modes)
+    rng = np.random.default_rng(5)
+    spring = SPRING * rng.uniform(0.1, 1, len(B))
+    for f in (rng.standard_normal(len(K)), B.T @ rng.standard_normal(len(B))):
+        exact = B @ np.linalg.solve(K + B.T * spring @ B, f)
+        found = B_r @ np.linalg.solve(model.K + B_r.T * spring @ B_r, condensed(parts, bodies, f))
+        assert found == pytest.approx(exact, rel=0, abs=1e-9 * np.abs(exact).max())
+    # a force that the dependent point takes is that of the other two
+    compliance = [B @ np.linalg.solve(K + B.T * spring @ B, B.T),
+                  B_r @ np.linalg.solve(model.K + B_r.T * spring @ B_r, B_r.T)]
+    assert compliance[1] == pytest.approx(compliance[0], rel=0, abs=1e-9 * np.abs(compliance[0]).max())
+
+
+def test_dependent_points_bring_no_shape(bodies):
+    """Three forces of the last point follow from those before: as many shapes as the weights have rank."""
+    for body in bodies:
+        part = craig_bampton(body, [], 3)
+        inside = body.points.motion[:, part.interior].toarray()
+        assert part.contact_shapes == np.linalg.matrix_rank(inside) == 3 * (POINTS - 1)
+
+
+def test_a_free_damper_floats(bodies):
+    """Its six rigid motions: no stiffness, and the motion of the points that they are."""
+    part, body = craig_bampton(bodies[1], [], 5), bodies[1]
+    R = np.zeros((part.model.size, 6))
+    R[:len(part.boundary)] = body.rigid_motions()[part.boundary]
+    assert np.abs(part.model.K @ R).max() < 1e-11 * np.abs(part.model.K).max()
+    exact = body.points.motion @ body.rigid_motions()
+    assert part.model.points["damper"].motion @ R == pytest.approx(exact, rel=0, abs=1e-10)
+    assert R[:, :3].T @ part.model.M @ R[:, :3] == pytest.approx(np.diag(body.mass()), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("modes", [(0, 0), (4, 3), (25, 20)])
+def test_stuck_frequencies_are_within_their_bound(bodies, full, modes):
+    """Against the full pencil, for soft and stiff springs on the points; near the error where that is small."""
+    K, M, B = full
+    parts, model, B_r = reduced(bodies, modes)
+    left_out, tight = join(*(p.truncation for p in parts)), 0
+    for k in (1e-2 * SPRING, SPRING, 1e3 * SPRING):
+        exact = np.sqrt(sl.eigh(K + k * B.T @ B, M, eigvals_only=True)[:10])
+        stuck = model.K + k * B_r.T @ B_r
+        omega = np.sqrt(sl.eigh(stuck, model.M, eigvals_only=True)[:10])
+        true, bound = omega / exact - 1, error_bound(stuck, model.M, left_out, omega)
+        noise = 2 * rounding(K + k * B.T @ B, M, exact)      # of the pencil, and of the springs in it
+        assert (true >= -noise).all() and (bound >= true - noise).all()
+        small = (true < 0.01) & (true > 1e-7) & (omega < 0.5 * left_out.omega.min())
+        assert (bound[small] < 1.5 * true[small]).all()
+        tight += small.sum()
+    assert tight or modes[0] < 25
+
+
+def test_fewer_modes_are_the_reduction_with_fewer_modes(bodies):
+    """The shapes are made again: they were orthogonal to the modes that are dropped."""
+    for body in bodies:
+        many, few = craig_bampton(body, [], 20), craig_bampton(body, [], 6)
+        cut = many.fewer(6)
+        assert (cut.contact_shapes, len(cut.mode_omega)) == (few.contact_shapes, 6)
+        assert cut.omega == pytest.approx(few.omega, rel=1e-6)
+        W = [p.model.points[body.name].motion for p in (cut, few)]
+        b = len(cut.boundary)
+        static = [(w[:, b:] / p.omega**2 @ w[:, b:].T) for w, p in zip(W, (cut, few), strict=True)]
+        assert static[0] == pytest.approx(static[1], rel=1e-9, abs=1e-9 * static[1].max())
+        f = np.random.default_rng(3).standard_normal(body.dofs)
+        motion = [w @ np.linalg.solve(p.model.K + SPRING * (w.T @ w), p.condense_dofs(f))
+                  for w, p in zip(W, (cut, few), strict=True)]
+        assert motion[0] == pytest.approx(motion[1], rel=1e-8)
+        assert np.sort(sl.eigvalsh(cut.truncation.G[0])) == pytest.approx(
+            np.sort(sl.eigvalsh(few.truncation.G[0])), rel=1e-5, abs=1e-6 * np.abs(few.truncation.G[0]).max())
