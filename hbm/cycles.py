@@ -6,6 +6,7 @@ import numpy as np
 
 from hbm import fourier
 from hbm.balance.residual import HarmonicBalance
+from hbm.curve.energy import EnergyBalance
 from hbm.curve.equilibrium import Kept
 from hbm.errors import InputError
 from hbm.laws.records import Motion
@@ -26,6 +27,7 @@ class ContactCycles:
 
     time : (n+1,) s; motion : (n+1, P, nd) m, relative, from rest; force : (n+1, P, nd) N of the law, the preload
     included; sliders : (n+1, P, s) m, s = 0 for a law without; components : names of the nd components
+    energy : of the period, by the law itself
     """
 
     time: np.ndarray
@@ -33,28 +35,15 @@ class ContactCycles:
     force: np.ndarray
     sliders: np.ndarray
     components: tuple[str, ...]
+    energy: EnergyBalance
 
     @property
     def friction_work(self) -> np.ndarray:
-        """(P,) J per period: of the tangential forces along the paths of their sliders, which move where a contact
-        slips; of a law without sliders, of all its forces along the motion."""
+        """(P,) J per period, from the instants alone: of the tangential forces along the paths of their sliders, which
+        move where a contact slips; of a law without sliders, of all its forces along the motion."""
         s = self.sliders.shape[2]
         path, force = (self.sliders, self.force[:, :, :s]) if s else (self.motion, self.force)
         return np.einsum("tpi,tpi->p", 0.5 * (force[1:] + force[:-1]), np.diff(path, axis=0))
-
-
-@dataclass(frozen=True)
-class EnergyBalance:
-    """J per period: input of the excitation, loss in the structure's damping, friction (P,) of each contact."""
-
-    input: float
-    damping: float
-    friction: np.ndarray
-
-    @property
-    def error(self) -> float:
-        """Of the balance input = damping + friction, relative to the input."""
-        return abs(self.input - self.damping - self.friction.sum()) / max(abs(self.input), np.finfo(float).tiny)
 
 
 def whole_motion(curve: ForcedResponse, problem: ContactProblem, point: int,
@@ -74,19 +63,11 @@ def contact_cycles(curve: ForcedResponse, problem: ContactProblem, point: int, n
     return _cycles(_kept(curve, problem, point, parameter), check_whole("contact_cycles: n", n, 8))
 
 
-def energy_balance(curve: ForcedResponse, problem: ContactProblem, point: int, n: int = SAMPLES,
+def energy_balance(curve: ForcedResponse, problem: ContactProblem, point: int,
                    parameter: Parameter | None = None) -> EnergyBalance:
     """Energies of one period of a point of a curve, by its index; friction by the slip of the contacts, not by the
     harmonics of their forces. Raises InputError as `contact_cycles`."""
-    kept = _kept(curve, problem, point, parameter)
-    q, k = kept.motion(), np.arange(kept.balance.H + 1)
-
-    def work(force):
-        """Of forces (r, H+1) along q over a period: pi k Im(F_k conj(q_k))."""
-        return float(np.pi * k @ np.imag(force * q.conj()).sum(axis=0))
-    loss = work(1j * kept.w * k * kept.damping_force(q))
-    friction = _cycles(kept, check_whole("energy_balance: n", n, 8)).friction_work
-    return EnergyBalance(work(kept.applied()), loss, friction)
+    return _kept(curve, problem, point, parameter).energy()
 
 
 def _kept(curve, problem, point, parameter):
@@ -103,20 +84,22 @@ def _cycles(kept: Kept, n: int) -> ContactCycles:
     tau = 2 * np.pi * np.arange(n + 1) / n
     u = np.einsum("th,pdh->tpd", fourier.basis(tau, balance.H), kept.u)
     v = w * np.einsum("th,pdh->tpd", fourier.basis_rate(tau, balance.H), kept.u)
-    dt, states = 2 * np.pi / (w * n), _periodic_states(balance, contacts, u, v, w)
-    force = np.array([law.step(Motion(u[i], v[i], dt), states[i - 1], contacts)[0] for i in range(1, n + 1)])
-    return ContactCycles(tau / w, u, np.concatenate([force[-1:], force]), states[:, :, :law.sliders], law.components)
+    force, states = _periodic(balance, contacts, u, v, w)
+    return ContactCycles(tau / w, u, force, states[:, :, :law.sliders], law.components, kept.energy())
 
 
-def _periodic_states(balance: HarmonicBalance, contacts, u, v, w) -> np.ndarray:
-    """(n+1, P, ns) states of the law over the first period at whose end they are those of its beginning."""
+def _periodic(balance: HarmonicBalance, contacts, u, v, w) -> tuple[np.ndarray, np.ndarray]:
+    """(n+1, P, nd) forces and (n+1, P, ns) states of the law over the first period at whose end the states are those of
+    its beginning."""
     law, n = balance.problem.law, len(u) - 1
     dt, state = 2 * np.pi / (w * n), law.initial_state(u[0], balance.start, contacts)
     for _ in range(MAX_PERIODS):
-        states = [state]
+        forces, states = [], [state]
         for i in range(1, n + 1):
-            states.append(law.step(Motion(u[i], v[i], dt), states[-1], contacts)[1])
+            force, new = law.step(Motion(u[i], v[i], dt), states[-1], contacts)
+            forces.append(force)
+            states.append(new)
         change, state = np.abs(states[-1] - state).max(initial=0.0), states[-1]
         if change <= REPEATS * np.abs(state).max(initial=0.0):
-            return np.array(states)
+            return np.array([forces[-1], *forces]), np.array(states)
     raise InputError(f"the state of a contact does not repeat within {MAX_PERIODS} periods")

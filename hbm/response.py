@@ -131,7 +131,7 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
             raise InputError(f"guess: has the shape {x.shape}, must be ({len(balance.weights)},)")
         point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
     points = [point]
-    (residual,), (bad,) = settle(Equation(balance, Frequency()), points, [w])
+    (residual,), (energy,), (bad,) = settle(Equation(balance, Frequency()), points, [w])
     found = points[0].converged and not bad
     return _solution(replace(points[0], converged=found), balance, hz, case, float(residual))
 
@@ -187,10 +187,10 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
         peak_points = refine_largest(equation, branch, case.rows, settings)
         peak_points = refine_drawn(equation, branch, slopes, peak_points, settings)
     change = stiffer_change(equation, branch, case.rows, settings)
-    residuals, bad = settle(equation, branch.points, (scale * first, scale * last, *scale * at))
+    residuals, energies, bad = settle(equation, branch.points, (scale * first, scale * last, *scale * at))
     curve = record(branch, equation, (case.names, case.rows), options.contact, (peak_points, change),
                    time.perf_counter() - began)
-    return with_residuals(curve, residuals, bad, equation, branch.points)
+    return with_residuals(replace(curve, energy_error=energies), residuals, bad, equation, branch.points)
 
 
 def _with_all_pairs(curve, kept):

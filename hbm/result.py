@@ -43,6 +43,8 @@ class ForcedResponse(ArrayRecord):
     force_residual : (n,) residual of the equation of motion with the contact law on the motion of each point, over the
         force scale (see `hbm.equilibrium`); at most 5e-9, or the rounding of the given
         matrices (at most 1e-7, said by `ended`), NaN where a point failed
+    energy_error : (n,) of the energies of a period, input = damping + friction, relative to the input; friction by the
+        slip of the contacts; NaN where a point failed
     seconds, residual_calls : cost; the calls are those of the continuation
     restarts : (k, 2) parameters at which a branch that folds without progress was left, and at which a solution further
         ahead was taken up; between them there may be points solved one from the other, or none; empty for one branch
@@ -99,6 +101,7 @@ class ForcedResponse(ArrayRecord):
     samples: int = 0
     reached_end: bool = False
     force_residual: np.ndarray = _none(0)
+    energy_error: np.ndarray = _none(0)
 
     def __post_init__(self):
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)

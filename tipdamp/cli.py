@@ -215,7 +215,7 @@ def _run(arguments, name, study, store, workers):
 def _partial(store) -> int:
     """Exit code by the curves of the forced response."""
     from tipdamp.stages.respond import incomplete, without_peak
-    from tipdamp.stages.results import RespondResult
+    from tipdamp.stages.response_results import RespondResult
 
     if store.record("respond") is None:
         return 0

@@ -57,7 +57,8 @@ class Case:
 class Curves:
     """What the curves of a study have in common, and where they are kept.
 
-    force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, None for the default
+    force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and samples of a cycle,
+    None for the default
     """
 
     problem: ContactProblem
@@ -65,6 +66,7 @@ class Curves:
     rows: dict[str, np.ndarray]
     start: np.ndarray | None
     store: Store
+    samples: int | None = None
 
     def finished(self, case: Case) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""
@@ -87,7 +89,7 @@ class Curves:
 
     @cached_property
     def _equations(self):
-        return fingerprint(_program(), *_leaves((self.problem, self.force, self.rows, self.start)))
+        return fingerprint(_program(), *_leaves((self.problem, self.force, self.rows, self.start, self.samples)))
 
     def make(self, case: Case, progress: Callable) -> None:
         """Compute a curve and put it into the store; one that was interrupted goes on where it was."""
@@ -104,7 +106,7 @@ class Curves:
     def _followed(self, case, progress, journal):
         try:
             return follow_band(self.problem, case.Fe_N * self.force, case.band, harmonics=case.H, outputs=self.rows,
-                               start=self.start, progress=progress, journal=journal)
+                               start=self.start, samples=self.samples, progress=progress, journal=journal)
         except BaseException:
             journal.flush()
             raise

@@ -53,7 +53,7 @@ def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: floa
     sticks = np.tile([1.0, 0.0, 0.0], (P, 1))
     sticks[moves] = some.shares
     return ContactForces(_among(moves, some.g), _among(moves, some.active), some.D, _among(moves, some.by_preload),
-                         _among(moves, some.by_omega), sticks)
+                         _among(moves, some.by_omega), sticks, _among(moves, some.work))
 
 
 def _among(moves, part):

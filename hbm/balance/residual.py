@@ -112,6 +112,14 @@ class HarmonicBalance:
         return force
 
     @cached_property
+    def damping(self) -> np.ndarray:
+        """(m, m) or its diagonal (m,), N s/m, of the modal coordinates."""
+        of = self.receptance
+        if of.poles.size:
+            return of.shapes.conj().T @ (self.problem.C @ of.shapes)
+        return np.r_[2 * of.ratio * np.sqrt(of.mass * of.stiffness), np.zeros(of.shapes.shape[1] - len(of.mass))]
+
+    @cached_property
     def static(self) -> np.ndarray:
         """(m,) N, modal, constant."""
         shapes, static = self.receptance.shapes, self.problem.static
@@ -126,7 +134,7 @@ class HarmonicBalance:
         if np.array_equal(cover, self._covering.cover):
             return self._covering
         other, system = copy(self), self.problem.reducible
-        for name in ("receptance", "shapes", "contact_receptance", "reaction_rows", "force", "static"):
+        for name in ("receptance", "shapes", "contact_receptance", "reaction_rows", "force", "static", "damping"):
             vars(other).pop(name, None)
         if system and np.isfinite(cover[0]):
             rows = np.flatnonzero(np.repeat(cover[1:] > 0, self.nd))

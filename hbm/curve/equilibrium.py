@@ -16,6 +16,7 @@ matrices, at the ends of a curve and at its largest motion.
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -26,7 +27,9 @@ from hbm.balance.settings import DEFAULT
 from hbm.continuation.corrector import damped
 from hbm.continuation.point import Plane, Point, size
 from hbm.continuation.settings import DEFAULT as SETTINGS
+from hbm.curve.energy import EnergyBalance, energies
 from hbm.errors import InputError
+from hbm.laws.records import ContactForces
 from hbm.parameter import Equation
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
@@ -34,29 +37,31 @@ from hbm.result import ForcedResponse
 TINY = float(np.finfo(float).tiny)
 
 
-def settle(equation: Equation, points: list[Point], pinned: Iterable[float]) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) residuals over the force scale of the points, NaN where one was not found, and (n,) bool: out of balance.
+def settle(equation: Equation, points: list[Point],
+           pinned: Iterable[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) residuals over the force scale of the points and (n,) errors of their energy balance, NaN where one was not
+    found, and (n,) bool: out of balance.
 
     Points above the limit are replaced, in the list, by what further Newton steps make of them, unless rounding of the
     given matrices explains what is left.
     pinned : parameters at which points must stay, exactly
     """
     pinned = set(pinned)
-    residuals = force_residuals(equation, points)
+    residuals, errors = force_residuals(equation, points)
     for i in np.flatnonzero(residuals > DEFAULT.equilibrium):
-        residuals[i] = force_residuals(equation, [points[i]])[0]
+        (residuals[i],), _ = force_residuals(equation, [points[i]])
         if residuals[i] <= _limit(equation, points[i]):
             continue
         steps = _more_steps(equation, points[i], points[i].parameter in pinned)
         for new in steps if residuals[i] > DEFAULT.equilibrium else ():
-            residual = force_residuals(equation, [new])[0]
+            (residual,), energy = force_residuals(equation, [new])
             if residual < residuals[i]:
-                residuals[i], points[i] = residual, new
+                residuals[i], errors[i], points[i] = residual, energy[0], new
             if residual <= DEFAULT.equilibrium:
                 break
     bad = residuals > DEFAULT.equilibrium
     bad[bad] = [residuals[i] > _limit(equation, points[i]) for i in np.flatnonzero(bad)]
-    return residuals, bad
+    return residuals, errors, bad
 
 
 def _limit(equation, point):
@@ -66,17 +71,18 @@ def _limit(equation, point):
     return DEFAULT.equilibrium + min(kept.rounding() / max(kept.scale(), TINY), DEFAULT.most_rounding)
 
 
-def force_residuals(equation: Equation, points: list[Point]) -> np.ndarray:
-    """(n,) residual of the equation of motion over the force scale, of each point; NaN where one was not found."""
-    found = np.full(len(points), np.nan)
+def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) residual of the equation of motion over the force scale and (n,) error of the energy balance of each
+    point; NaN where one was not found."""
+    found, energy = np.full((2, len(points)), np.nan)
     kept = {i: Kept(equation, point) for i, point in enumerate(points) if point.converged}
     motion = {i: float(np.linalg.norm(one.modal)) for i, one in kept.items()}
     measured = {min(kept), max(kept), max(motion, key=motion.__getitem__)} if kept else set()
     share = np.max([kept[i].response_error() / max(motion[i], TINY) for i in measured], initial=0.0)
     for i, one in kept.items():
         error, scale = one.contact_error() + share * motion[i], one.scale()
-        found[i] = error / scale if scale > 0 else float(error > 0)
-    return found
+        found[i], energy[i] = error / scale if scale > 0 else float(error > 0), one.energy().error
+    return found, energy
 
 
 class Kept:
@@ -99,8 +105,16 @@ class Kept:
 
     def contact_error(self) -> float:
         """Norm of the difference between the forces of the law on the motion and those of Newton's method."""
-        found = self.balance.contact_forces(self.u, self.w, self.contacts).g
-        return _norm(self.unit, self._at_dofs(found - self.g))
+        return _norm(self.unit, self._at_dofs(self.of_law.g - self.g))
+
+    @cached_property
+    def of_law(self) -> ContactForces:
+        """Forces of the law on the motion."""
+        return self.balance.contact_forces(self.u, self.w, self.contacts)
+
+    def energy(self) -> EnergyBalance:
+        """Of a period."""
+        return energies(self.balance, self.forces, self.w, self.modal, (self.u, self.of_law))
 
     def response_error(self) -> float:
         """Norm of the residual of the equation of motion under the forces of Newton's method."""
@@ -208,8 +222,9 @@ def with_residuals(curve: ForcedResponse, residuals: np.ndarray, bad: np.ndarray
              f"{DEFAULT.equilibrium:g} of their scale: worst {residuals[worst]:.1e}, at "
              f"{equation.parameter.named(curve.parameter[worst])}; {reason or 'try other harmonics there'}")
     return replace(
-        curve, force_residual=_blank(residuals, bad), complete=False, ended=ended, converged=curve.converged & ~bad,
-        harmonics=_blank(curve.harmonics, bad), share_stick=_blank(curve.share_stick, bad),
+        curve, force_residual=_blank(residuals, bad), energy_error=_blank(curve.energy_error, bad), complete=False,
+        ended=ended, converged=curve.converged & ~bad, harmonics=_blank(curve.harmonics, bad),
+        share_stick=_blank(curve.share_stick, bad),
         share_slip=_blank(curve.share_slip, bad), share_open=_blank(curve.share_open, bad),
         dissipated=_blank(curve.dissipated, bad), contact_force=_blank(curve.contact_force, bad),
         unknowns=_blank(curve.unknowns, bad), reaction=_blank(curve.reaction, bad),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hbm import fourier
 from hbm.errors import InputError
 from hbm.laws.base import ContactLaw
 from hbm.laws.piecewise import merged_table
@@ -85,10 +86,11 @@ class MixedLaw(ContactLaw):
         """Forces of the cycle of each law."""
         P, nd, nh = x.shape
         g, by_preload, by_omega = np.zeros((3, *x.shape))
-        active, shares, parts = np.zeros((P, nd), dtype=bool), np.zeros((P, 3)), []
+        active, shares, work, parts = np.zeros((P, nd), dtype=bool), np.zeros((P, 3)), np.zeros(P), []
         for law, at, columns in self._parts(P):
             f = law.harmonics(contacts.select(at), x[np.ix_(at, columns)], _own(law, start, at), grid, omega)
             g[np.ix_(at, columns)], active[np.ix_(at, columns)], shares[at] = f.g, f.active, f.shares
+            work[at] = fourier.work(f.g, x[np.ix_(at, columns)]) if f.work is None else f.work
             for into, part in ((by_preload, f.by_preload), (by_omega, f.by_omega)):
                 into[np.ix_(at, columns)] = 0.0 if part is None else part
             parts.append((f, at[f.contacts], columns))
@@ -98,7 +100,8 @@ class MixedLaw(ContactLaw):
             D[np.ix_(place[at], columns, range(nh), columns, range(nh))] = f.D
         known = all(f.by_preload is not None for f, *_ in parts)
         rated = any(f.by_omega is not None for f, *_ in parts)
-        return ContactForces(g, active, D, by_preload if known else None, by_omega if rated else None, shares)
+        return ContactForces(g, active, D, by_preload if known else None, by_omega if rated else None, shares,
+                             work)
 
     def sticks_surely(self, contacts, amplitude):
         """(P,) bool of each law."""

@@ -106,6 +106,7 @@ class ContactForces:
     by_preload : (P, nd, nh) dg/dpreload, None where the law does not provide it
     by_omega : (P, nd, nh) N s, dg/domega at given harmonics of u, None for a law that does not depend on the rate
     shares : (P, 3) share of the cycle in stick, slip, open
+    work : (P,) J per cycle that the contacts take, of friction along the paths of the sliders; None: by the harmonics
     """
 
     g: np.ndarray
@@ -114,6 +115,7 @@ class ContactForces:
     by_preload: np.ndarray | None
     by_omega: np.ndarray | None
     shares: np.ndarray
+    work: np.ndarray | None = None
 
     @cached_property
     def contacts(self) -> np.ndarray:

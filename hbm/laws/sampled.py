@@ -171,7 +171,14 @@ def harmonics(law, contacts, x, start: SliderStart, grid, omega: float) -> Conta
     active = np.abs(D).max(axis=(2, 3, 4)) > SETTINGS.rounding * np.maximum(slope, 1e-300)
     largest = np.abs(c.force).max(axis=0) + stiffness * np.abs(x).sum(axis=2) + np.abs(constant)
     g[(np.abs(g).max(axis=2) <= 0.1 * SETTINGS.rounding * largest) & ~active] = 0.0
-    return ContactForces(g, active, D[active.any(axis=1)], None, by_omega, shares)
+    s = law.sliders
+    work = fourier.work(f[:, s:], x[:, s:]) + slip_work(c.force[:, :, :s], (c.after - c.before)[:, :, :s])
+    return ContactForces(g, active, D[active.any(axis=1)], None, by_omega, shares, work)
+
+
+def slip_work(force, slip):
+    """(P,) J of forces (n, P, s) after each sample of a period along the slip (n, P, s) of the sliders before it."""
+    return 0.5 * np.einsum("tpi,tpi->p", force + np.roll(force, 1, 0), slip)
 
 
 def _shares(law, contacts, c, f, x):

@@ -1,13 +1,15 @@
 """Hysteresis loops and energies of solved points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from hbm import Contacts, Jenkins1D, contact_cycles, energy_balance
+from hbm import Contacts, DryFriction2T, IsotropicFriction, Jenkins1D, contact_cycles, energy_balance
 from hbm.errors import InputError
 from hbm.problem import ContactProblem
 from hbm.response import follow_band
-from tests.hbm.cases import beam, load, unilateral
+from tests.hbm.cases import beam, load, rig, unilateral
 from tests.hbm.oscillator import FORCE, oscillator
 from tests.hbm.test_sharp_peaks import duffing
 
@@ -52,11 +54,43 @@ def test_energy_of_a_period_is_balanced(name):
     """What the excitation puts in is lost in the damping and in the slip of the contacts, integrated apart."""
     problem, force, band, H = CASES[name]
     curve, peak = peak_of(problem, force, band, H)
+    assert curve.energy_error.max() < 1e-6
     for i in {0, len(curve.frequency) // 2, peak}:
-        found = energy_balance(curve, problem, i)
+        found, stepped = energy_balance(curve, problem, i), contact_cycles(curve, problem, i).friction_work
         assert found.input > 0 and found.damping >= 0 and (found.friction >= -1e-6 * found.input).all()
-        assert found.error < 1e-6, (i, found)
-        np.testing.assert_allclose(found.friction, curve.dissipated[i], atol=2e-6 * found.input)
+        assert found.error == pytest.approx(curve.energy_error[i], abs=1e-8)
+        assert replace(found, friction=stepped).error < 1e-6, (i, found, stepped)
+        for friction in (found.friction, stepped):
+            np.testing.assert_allclose(friction, curve.dissipated[i], atol=2e-6 * found.input)
+
+
+def test_energy_by_samples():
+    """Of sampled laws the balance shows their error, which falls with the square of the samples."""
+    problem, force, _ = rig()
+    errors = [np.nanmax(follow_band(replace(problem, law=IsotropicFriction()), 12 * force, (2780, 2783), harmonics=3,
+                                    outputs={"x": force}, samples=n).energy_error) for n in (128, 512)]
+    assert 8 * errors[1] < errors[0] < 1e-3 and errors[1] > 1e-8
+
+
+class Cheating(DryFriction2T):
+    """Its harmonics are those of another friction coefficient than its slip."""
+
+    def harmonics(self, contacts, x, start, grid, omega):
+        other = super().harmonics(replace(contacts, mu=1.01 * contacts.mu), x, start, grid, omega)
+        return replace(other, work=super().harmonics(contacts, x, start, grid, omega).work)
+
+
+def test_energy_tells_slip_from_harmonics():
+    problem, force, band, H = CASES["C8"]
+    curve, _ = peak_of(replace(problem, law=Cheating()), force, band, H)
+    assert np.nanmax(curve.energy_error) > 1e-3 and curve.force_residual.max() < 1e-8
+
+
+def test_a_system_that_takes_nothing_is_balanced():
+    """Neither damping nor friction: the input is rounding, and so is the error."""
+    problem = replace(jenkins(), C=np.zeros((1, 1)))
+    curve = follow_band(problem, np.array([0.1]), (0.1, 0.2), harmonics=3, outputs={"x": np.ones(1)})
+    assert curve.share_slip.max() == 0 and curve.energy_error.max() < 1e-6
 
 
 def test_points_that_are_not_there():

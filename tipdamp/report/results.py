@@ -12,19 +12,17 @@ from hbm.result import ForcedResponse
 from tipdamp import pair_checks, surface
 from tipdamp.stages.cycles import Loops, load_loops
 from tipdamp.stages.measured import load_band
-from tipdamp.stages.results import (
+from tipdamp.stages.model_inputs import in_patch
+from tipdamp.stages.record import Result
+from tipdamp.stages.response_results import (
     AgreementResult,
     CurveResult,
     CyclesResult,
-    InspectResult,
     MeasuredResult,
-    PreloadResult,
-    ReduceResult,
     RespondResult,
-    Result,
     StressResult,
-    TuneResult,
 )
+from tipdamp.stages.results import InspectResult, PreloadResult, ReduceResult, TuneResult
 from tipdamp.store import Store
 from tipdamp.study.view import Study
 from tipdamp.surface import Surface
@@ -194,8 +192,3 @@ def _stuck(study, store) -> StuckResponse | None:
     with open_npz(path) as z:
         mine = in_patch(z["output_names"], study.respond.patches[0])
         return StuckResponse(z["frequency"], np.abs(z["response"][:, mine]))
-
-
-def in_patch(output_names: np.ndarray, patch: str) -> np.ndarray:
-    """(m,) bool: outputs named 'patch:node' that belong to the patch."""
-    return np.array([name.rpartition(":")[0] == patch for name in output_names.tolist()])

@@ -9,8 +9,10 @@ from hbm.result import ForcedResponse
 from tipdamp.measured.agreement import drawn, share_inside, values_at
 from tipdamp.measured.damping import half_power
 from tipdamp.progress import Tick
+from tipdamp.stages.curve_facts import peak_of
 from tipdamp.stages.measured import load_band
-from tipdamp.stages.results import (
+from tipdamp.stages.model_inputs import in_patch
+from tipdamp.stages.response_results import (
     Agreement,
     AgreementResult,
     CurveResult,
@@ -18,8 +20,8 @@ from tipdamp.stages.results import (
     MeasuredFacts,
     MeasuredResult,
     RespondResult,
-    TuneResult,
 )
+from tipdamp.stages.results import TuneResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.schema import Measured
@@ -48,16 +50,18 @@ def agreement(study: Study, store: Store, tick: Tick) -> list[str]:
     return []
 
 
-def computed_amplitude(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
-    """(n,) m, largest computed amplitude over the nodes of the measured place; NaN where a point failed.
-
-    Raises InputError where the curve has no such output.
-    """
-    place = settings.response or first_patch
-    names = curve.output_names.tolist()
-    mine = np.array([place in (name, name.rpartition(":")[0]) for name in names])
+def at_place(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
+    """(m,) bool: outputs of the measured place. Raises InputError where the curve has no such output."""
+    place, names = settings.response or first_patch, curve.output_names.tolist()
+    mine = in_patch(names, place) | (curve.output_names == place)
     if not mine.any():
         raise InputError(f"response = '{place}': no output of that name; {nearest(place, names)}")
+    return mine
+
+
+def computed_amplitude(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
+    """(n,) m, largest computed amplitude over the nodes of the measured place; NaN where a point failed."""
+    mine = at_place(curve, settings, first_patch)
     values = np.abs(curve.harmonics[:, mine, 1]) if settings.amplitude == "fundamental" else curve.amplitude()[:, mine]
     return np.where(curve.converged, values.max(axis=1), np.nan)
 
@@ -65,7 +69,10 @@ def computed_amplitude(curve: ForcedResponse, settings: Measured, first_patch: s
 def _agreement(name, settings, patch, facts: MeasuredFacts, case: CurveResult, curve, band) -> Agreement:
     hz, _, low, high = band
     amplitude = computed_amplitude(curve, settings, patch) / case.Fe_N
-    peak = _computed_peak(case, curve, amplitude)
+    top = peak_of(curve, at_place(curve, settings, patch))
+    peak = (None, None) if top.peak_m is None else (top.peak_hz, top.peak_m / case.Fe_N)
+    if settings.amplitude == "fundamental" and top.peak_m is not None:
+        peak = _highest(*drawn(curve.frequency, amplitude))
     off = [None if a is None or b is None else a / b - 1 for a, b in ((peak[1], facts.peak_m_per_N),
                                                                     (peak[0], facts.peak_hz))]
     return Agreement(measured=name, computed=case.file, Fe_N=case.Fe_N, H=case.H, peak=off[0], frequency=off[1],
@@ -73,12 +80,10 @@ def _agreement(name, settings, patch, facts: MeasuredFacts, case: CurveResult, c
                      half_power=_half_power(hz, curve.frequency, amplitude))
 
 
-def _computed_peak(case, curve, amplitude):
-    """(Hz, m/N) of the highest point; None where the curve has no peak."""
-    if case.peak_m is None:
-        return None, None
+def _highest(hz, amplitude):
+    """(Hz, m/N) of the highest point of the drawn curve: that of the fundamental is not among the solved peaks."""
     k = int(np.nanargmax(amplitude))
-    return float(curve.frequency[k]), float(amplitude[k])
+    return float(hz[k]), float(amplitude[k])
 
 
 def _half_power(hz, path_hz, path) -> Damping:

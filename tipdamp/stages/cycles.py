@@ -1,23 +1,23 @@
 """Stage cycles: inside of the contacts at the peak of every curve, hysteresis loops, friction work, energy balance."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from hbm.cycles import ContactCycles, EnergyBalance, contact_cycles, energy_balance
+from hbm.curve.energy import EnergyBalance
+from hbm.cycles import ContactCycles, contact_cycles
 from hbm.errors import InputError
 from hbm.result import ForcedResponse
 from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Tick
 from tipdamp.stages.respond import READS, assembled
-from tipdamp.stages.results import CurveResult, CyclesResult, PeakCycle, RespondResult
+from tipdamp.stages.response_results import CurveResult, CyclesResult, PeakCycle, RespondResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.view import Study
 
-SAMPLES = 1024           # a period: the friction work of a slip segment is then good to about 1e-5
-BALANCED = 1e-3          # of the input: larger errors of the energy balance are warned of
+SAMPLES = 1024           # a period
 
 
 def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
@@ -32,15 +32,13 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
         if point is None:
             continue
         try:
-            energy = energy_balance(curve, assembly.curves.problem, point, SAMPLES)
             cycle = contact_cycles(curve, assembly.curves.problem, point, SAMPLES)
         except InputError as error:
             said.append(f"no hysteresis loops at Fe = {case.Fe_N:g} N, H = {case.H}: {error}")
             continue
-        found.append(_facts(case, curve, point, energy, names))
+        found.append(_facts(case, curve, point, cycle.energy, names))
         with store.writing(found[-1].file) as path:
             _save(path, cycle, names)
-    said += _unbalanced(found)
     CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
     return [one.file for one in found]
 
@@ -59,13 +57,6 @@ def _facts(case: CurveResult, curve: ForcedResponse, point: int, energy: EnergyB
     return PeakCycle(file=f"cycles/{case.file.rpartition('/')[2]}", Fe_N=case.Fe_N, H=case.H,
                      hz=float(curve.frequency[point]), input_J=energy.input, damping_J=energy.damping,
                      friction_J=dict(zip(names, energy.friction.tolist(), strict=True)), error=energy.error)
-
-
-def _unbalanced(found: Sequence[PeakCycle]) -> Iterator[str]:
-    for one in found:
-        if one.error > BALANCED:
-            yield (f"the energy of a period at Fe = {one.Fe_N:g} N, H = {one.H} is balanced to {one.error:.1e} only: "
-                   "the friction law takes more or less than its harmonics say; try a larger H")
 
 
 def _save(path, cycle: ContactCycles, names) -> None:

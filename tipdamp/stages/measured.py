@@ -10,7 +10,7 @@ from tipdamp.measured.damping import circle_fit, half_power, highest_peak
 from tipdamp.measured.frf import Frf, MeasuredCurve, average
 from tipdamp.measured.read import read_measured
 from tipdamp.progress import Tick
-from tipdamp.stages.results import Damping, MeasuredFacts, MeasuredResult
+from tipdamp.stages.response_results import Damping, MeasuredFacts, MeasuredResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.view import Study

@@ -1,5 +1,7 @@
 """Inputs of the reduced model from the study: contact line, roll springs, force, outputs, damping, statics."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -122,6 +124,11 @@ def outputs(study: Study, model: ReducedModel) -> dict[str, np.ndarray]:
     """{"patch:node": (r,) row} displacement along the direction of the force."""
     return {f"{patch}:{n}": model.displacement_row(BLADES, n, study.respond.direction)
             for patch in study.respond.patches for n in group(model, study, patch)}
+
+
+def in_patch(names: Iterable[str], patch: str) -> np.ndarray:
+    """(m,) bool: names of `outputs` that belong to the patch."""
+    return np.array([name.rpartition(":")[0] == patch for name in names], dtype=bool)
 
 
 def ratio(values: tuple[float, ...]) -> float | np.ndarray:

@@ -12,7 +12,7 @@ from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.bodies.reduce import reduced_model, wants_error
 from tipdamp.free_modes import FreeModes, band, band_warnings, lowest_modes, named_modes
 from tipdamp.progress import Tick
-from tipdamp.stages.model_inputs import EXCITATION, excitation, group, outputs, ratio
+from tipdamp.stages.model_inputs import EXCITATION, excitation, group, in_patch, outputs, ratio
 from tipdamp.stages.results import FreeResponse, ReduceResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
@@ -66,8 +66,7 @@ def free_response(study: Study, blades: ReducedModel, limits: tuple[float, float
     hz = np.linspace(*limits, 801)
     rows = outputs(study, blades)
     x = np.abs(linear_response(blades, None, excitation(study, blades), hz, ratio(study.free.damping_ratio), rows))
-    names = np.array([name.rpartition(":")[0] for name in rows])
-    return FreeResponse(hz=tuple(hz), m_per_N={p: x[:, names == p].max(axis=1) for p in study.respond.patches})
+    return FreeResponse(hz=tuple(hz), m_per_N={p: x[:, in_patch(rows, p)].max(axis=1) for p in study.respond.patches})
 
 
 def line(store: Store) -> str:

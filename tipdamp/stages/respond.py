@@ -1,34 +1,31 @@
 """Stage respond: forced response of the kept pairs at every level and number of harmonics."""
 
-import warnings as python_warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from hbm import fourier
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
 from hbm.hold.check import change_in_words
-from hbm.hold.spring import HeldMotion
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.result import ForcedResponse
 from static_contact.roll_springs import with_springs
 from tipdamp import friction
 from tipdamp.curves import Case, Curves, forget, sweep
-from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Ticker
+from tipdamp.stages.curve_facts import curve_result
 from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, ratio
-from tipdamp.stages.results import BackCurve, CurveResult, HeldForce, Peak, RespondResult
+from tipdamp.stages.response_results import CurveResult, Peak, RespondResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study, every_key
 from tipdamp.workers import Workers
 
+BALANCED = 1e-6          # of the input: larger errors of the energy balance are warned of
 POINTS = 801             # of the linear stuck response
 # of `assembled`
 READS = (*every_key("respond", but=("stress",)), "sides", "preload.friction", "driver.hold", "model.hold")
@@ -59,7 +56,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     found, difference = [], {}
     for there, *back in cases:
         curve, *others = map(assembly.curves.load, (there, *back))
-        found.append(curve_result(settings, assembly, curve, others, file=there.file, Fe_N=there.Fe_N, H=there.H))
+        found.append(curve_result(settings, assembly.kept, assembly.curves.problem.held, there, (curve, *others)))
         # the damping is that of all kept pairs stuck: the linear response is the same where none is open at rest
         alike = assembly.curves.problem.law.components == ALL_SPRINGS and (assembly.kept.preload > 0).all()
         if not found[-1].slipping_pairs and alike and curve.converged.any():
@@ -124,8 +121,8 @@ def assembled(study: Study, store: Store) -> Assembly:
     problem, _ = contact_problem(model, kept, law, static=static,
                                  damping_ratio=ratio(study.respond.damping_ratio))
     problem = replace(problem, held=held_motions(study, model, kept))
-    return Assembly(model.with_stiffness(problem.stiffness), kept,
-                    Curves(problem, excitation(study, model), outputs(study, model), start, store))
+    curves = Curves(problem, excitation(study, model), outputs(study, model), start, store, study.respond.samples)
+    return Assembly(model.with_stiffness(problem.stiffness), kept, curves)
 
 
 def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedResponse, level: float) -> float:
@@ -133,47 +130,6 @@ def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedRespons
     good = curve.converged
     x = assembly.linear(settings, curve.frequency[good], level)
     return float(np.abs(curve.harmonics[good, :, 1] - x).max() / np.abs(x).max())
-
-
-def curve_result(settings: Respond, assembly: Assembly, curve: ForcedResponse, back: list[ForcedResponse],
-                 **case: Any) -> CurveResult:
-    """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force; counts."""
-    patches = {patch: patch_peak(curve, patch) for patch in settings.patches}
-    first = settings.patches[0]
-    top, (low, high), held = patches[first], settings.band, assembly.curves.problem.held
-    other = [BackCurve(**dict(patch_peak(one, first)), complete=one.complete, ended=one.ended,
-                       failed_points=(~one.converged).sum(), seconds=one.seconds,
-                       held=held_forces(one, held, first)) for one in back]
-    return CurveResult(
-        **case, **dict(top), patches=patches, points=len(curve.frequency), failed_points=(~curve.converged).sum(),
-        slipping_pairs=tuple(pair_names(assembly.kept, curve.slipping_pairs)), seconds=curve.seconds,
-        residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended, origin=curve.origin,
-        start=curve.start, peak_inside_band=top.peak_hz is not None and low < top.peak_hz < high,
-        back=other[0] if other else None, held=held_forces(curve, held, first), held_change=curve.held_change)
-
-
-def held_forces(curve: ForcedResponse, held: Sequence[HeldMotion], patch: str) -> dict[str, HeldForce]:
-    """{motion: force on what holds it} at the point where the patch moves most."""
-    names = [n for n in curve.output_names if n.rpartition(":")[0] == patch]
-    hz = max((curve.at_least(n) for n in names), key=lambda p: p[1])[0]
-    X = curve.reaction[np.flatnonzero(curve.frequency == hz)[0]] if np.isfinite(hz) else np.full((len(held), 1), np.nan)
-    return {one.name: HeldForce(unit=one.unit, hz=hz, mean=x[0].real, amplitude=float(fourier.half_peak_to_peak(x)),
-                                spring=not one.mean) for one, x in zip(held, X, strict=True)}
-
-
-def patch_peak(curve: ForcedResponse, patch: str) -> Peak:
-    """Largest peak of the nodes of a patch with its frequency, and the smallest node's peak; where a node has none, the
-    largest amplitude that was solved."""
-    names = [n for n in curve.output_names if n.rpartition(":")[0] == patch]
-    with python_warnings.catch_warnings():
-        python_warnings.simplefilter("ignore")         # `peak_inside_band` and `warnings` tell them
-        peaks = np.array([curve.peak(n) for n in names])
-    if np.isfinite(peaks).all():
-        (hz, top), largest = peaks[peaks[:, 1].argmax()], names[peaks[:, 1].argmax()]
-        unsolved = "" if curve.at_border(largest) else curve.why_unsolved(largest)
-        return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min(), unsolved=unsolved)
-    hz, least = max((curve.at_least(n) for n in names), key=lambda p: p[1])
-    return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least)
 
 
 def incomplete(found: RespondResult) -> tuple[int, int]:
@@ -206,7 +162,18 @@ def warnings(_: Study, store: Store) -> list[str]:
     """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends; for each whose
     peak is not solved; and for each on which what holds a motion is not soft."""
     found = RespondResult.load(store).responses
-    return [text for kind in (_incomplete, _unsolved, _stiff_hold) for c in found for text in kind(c)]
+    return [*(text for kind in (_incomplete, _unsolved, _stiff_hold) for c in found for text in kind(c)),
+            *_unbalanced(found)]
+
+
+def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
+    errors = [(one.energy_error or 0.0, case) for case in found for one in (case, case.back) if one is not None]
+    worst, case = max(errors, key=lambda e: e[0])
+    if worst > BALANCED:
+        yield (f"the energy of a period is balanced to {worst:.1e} of the input only (worst at Fe = {case.Fe_N:g} N, "
+               f"H = {case.H}; above {BALANCED:g} on {sum(e > BALANCED for e, _ in errors)} of {len(errors)} curves): "
+               "the contact law takes more or less along its slip than its harmonics say; give [respond] samples, or "
+               "more of them, where the law is sampled")
 
 
 def _unsolved(case):

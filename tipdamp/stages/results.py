@@ -1,46 +1,13 @@
-"""What each stage found, as frozen records; each is stored as the JSON file of its stage, tables and curves beside it.
+"""What the stages up to the tuning found: bodies, reduction, preload, kept stations."""
 
-Units stand in the names (_N, _m, _hz, _N_per_m); names without one are in SI. A number that is not finite is None.
-"""
+from typing import Annotated, ClassVar, Generic, TypeVar
 
-from typing import Annotated, ClassVar, Generic, Self, TypeVar
+from pydantic import BeforeValidator
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
-
-from hbm.errors import InputError
-from tipdamp.store import Store, plain
-from tipdamp.study.law import LawChoice
+from tipdamp.stages.record import Number, Numbers, Record, Result, Texts
+from tipdamp.store import plain
 
 T = TypeVar("T")
-Number = Annotated[float | None, BeforeValidator(plain)]
-Numbers = Annotated[tuple[float, ...], BeforeValidator(plain)]
-Texts = tuple[str, ...]
-
-
-class Record(BaseModel):
-    """Frozen, read by attribute; a name that it does not have is an error."""
-    model_config = ConfigDict(frozen=True, extra="forbid", from_attributes=True)
-
-
-class Result(Record):
-    """The record of a stage: `file` in the results folder."""
-    file: ClassVar[str]
-    warnings: Texts = ()
-
-    def save(self, store: Store) -> None:
-        """Write the JSON file of the stage."""
-        store.write_json(self.file, self.model_dump())
-
-    @classmethod
-    def load(cls, store: Store) -> Self:
-        """Read the JSON file of the stage; InputError where it is absent or damaged."""
-        try:
-            return cls.model_validate(store.read_json(cls.file))
-        except ValidationError as error:
-            first = error.errors()[0]
-            place, stage = ".".join(map(str, first["loc"])), cls.file.removesuffix(".json")
-            raise InputError(f"{store.path(cls.file)} is damaged at '{place}' ({first['msg']}); run the stage again: "
-                             f"tipdamp {stage} STUDY.toml --force") from None
 
 
 # ---- inspect ---------------------------------------------------------------------------------------------------
@@ -214,39 +181,6 @@ class PreloadResult(Result):
     cases: dict[str, LoadCasePreload] = {}
 
 
-# ---- measured --------------------------------------------------------------------------------------------------
-
-class Damping(Record):
-    """A damping ratio identified on each repeat: mean and sample standard deviation; refused - why there is none."""
-    zeta: Number = None
-    deviation: Number = None
-    refused: str = ""
-
-
-class MeasuredFacts(Record):
-    """One measured curve. peak_hz, peak_m_per_N - mean over the repeats, None where the peak was refused, with their
-    standard deviations; file - CSV of mean and band; with_phase - whether the phase was measured."""
-    file: str
-    files: Texts
-    level_N: float
-    repeats: int
-    points: int
-    band_hz: tuple[float, float]
-    with_phase: bool
-    peak_hz: Number
-    peak_m_per_N: Number
-    peak_hz_deviation: Number
-    peak_m_per_N_deviation: Number
-    half_power: Damping
-    circle_fit: Damping
-
-
-class MeasuredResult(Result):
-    """measured.json."""
-    file: ClassVar[str] = "measured.json"
-    curves: dict[str, MeasuredFacts]
-
-
 # ---- tune ------------------------------------------------------------------------------------------------------
 
 class OfSets(Record, Generic[T]):
@@ -340,146 +274,3 @@ class TuneResult(Result):
     redistribution: Redistribution
     roll_stiffness_Nm_per_rad: float
     cases: dict[str, KeptCase] = {}
-
-
-# ---- respond ---------------------------------------------------------------------------------------------------
-
-class Peak(Record):
-    """Largest peak over the nodes of a patch, half of peak-to-peak along the force; min_peak_m - of its smallest
-    node. Where the curve stopped, or its highest point borders a gap, these are None, and at_least_m is the largest
-    amplitude that was solved; None where there is a peak. unsolved - why a peak in the band is no solved maximum."""
-    peak_hz: Number
-    peak_m: Number
-    min_peak_m: Number
-    at_least_hz: Number = None
-    at_least_m: Number = None
-    unsolved: str = ""
-
-
-class HeldForce(Record):
-    """Force on what holds a rigid motion, at the highest amplitude of the curve on the first patch, beside the one at
-    rest; unit - N or N m; amplitude - half of peak-to-peak of its vibration; spring - or the mean alone is held."""
-    unit: str
-    hz: Number
-    mean: Number
-    amplitude: Number
-    spring: bool
-
-
-class BackCurve(Peak):
-    """The same curve followed from the other end of the band."""
-    held: dict[str, HeldForce] = {}
-    complete: bool
-    ended: str
-    failed_points: int
-    seconds: float
-
-
-class CurveResult(Peak):
-    """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names`;
-    back - None where the band was followed one way; held {motion: ...}; held_change - see ForcedResponse."""
-    file: str
-    Fe_N: float
-    H: int
-    patches: dict[str, Peak]
-    points: int
-    failed_points: int
-    slipping_pairs: Texts
-    seconds: float
-    residual_calls: int
-    complete: bool
-    ended: str
-    origin: str
-    start: str
-    peak_inside_band: bool
-    back: BackCurve | None = None
-    held: dict[str, HeldForce] = {}
-    held_change: Number = 0.0
-
-
-class RespondResult(Result):
-    """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest difference from the
-    linear stuck response over its peak} of the curves on which no pair slips."""
-    file: ClassVar[str] = "respond.json"
-    responses: tuple[CurveResult, ...]
-    law: LawChoice
-    zeta: Numbers
-    stuck_difference: dict[str, float] = {}
-
-
-# ---- cycles ----------------------------------------------------------------------------------------------------
-
-class PeakCycle(Record):
-    """One period at the highest solved point of a curve, J per period. friction_J {pair: work of friction}; error - of
-    input = damping + friction, relative to the input; file - npz of the hysteresis loops."""
-    file: str
-    Fe_N: float
-    H: int
-    hz: float
-    input_J: float
-    damping_J: float
-    friction_J: dict[str, float]
-    error: float
-
-    @property
-    def friction_share(self) -> float:
-        """Of the input, what friction takes."""
-        return sum(self.friction_J.values()) / self.input_J if self.input_J else 0.0
-
-
-class CyclesResult(Result):
-    """cycles.json. pairs - names of the kept pairs, in the order of the files."""
-    file: ClassVar[str] = "cycles.json"
-    curves: tuple[PeakCycle, ...]
-    pairs: Texts
-
-
-# ---- stress ----------------------------------------------------------------------------------------------------
-
-class StressPlace(Record):
-    """A node where the alternating stress is larger than at all nodes of the cells around it; von Mises stresses."""
-    body: str
-    node: int
-    position_m: tuple[float, float, float]
-    mean_Pa: float
-    alternating_Pa: float
-    amplitude_m: float
-
-
-class PeakStress(Record):
-    """Stress at the highest solved point of a curve; files - .vtu of the bodies; places - the largest of each body."""
-    files: Texts
-    Fe_N: float
-    H: int
-    hz: float
-    places: tuple[StressPlace, ...]
-
-
-class StressResult(Result):
-    """stress.json. unbalanced {body: part of the forces at rest that its inertia takes up}, of free bodies."""
-    file: ClassVar[str] = "stress.json"
-    curves: tuple[PeakStress, ...]
-    unbalanced: dict[str, float] = {}
-
-
-# ---- agreement -------------------------------------------------------------------------------------------------
-
-class Agreement(Record):
-    """A computed curve beside a measured one. share_inside - part of the common frequencies at which it lies in the
-    measured band; peak, frequency - computed over measured, minus 1; half_power - of the computed curve at the
-    measured frequencies, whose difference from the damping put in, zeta, is the bias of the method."""
-    measured: str
-    computed: str
-    Fe_N: float
-    H: int
-    share_inside: Number
-    peak: Number
-    frequency: Number
-    half_power: Damping
-
-
-class AgreementResult(Result):
-    """agreement.json. zeta - damping ratio of the tracked stuck mode in the computation."""
-    file: ClassVar[str] = "agreement.json"
-    curves: tuple[Agreement, ...]
-    zeta: float

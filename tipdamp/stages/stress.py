@@ -14,7 +14,7 @@ from tipdamp.bodies.reduce import reduced_model, wants_error
 from tipdamp.progress import Tick
 from tipdamp.stages.cycles import highest_point
 from tipdamp.stages.respond import READS, Assembly, assembled
-from tipdamp.stages.results import PeakStress, RespondResult, StressPlace, StressResult
+from tipdamp.stages.response_results import PeakStress, RespondResult, StressPlace, StressResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.stresses import VibrationStress, WholeBody, body_load, whole_body

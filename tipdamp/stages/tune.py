@@ -24,6 +24,7 @@ from tipdamp.stages import results
 from tipdamp.stages.kept_preload import kept_case, kept_preload
 from tipdamp.stages.preload import side_forces
 from tipdamp.stages.reduce import free_modes
+from tipdamp.stages.response_results import MeasuredResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.view import Study
@@ -96,7 +97,7 @@ def target(study: Study, store: Store) -> Target | None:
     curve that it names has no peak."""
     hz, scatter, name = study.tune.target_hz, study.tune.scatter_hz, study.tune.target_from
     if name:
-        curve = results.MeasuredResult.load(store).curves[name]
+        curve = MeasuredResult.load(store).curves[name]
         if curve.peak_hz is None:
             raise InputError(f"[tune] target_from = '{name}': the measured curve has no peak that can be trusted")
         hz, spread = curve.peak_hz, DEVIATIONS * (curve.peak_hz_deviation or 0.0)

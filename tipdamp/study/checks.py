@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from hbm.errors import InputError, nearest
+from hbm.validation import check_samples
 from tipdamp.study.law import laws_with_sliders
 from tipdamp.study.schema import Contact, LoadCase, Respond, Section, Side, Tune
 from tipdamp.study.view import Study
@@ -124,6 +125,10 @@ def check_respond(where: str, respond: Respond) -> None:
         double = [n for n in names if names.count(n) > 1]
         if double:
             raise InputError(f"{where} {key}: {double[0]} is given twice")
+    try:
+        check_samples(respond.samples, max(respond.harmonics))
+    except InputError as error:
+        raise InputError(f"{where} {error}") from None
     check_excitation(where, respond)
     if len(respond.patches) != 2:
         raise InputError(f"{where} patches = {list(respond.patches)}: two groups are needed, one on each blade")

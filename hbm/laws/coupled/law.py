@@ -9,7 +9,7 @@ from hbm.laws import compilation
 from hbm.laws.base import ContactLaw
 from hbm.laws.coupled.kernels import cycle
 from hbm.laws.records import ContactForces
-from hbm.laws.sampled import projector
+from hbm.laws.sampled import projector, slip_work
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,9 @@ class IsotropicFriction(ContactLaw):
         N = contacts.preload[opens, None] + contacts.kn[opens, None] * u[opens, :, 2]
         g[opens, 2] = np.maximum(0.0, -N) @ project
         D[opens, 2, :, 2, :] = -contacts.kn[opens, None, None] * np.matmul(project.T, (N <= 0)[:, :, None] * E)
-        return ContactForces(g, active, D[active.any(axis=1)], None, None, shares)
+        w = w.transpose(1, 0, 2)
+        T = contacts.kt[:, None] * (u[:, :, :2].transpose(1, 0, 2) - w)
+        return ContactForces(g, active, D[active.any(axis=1)], None, None, shares, slip_work(T, w - np.roll(w, 1, 0)))
 
     def sticks_surely(self, contacts, amplitude):
         """(P,) bool: neither slip nor lift-off within the amplitude."""

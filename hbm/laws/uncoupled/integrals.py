@@ -93,13 +93,14 @@ def add_rest(into, contact, piece, C, S):
 
 @njit(cache=True)
 def tangent_deviation(into, u, un, contact, pieces):
-    """Add the harmonics of -kt w over the pieces, with derivatives by u, u_n and the preload.
+    """Add the harmonics of -kt w over the pieces, with derivatives by u, u_n and the preload; return the work in J of
+    the friction force +-mu N along the slip dw = d(u -+ mu N/kt).
 
     into : g, Dt, Dn, gp; contact : kt, kn (0 without a normal component), mu, preload
     """
     g, Dt, Dn, gp = into
     kt, kn, mu, preload = contact
-    nh = len(g)
+    nh, work = len(g), 0.0
     C, S = np.zeros((3, 2 * nh)), np.zeros((3, 2 * nh))
     for q in range(len(pieces)):
         state = int(pieces[q, 0])
@@ -126,6 +127,24 @@ def tangent_deviation(into, u, un, contact, pieces):
             add_constant(gp, sign * mu, Cs, Ss)
             if kn != 0:
                 add_ride(g, Dn, sign * mu * kn, A, un)
+            work += slip_work(A, u, un, (kt, kn, sign * mu, preload))
+    return work
+
+
+@njit(cache=True)
+def slip_work(A, u, un, contact):
+    """Integral of mu N d(u - mu N/kt) over the pieces whose products are in A; mu with the sign of the slip."""
+    kt, kn, mu, preload = contact
+    nh, work = len(u), 0.0
+    for j in range(nh):
+        load = kn * un[j] + (preload if j == 0 else 0.0)
+        ride = 0.0
+        for m in range(1, nh):
+            k = (m + 1) // 2
+            rate = -k * (u[m + 1] - mu / kt * kn * un[m + 1]) if m % 2 else k * (u[m - 1] - mu / kt * kn * un[m - 1])
+            ride += A[j, m] * rate
+        work += (TWO_PI if j == 0 else np.pi) * mu * load * ride
+    return work
 
 
 @njit(cache=True)
@@ -145,15 +164,16 @@ def normal_deviation(into, un, contact, pieces):
 
 @njit(cache=True)
 def add_forces(x, pieces, counts, law, place, into):
-    """Fill g and gp = dg/dpreload (P, nd, nh), and the derivatives D (a, nd, nh, nd, nh) of the active contacts.
+    """Fill g and gp = dg/dpreload (P, nd, nh), the derivatives D (a, nd, nh, nd, nh) of the active contacts, and the
+    friction work (P,) of a cycle.
 
     x (P, nd, nh) : harmonics of the relative motion; pieces, counts, law : of `events.find_pieces`
-    place (P,) : of each contact in D, or -1; into : g, D, gp
+    place (P,) : of each contact in D, or -1; into : g, D, gp, work
     """
-    g, D, gp = into
+    g, D, gp, work = into
     P, nd, nh = x.shape
     last, none = nd - 1, np.zeros((nd, nh, nd, nh))          # the normal, where there is one
-    D[:], g[:], gp[:] = 0.0, 0.0, 0.0
+    D[:], g[:], gp[:], work[:] = 0.0, 0.0, 0.0, 0.0
     for p in range(P):
         Dp, un = D[place[p]] if place[p] >= 0 else none, x[p, last]
         contact = law.kt[p], law.kn[p] if law.normal else 0.0, law.mu[p], law.preload[p]
@@ -161,5 +181,5 @@ def add_forces(x, pieces, counts, law, place, into):
             normal_deviation((g[p, last], Dp[last, :, last, :], gp[p, last]), un, contact,
                              pieces[p, law.count, :counts[p, law.count]])
         for d in range(law.count):
-            tangent_deviation((g[p, d], Dp[d, :, d, :], Dp[d, :, last, :], gp[p, d]), x[p, d], un, contact,
-                              pieces[p, d, :counts[p, d]])
+            work[p] += tangent_deviation((g[p, d], Dp[d, :, d, :], Dp[d, :, last, :], gp[p, d]), x[p, d], un, contact,
+                                         pieces[p, d, :counts[p, d]])

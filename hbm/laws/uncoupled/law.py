@@ -92,8 +92,9 @@ class CoulombFriction(ContactLaw):
         place = np.full(P, -1)
         place[moving] = np.arange(len(moving))
         g, by_preload, D = np.empty(x.shape), np.empty(x.shape), np.empty((len(moving), nd, nh, nd, nh))
-        integrals.add_forces(x, pieces, counts, law, place, (g, D, by_preload))
-        return ContactForces(g, active, D, by_preload, None, shares)
+        work = np.empty(P)
+        integrals.add_forces(x, pieces, counts, law, place, (g, D, by_preload, work))
+        return ContactForces(g, active, D, by_preload, None, shares, work)
 
     def by_friction(self, contacts, x, forces):
         """(P, nd, nh) N: tangential forces depend on mu N alone, a factor on mu is one on preload and kn u_n."""

@@ -12,8 +12,9 @@ from hbm.contact import ContactTable
 from hbm.result import ForcedResponse
 from tipdamp.report.results import Results, load_results
 from tipdamp.report.write import write_report
+from tipdamp.stages.curve_facts import peak_of
+from tipdamp.stages.model_inputs import in_patch
 from tipdamp.stages.report import said
-from tipdamp.stages.respond import patch_peak
 from tipdamp.store import Store, plain
 from tipdamp.study.study import load_study
 
@@ -125,7 +126,7 @@ def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None, name
             name = f"responses/Fe_{Fe:g}N_H{H}.npz"
             with store.writing(name) as path:
                 replace(one, output_names=renamed(one.output_names, names)).save(path)
-            peak = patch_peak(one, "patch_1").model_dump()
+            peak = peak_of(one, in_patch(one.output_names, "patch_1")).model_dump()
             files["responses"].append({
                 "file": name, "Fe_N": Fe, "H": H, **peak, "points": 41, "patches": {}, "residual_calls": 100,
                 "failed_points": len(failed) if Fe > 1 else 0, "complete": one.complete, "ended": one.ended,

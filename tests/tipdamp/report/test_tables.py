@@ -9,7 +9,7 @@ from tipdamp.report.checks import warnings_of
 from tipdamp.report.summary import summarise
 from tipdamp.report.tables import assumptions, key_figures, peaks, stress
 from tipdamp.report.text import NOTHING
-from tipdamp.stages.results import PeakStress, StressPlace, StressResult
+from tipdamp.stages.response_results import PeakStress, StressPlace, StressResult
 from tipdamp.study.study import load_study
 
 

@@ -16,7 +16,7 @@ from modal.stress import nodal_stress, von_mises
 from static_contact.full.assembled import AssembledBodies
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
-from tipdamp.stages.results import StressResult
+from tipdamp.stages.response_results import StressResult
 from tipdamp.stages.run import results_folder
 from tipdamp.stresses import WholeBody, with_modes_of
 from tipdamp.study.study import load_study

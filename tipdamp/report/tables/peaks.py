@@ -17,14 +17,16 @@ def tables(results: Results) -> Iterator[Table]:
     kept = f"; {int(results.kept.carrying.sum())} pairs are kept." if results.kept is not None else "."
     caption = ("Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the nodes of the "
                "patch. Other way: relative change of the peak when the band is followed from its other end. "
+               "Energy: largest error of input = damping + friction over a period, relative to the input, of all "
+               "points. "
                "Pairs that slip or open are named by side and station, with the row where a side has several"
                + kept)
     if not all(case.has_peak for case in results.cases):
         caption += (" A curve that stopped before the end of the band, or whose highest point borders a gap, has no "
                     "peak; it is at least the largest amplitude that was solved.")
     yield Table(caption, ("H", "Fe (N)", "peak (Hz)", "largest (µm)", "smallest (µm)", "largest per force (µm/N)",
-                          "points", "curve", "other way", "slipping pairs"),
-                tuple(_row(case) for case in results.cases), left=(7, 9))
+                          "points", "curve", "other way", "energy", "slipping pairs"),
+                tuple(_row(case) for case in results.cases), left=(7, 10))
 
 
 def _row(case: Case):
@@ -32,7 +34,8 @@ def _row(case: Case):
     largest, per_newton = ((micro(facts.peak_m), micro(case.peak_per_newton)) if case.has_peak else
                            (_at_least(facts.at_least_m), _at_least(case.at_least_per_newton)))
     return (f"{case.H}", f"{case.Fe:g}", hertz(facts.peak_hz), largest, micro(facts.min_peak_m), per_newton,
-            f"{facts.points}", _state(case), _other_way(facts), names_of_pairs(facts.slipping_pairs))
+            f"{facts.points}", _state(case), _other_way(facts), number(facts.energy_error, 1),
+            names_of_pairs(facts.slipping_pairs))
 
 
 def _at_least(value: float | None) -> str:

@@ -1,0 +1,66 @@
+"""Facts of a curve: its peaks over the patches, the forces on what holds motions, what is missing."""
+
+import warnings as python_warnings
+from collections.abc import Sequence
+
+import numpy as np
+
+from hbm import fourier
+from hbm.contact import ContactTable
+from hbm.hold.spring import HeldMotion
+from hbm.result import ForcedResponse
+from tipdamp.curves import Case
+from tipdamp.pair_checks import pair_names
+from tipdamp.stages.model_inputs import in_patch
+from tipdamp.stages.response_results import BackCurve, CurveResult, HeldForce, Peak
+from tipdamp.study.schema import Respond
+
+
+def curve_result(settings: Respond, kept: ContactTable, held: Sequence[HeldMotion], case: Case,
+                 ways: Sequence[ForcedResponse]) -> CurveResult:
+    """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force; counts.
+
+    ways : the curve, and where it was followed back, that too
+    """
+    curve, *back = ways
+    patches = {patch: peak_of(curve, in_patch(curve.output_names, patch)) for patch in settings.patches}
+    first = in_patch(curve.output_names, settings.patches[0])
+    top, (low, high) = patches[settings.patches[0]], settings.band
+    other = [BackCurve(**dict(peak_of(one, first)), complete=one.complete, ended=one.ended,
+                       failed_points=(~one.converged).sum(), seconds=one.seconds, held=held_forces(one, held, first),
+                       energy_error=worst(one.energy_error)) for one in back]
+    return CurveResult(
+        file=case.file, Fe_N=case.Fe_N, H=case.H, **dict(top), patches=patches, points=len(curve.frequency),
+        failed_points=(~curve.converged).sum(), slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)),
+        seconds=curve.seconds, residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended,
+        origin=curve.origin, start=curve.start, peak_inside_band=top.peak_hz is not None and low < top.peak_hz < high,
+        back=other[0] if other else None, held=held_forces(curve, held, first), held_change=curve.held_change,
+        energy_error=worst(curve.energy_error))
+
+
+def worst(errors: np.ndarray) -> float:
+    """Largest of the errors (n,) that are known; NaN where none is."""
+    return float(np.max(errors, where=np.isfinite(errors), initial=0.0)) if np.isfinite(errors).any() else float("nan")
+
+
+def held_forces(curve: ForcedResponse, held: Sequence[HeldMotion], outputs: np.ndarray) -> dict[str, HeldForce]:
+    """{motion: force on what holds it} at the point where the outputs, a mask (m,), move most."""
+    hz = max((curve.at_least(n) for n in curve.output_names[outputs]), key=lambda p: p[1])[0]
+    X = curve.reaction[np.flatnonzero(curve.frequency == hz)[0]] if np.isfinite(hz) else np.full((len(held), 1), np.nan)
+    return {one.name: HeldForce(unit=one.unit, hz=hz, mean=x[0].real, amplitude=float(fourier.half_peak_to_peak(x)),
+                                spring=not one.mean) for one, x in zip(held, X, strict=True)}
+
+
+def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
+    """Largest peak of the outputs, a mask (m,), with its frequency, and the smallest of their peaks; where one has
+    none, the largest amplitude that was solved."""
+    names = curve.output_names[outputs].tolist()
+    with python_warnings.catch_warnings():
+        python_warnings.simplefilter("ignore")         # `peak_inside_band` and `warnings` tell them
+        peaks = np.array([curve.peak(n) for n in names])
+    if np.isfinite(peaks).all():
+        (hz, top), largest = peaks[peaks[:, 1].argmax()], names[peaks[:, 1].argmax()]
+        unsolved = "" if curve.at_border(largest) else curve.why_unsolved(largest)
+        return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min(), unsolved=unsolved)
+    hz, least = max((curve.at_least(n) for n in names), key=lambda p: p[1])
+    return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least)
