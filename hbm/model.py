@@ -23,6 +23,7 @@ from hbm.validation import brief, numbers
 
 SYMMETRY_TOLERANCE = 1e-10
 NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding
+RESISTED = 1e-9          # share of the largest stiffness that a rigid motion may meet as rounding
 BUCKLED = 1e-8           # negative stiffness, as a share of the diagonal, that is more than rounding
 BLOCK = 256              # rows whose transpose the cache holds
 SLOWEST = 0.1            # rad/s: where no dof alone oscillates faster, M and K are swapped
@@ -43,6 +44,8 @@ class ReducedModel:
     loads : {name: (r,) N} - static loads, for example "pull": the pull of 1 N on the damper, condensed
     provenance : {str: str} - where the matrices came from
     points : {body: ContactPoints} - where the meshes of a contact differ
+    rigid : {body: (dofs of the body, 6)} - motions of a body that floats, exactly K rigid = 0: unit slides along and
+    rotations about x, y, z; (dofs, 0) for one that is supported; a body that is not named may be either
     """
 
     M: np.ndarray
@@ -56,6 +59,7 @@ class ReducedModel:
     loads: dict = field(default_factory=dict)
     provenance: dict = field(default_factory=dict)
     points: dict[str, ContactPoints] = field(default_factory=dict)
+    rigid: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         bodies = ", ".join(f"{body} {int((self.body == body).sum())}" for body in dict.fromkeys(self.body.tolist()))
@@ -98,8 +102,10 @@ class ReducedModel:
         for name, load in loads.items():
             if load.shape != (r,) or not np.isfinite(load).all():
                 raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
+        rigid = {k: np.asarray(v, dtype=float) for k, v in (table.pop("rigid", None) or {}).items()}
         owner, node, direction, position = _columns(r, body, **table)
-        model = cls(M, K, C, owner, node, direction, position, groups, loads, provenance, points)
+        model = cls(M, K, C, owner, node, direction, position, groups, loads, provenance, points, rigid)
+        _check_rigid(model)
         _check_swapped(M, K)
         _check_definite(model)
         _check_table(model)
@@ -169,11 +175,11 @@ class ReducedModel:
                             {k: v for k, v in self.groups.items() if k.split("/")[0] in bodies},
                             {k: v[rows] for k, v in self.loads.items()}, self.provenance,
                             {k: v.onto(sp.eye(self.size, format="csr")[:, rows]) for k, v in self.points.items()
-                             if k in bodies})
+                             if k in bodies}, {k: v for k, v in self.rigid.items() if k in bodies})
 
     def with_stiffness(self, K: np.ndarray) -> "ReducedModel":
         """The same dofs with another stiffness matrix, for example with a declared roll stiffness added."""
-        return replace(self, K=symmetric("K", K))
+        return replace(self, K=symmetric("K", K), rigid={})
 
     def save(self, path: str | Path) -> Path:
         """Write one .npz without pickled objects."""
@@ -184,6 +190,7 @@ class ReducedModel:
             arrays["C"] = self.C
         arrays["groups"] = np.array(json.dumps({k: v.tolist() for k, v in self.groups.items()}))
         arrays.update({f"load/{k}": v for k, v in self.loads.items()})
+        arrays.update({f"rigid/{k}": v for k, v in self.rigid.items()})
         arrays["provenance"] = np.array(json.dumps(self.provenance))
         arrays.update({f"points/{body}/{k}": v for body, points in self.points.items()
                        for k, v in points.arrays().items()})
@@ -272,6 +279,19 @@ def _check_definite(model):
         warnings.warn(f"K is indefinite: a motion mostly of {_dof(model, i)} has a negative stiffness, "
                       f"{-values[0]:.1e} of its diagonal; a sign is wrong, or the body buckles and contact alone "
                       "restrains it", stacklevel=4)
+
+
+def _check_rigid(model):
+    """Rigid motions fit their bodies, and K does not resist them."""
+    for body, motions in model.rigid.items():
+        mine = model.body == body
+        if motions.shape not in ((mine.sum(), 6), (mine.sum(), 0)) or not np.isfinite(motions).all():
+            raise InputError(f"rigid motions of body '{shown(body)}' have the shape {motions.shape}, must be "
+                             f"({mine.sum()}, 6) where it floats and ({mine.sum()}, 0) where it does not, all finite")
+        resisted = np.abs(model.K[:, mine] @ motions).max(initial=0.0)
+        if resisted > RESISTED * np.abs(model.K).max() * np.abs(motions).max(initial=0.0):
+            raise InputError(f"rigid motions of body '{shown(body)}': K resists them (by {resisted:.1e}); leave them "
+                             "out where the body does not float")
 
 
 def check_damping(C: np.ndarray, named: Callable[[int], str] = lambda i: f"dof {i}") -> None:

@@ -56,6 +56,8 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     # the modes first: their count makes a second factor for a while
     found = _no_modes(len(interior)) if statics else factor.modes(M.II, modes, below_hz)
     Psi = factor.solve((-K.IB).toarray(order="F"))
+    if rigid:
+        _keep_rigid(body, boundary, interior, K, Psi)
     M_Psi = M.II @ Psi
     direct = M.IB.tocoo()
     M_Psi[direct.row, direct.col] += direct.data
@@ -68,18 +70,22 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     model = replace(model, points=points_on(body, boundary, interior, Psi, Phi))
     truncation = None if G is None else Truncation(np.array([body.name]), np.array([model.size]),
                                                    np.array([found.free_to]), (G,))
-    reduction = Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, shapes,
-                          len(omega) - len(found.omega), truncation)
-    _check_rigid(reduction)
-    return reduction
+    return Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, shapes, len(omega) - len(found.omega),
+                     truncation)
 
 
 def _reduced_model(body, boundary, S, M_BB, M_BM, omega):
     """From the Schur stiffness and the mass of the boundary, their coupling M_BM with the modes, and omega of these."""
+    S = (S + S.T) / 2
     if len(boundary):
-        check_condensed(body, boundary, (S + S.T) / 2)
+        check_condensed(body, boundary, S)
+    if body.free:       # rounding of S along rigid motions would hold, or push, what floats
+        Q = np.linalg.qr(body.rigid_motions()[boundary])[0]
+        SQ = S @ Q
+        half = Q @ (SQ - Q @ (Q.T @ SQ) / 2).T
+        S = S - half - half.T
     mass = np.block([[(M_BB + M_BB.T) / 2, M_BM], [M_BM.T, np.eye(len(omega))]])
-    return labelled(body, boundary, mass, sl.block_diag((S + S.T) / 2, np.diag(omega**2)), len(omega))
+    return labelled(body, boundary, mass, sl.block_diag(S, np.diag(omega**2)), len(omega))
 
 
 class _Blocks(NamedTuple):
@@ -154,15 +160,16 @@ def _left_out(factor, M_II, M_Psi, found, shapes):
     return (G + G.T) / 2
 
 
-def _check_rigid(reduction):
-    """RuntimeError where the reduced stiffness of a free body resists its rigid motions."""
-    if not reduction.rigid:
-        return
-    S = reduction.model.K[:len(reduction.boundary), :len(reduction.boundary)]
-    R = reduction.body.rigid_motions()[reduction.boundary]
-    lost = np.abs(S @ R).max() / (np.abs(S).max() * np.abs(R).max())
+def _keep_rigid(body, boundary, interior, K, Psi):
+    """Corrects the constraint modes of a free body, in place: its rigid motions are among them to the last digit.
+    RuntimeError where K and the modes resist them by more than rounding."""
+    R = body.rigid_motions()
+    inside = Psi @ R[boundary]
+    lost = np.abs(K.BB @ R[boundary] + K.IB.T @ inside).max() / (abs(K.BB).max() * np.abs(R[boundary]).max())
     if lost > RIGID_STIFFNESS:
-        raise RuntimeError(f"body '{reduction.body.name}': its rigid motions meet a stiffness of {lost:.1e}")
+        raise RuntimeError(f"body '{body.name}': its rigid motions meet a stiffness of {lost:.1e}")
+    Q, T = np.linalg.qr(R[boundary])
+    Psi += sl.solve_triangular(T, (R[interior] - inside).T, trans="T").T @ Q.T
 
 
 def assemble(*models: ReducedModel) -> ReducedModel:
@@ -179,7 +186,8 @@ def assemble(*models: ReducedModel) -> ReducedModel:
         body=join([m.body for m in models]), node=join([m.node for m in models]),
         direction=join([m.direction for m in models]), position=join([m.position for m in models]),
         groups={k: v for m in models for k, v in m.groups.items()}, loads=_side_by_side(models),
-        provenance={k: v for m in models for k, v in m.provenance.items()}, points=_points_side_by_side(models))
+        provenance={k: v for m in models for k, v in m.provenance.items()}, points=_points_side_by_side(models),
+        rigid={k: v for m in models for k, v in m.rigid.items()})
 
 
 def _points_side_by_side(models):

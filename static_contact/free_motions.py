@@ -136,27 +136,34 @@ def _lengths(model):
     return out
 
 
-def name_motions(rigid: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, list[tuple[str, str]]]:
+def name_motions(rigid: np.ndarray, coefficients: np.ndarray, settings: RigidMotionSettings = SETTINGS
+                 ) -> tuple[np.ndarray, list[tuple[str, str]]]:
     """Unit rigid motions (m, 6 b) that span the free ones, each named after the slide or rotation that leads it.
 
-    Row reduction of coefficients (m, 6 b) with complete pivoting, rotations weighed by the size of the body.
+    What rotates is a roll, whatever its axis; what is left are slides. Each kind is row reduced with complete pivoting,
+    rotations weighed by the size of the body. coefficients (m, 6 b)
     """
     if not len(coefficients):
         return coefficients, []
     size = np.linalg.norm(rigid.reshape(len(rigid), -1, 2, 3), axis=(0, 3))
     weight = np.repeat(size / size[:, :1], 3)                   # 1, 1, 1, arm, arm, arm of each body
-    rows = coefficients.copy()
+    rows = np.linalg.qr((coefficients * weight).T)[0].T
+    rolls = np.tile(np.repeat([False, True], 3), rows.shape[1] // 6)
+    way, share, _ = np.linalg.svd(rows[:, rolls])
+    rows = way.T @ rows
+    rolled = np.r_[share, np.zeros(len(rows) - len(share))] > settings.roll
     names: dict[int, tuple[str, str]] = {}
-    while len(names) < len(rows):
-        left = [i for i in range(len(rows)) if i not in names]
-        i, j = np.unravel_index(np.abs(rows[left] * weight).argmax(), (len(left), rows.shape[1]))
-        i = left[i]
-        names[i] = RIGID_MOTIONS[j % 6]
-        rows[i] /= rows[i, j]
-        for other in range(len(rows)):
-            if other != i:
-                rows[other] -= rows[other, j] * rows[i]
-    return rows, [names[i] for i in range(len(rows))]
+    for kind in (False, True):
+        mine = np.flatnonzero(rolled == kind).tolist()
+        while left := [i for i in mine if i not in names]:
+            at, j = np.unravel_index(np.abs(rows[left] * (rolls == kind)).argmax(), (len(left), rows.shape[1]))
+            i = left[at]
+            names[i] = RIGID_MOTIONS[j % 6]
+            rows[i] *= weight[j] / rows[i, j]
+            for other in np.flatnonzero(rolled >= kind):
+                if other != i:
+                    rows[other] -= rows[other, j] / rows[i, j] * rows[i]
+    return np.divide(rows, weight, out=np.zeros_like(rows), where=weight > 0), [names[i] for i in range(len(rows))]
 
 
 def name_of_drift(rigid: np.ndarray, K: np.ndarray, B: np.ndarray, drift: np.ndarray,

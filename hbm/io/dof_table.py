@@ -72,9 +72,11 @@ def read_npz(path: str | Path) -> dict:
             provenance = json.loads(str(found["provenance"])) if "provenance" in found else {"file": path.name}
         except (ValueError, OSError, EOFError, zlib.error, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: is damaged ({error})") from None
-    loads = {k.removeprefix("load/"): v for k, v in found.items() if k.startswith("load/")}
+    loads, rigid = ({k.removeprefix(start): v for k, v in found.items() if k.startswith(start)}
+                    for start in ("load/", "rigid/"))
     given = {k: found[k] for k in ("M", "K", "C", *TABLE) if k in found}
-    return given | {"groups": groups, "loads": loads, "provenance": provenance, "points": _points(path, found)}
+    return given | {"groups": groups, "loads": loads, "provenance": provenance, "points": _points(path, found),
+                    "rigid": rigid}
 
 
 def _points(path, found):

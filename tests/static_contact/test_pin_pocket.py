@@ -1,0 +1,75 @@
+"""A free pin that touches two blocks on a short piece of its length: the sides carry what statics says, to rounding."""
+
+import numpy as np
+import pytest
+
+from hbm.errors import InputError
+from hbm.model import ReducedModel
+from static_contact.complementarity import NoEquilibrium
+from static_contact.preload import StaticContact
+from tests.static_contact.pin_pocket import SIDE, case
+
+pytest.importorskip("dolfinx")
+FREE = ["roll about z", "slide along z"]
+
+
+def on_both(stations):
+    return {"right": stations, "left": stations}
+
+
+@pytest.mark.parametrize("stations", [(0, 1), (0, 1, 2), (14, 15), range(5), (14, 15, 16), (29, 30)])
+def test_a_short_piece_carries_the_pull(stations):
+    """Half of 113 N at the first and at the last station: 113 / sqrt(2) on each side; roll and slide are free."""
+    model, table, load = case(on_both(tuple(stations)))
+    found = StaticContact(model, table).solve(load)
+    for side in ("right", "left"):
+        assert found.force[table.side == side].sum() == pytest.approx(SIDE, rel=1e-9)
+    assert sorted(m.name for m in found.motions) == FREE and not found.reactions
+    assert max(abs(m.load) for m in found.motions) < 1e-10
+    assert found.balance < 1e-9 and found.residual < 1e-9
+
+
+def test_a_pull_beyond_the_contact_tips_the_pin():
+    """All of it at z = 30 mm, contact at 0 and 2 mm: the pin turns about x, across the pull."""
+    with pytest.raises(NoEquilibrium, match="free to move: roll about x"):
+        StaticContact(*(made := case(on_both((0, 1)), pulled=(15, 15)))[:2]).solve(made[2])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("number", [2, 3, 5, 31])
+def test_stations_of_either_side_anywhere(number, seed):
+    """Other stations on either side, turned at random, in mm, N and t. Each side has its force's line of action where
+    the pull is, so that statics allows it where that lies between its first and its last station; otherwise it tips."""
+    random = np.random.default_rng(100 * number + seed)
+    stations = {side: tuple(sorted(random.choice(31, number, replace=False).tolist())) for side in ("right", "left")}
+    pulled = random.integers(0, 31, 2)
+    turn = tuple(random.normal(0, 2, 3))
+    model, table, load = case(stations, tuple(pulled.tolist()), turn, unit=1e3)
+    ends = [(min(one), max(one)) for one in stations.values()]
+    allowed = all(low <= pulled.mean() <= high for low, high in ends)
+    statics = StaticContact(model, table)
+    if not allowed:
+        with pytest.raises(NoEquilibrium):
+            statics.solve(load)
+        return
+    found = statics.solve(load)
+    for side in ("right", "left"):
+        assert found.force[table.side == side].sum() == pytest.approx(SIDE, rel=1e-9)
+    assert found.balance < 1e-9 and not found.reactions
+
+
+def test_what_floats_travels_with_the_model(tmp_path):
+    """Through assembly, a file and a part; another stiffness, and matrices that resist what is called rigid, end it."""
+    model, *_ = case(on_both((0, 1)))
+    model.save(tmp_path / "model.npz")
+    for one in (model, ReducedModel.load(tmp_path / "model.npz"), model.part("pin", "left")):
+        assert one.rigid["pin"].shape == (12, 6) and one.rigid["left"].shape == (6, 0)
+        own = one.body == "pin"
+        assert np.abs(one.K[np.ix_(own, own)] @ one.rigid["pin"]).max() < 1e-14 * np.abs(model.K).max()
+    assert model.with_stiffness(model.K).rigid == {} and "pin" not in model.part("left").rigid
+    with pytest.raises(InputError, match="rigid motions of body 'pin': K resists them"):
+        ReducedModel.from_matrices(model.M, model.K + 1e-6 * np.abs(model.K).max() * np.eye(model.size),
+                                   body=model.body, rigid=model.rigid)
+    with pytest.raises(InputError, match=r"shape \(3, 6\), must be \(12, 6\) where it floats"):
+        ReducedModel.from_matrices(model.M, model.K, body=model.body, rigid={"pin": np.ones((3, 6))})
