@@ -148,6 +148,7 @@ class _Case:
 
     @classmethod
     def checked(cls, problem, forcing, options):
+        check_kind("problem", problem, ContactProblem, "ContactProblem(M, C, K, B, law, contacts)")
         r, H = problem.K.shape[0], check_harmonics(options.harmonics)
         forces = check_forcing(forcing, r, H)
         if options.journal is not None:

@@ -1,11 +1,14 @@
 """Command line: `tipdamp VERB STUDY`. The only place that prints results and sets exit codes.
 
-0 done; 1 done, but a curve is incomplete; 2 the input cannot be used; 3 a solver gave up; 4 another run uses the
-results folder, or memory is short; 130 interrupted (Ctrl-C), 143 terminated (SIGTERM).
+0 done; 2 the input cannot be used; 3 a solver gave up, or a curve is incomplete; 4 this machine does not allow it:
+memory, disk or a package is short, or another run uses the results folder; 130 interrupted (Ctrl-C), 143 terminated
+(SIGTERM).
 """
 
 import argparse
+import errno
 import logging
+import resource
 import signal
 import sys
 import time
@@ -14,8 +17,10 @@ from collections.abc import Callable, Sequence
 import tipdamp
 from hbm.errors import InputError, shown
 from tipdamp.kernel_cache import choose_kernel_cache
+from tipdamp.report.libraries import MissingLibrary
 from tipdamp.stages import STAGES
 
+LEAST_ADDRESSES = 1_000_000_000     # bytes of address space, into which the libraries fit
 KEPT = "finished stages and curves are kept, and what running curves have; run the same command to continue"
 
 
@@ -48,7 +53,12 @@ def _terminate(*_):
 
 
 def _main(argv):
+    if 0 <= (limit := resource.getrlimit(resource.RLIMIT_AS)[0]) < LEAST_ADDRESSES:
+        return _complain(f"not enough memory: the address space of this shell is limited to {limit / 1e6:.0f} MB, the "
+                         f"libraries alone need {LEAST_ADDRESSES / 1e6:.0f} MB; run: ulimit -v unlimited", 4)
     choose_kernel_cache()
+    from numpy.linalg import LinAlgError  # numpy after the check of the memory and the choice of the cache
+
     parser = _parser()
     if not (sys.argv[1:] if argv is None else argv):
         parser.print_help()
@@ -58,22 +68,39 @@ def _main(argv):
     logging.getLogger().setLevel(logging.WARNING)  # compilers of forms and kernels log on the root logger
     try:
         return arguments.run(arguments)
+    except MissingLibrary as error:
+        return _complain(str(error), 4)
     except InputError as error:
         return _complain(" ".join(str(error).split()), 2)
     except BlockingIOError as error:                    # raised by the lock of the results folder
         return _complain(str(error), 4)
-    except OSError as error:
-        return _complain(f"{error.filename or ''}: {error.strerror or error}", 2)
     except ModuleNotFoundError as error:
-        return _complain(f"{error.name} is not installed, and this job needs it; run: tipdamp doctor", 2)
-    except RuntimeError as error:
+        return _complain(f"{error.name} is not installed, and this job needs it; run: tipdamp doctor", 4)
+    except (OSError, ImportError) as error:
+        return _complain(_of_the_machine(error), 4)
+    except (RuntimeError, ArithmeticError, LinAlgError) as error:
         return _complain(f"could not be solved: {' '.join(str(error).split())}", 3)
     except MemoryError as error:
-        return _complain(f"not enough memory: {error}", 4)
+        return _complain(f"not enough memory: {error or 'an allocation failed'}{_limit()}", 4)
     except Terminated:
         return _complain(f"terminated; {KEPT}", 143)
     except KeyboardInterrupt:
         return _complain(f"interrupted; {KEPT}", 130)
+
+
+def _of_the_machine(error: OSError | ImportError) -> str:
+    """What the operating system refused; a library that finds no room for itself says so in other words."""
+    if isinstance(error, ImportError) or "shared object" in str(error) or error.errno == errno.ENOMEM:
+        room = "failed to map" in str(error) or "allocate memory" in str(error) or _limit()
+        return (f"not enough memory: {error}{_limit()}" if room else
+                f"a library could not be loaded: {error}; run: tipdamp doctor")
+    return ": ".join(shown(part, 400) for part in (error.filename, error.strerror or error) if part)
+
+
+def _limit() -> str:
+    """The limit of the address space, where there is one."""
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    return f" (the address space is limited to {limit / 1e6:.0f} MB: ulimit -v)" if limit >= 0 else ""
 
 
 def _complain(text: str, code: int) -> int:
@@ -141,7 +168,7 @@ def _doctor(_) -> int:
 
     found = checks()
     print(report(found))
-    return 1 if any(c.status == "fail" for c in found) else 0
+    return 4 if any(c.status == "fail" for c in found) else 0
 
 
 def _opened(arguments):
@@ -203,11 +230,15 @@ def _run(arguments, name, study, store, workers):
     """One stage with its line and warnings."""
     from tipdamp.stages import run
 
+    before = run.changed(name, study, store)
     how = run.run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet, workers=workers,
                         locked=arguments.verb == "run")
     record = store.record(name)
     when = "up to date" if how == "skipped" or record is None else f"{record.seconds:.1f} s"
     print(f"{name:8s} {when:>10s}  {run.STAGES[name].line(store)}", flush=True)
+    if before and how != "skipped":
+        more = ", ..." * (len(before) > 8)
+        print(f"made again: since the last run {', '.join(before[:8])}{more} changed", flush=True)
     for warning in run.STAGES[name].warnings(study, store):
         print(f"warning: {shown(warning, 400)}", flush=True)
 
@@ -223,5 +254,5 @@ def _partial(store) -> int:
     (partial, curves), peakless = incomplete(found), without_peak(found)
     if partial:
         missing = f", {peakless} of them without a peak" if peakless else ""
-        return _complain(f"{partial} of {curves} curves are incomplete{missing}, see the warnings", 1)
+        return _complain(f"{partial} of {curves} curves are incomplete{missing}, see the warnings", 3)
     return 0

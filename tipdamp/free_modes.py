@@ -4,6 +4,7 @@ Weakly coupled blades vibrate one at a time: no mode involves both, and none is 
 into the stuck assembly, where the damper couples the blades, is the sum or the difference of the two blades' own modes.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from tipdamp.study.view import Study
 NAMES = ("out_of_phase", "in_phase")
 BOTH = 0.1               # a mode involves both blades when each moves at least this part of what the other does
 LOWEST_MAC = 0.5          # below, the tracked mode hardly resembles the free one
+REPEATED = 1e-7          # of a frequency: modes nearer to each other have no shapes of their own, by the digits of K
 BESIDE = (0.88, 1.14)    # default band of the free response: of the lower and of the upper of the two modes
 
 
@@ -31,7 +33,11 @@ class FreeModes:
 
     @property
     def warnings(self) -> list[str]:
-        """One sentence where no mode is named."""
+        """Sentences where no mode is named, and where modes have one frequency and so no shapes of their own."""
+        return [*repeated_warnings(self.hz, "free", self.pair), *self._unnamed]
+
+    @property
+    def _unnamed(self):
         if self.named:
             return []
         a, b = self.pair
@@ -68,6 +74,17 @@ def named_modes(blades: ReducedModel, one: np.ndarray, two: np.ndarray) -> FreeM
     return FreeModes(hz[:10], {}, {n: s / size for n, s in follow.items()}, tuple(float(hz[k]) for k in own))
 
 
+def repeated_warnings(hz: np.ndarray, which: str, used: Iterable[float]) -> list[str]:
+    """One sentence where modes of the frequencies `used` share theirs with another one of hz (m,)."""
+    for f in used:
+        same = np.abs(hz - f) <= REPEATED * f
+        if same.sum() > 1:
+            return [f"{same.sum()} {which} modes have the same frequency, {f:.1f} Hz: any mixture of their shapes is a "
+                    "mode too, so which of them is out of phase, in phase or tracked is arbitrary; make the blades "
+                    "differ by what real ones do"]
+    return []
+
+
 def band(given: tuple[float, float] | None, modes: FreeModes) -> tuple[float, float]:
     """Band of the free response, Hz: the study's, or around the two modes."""
     low, high = (float(f"{f(modes.pair) * c:.2g}") for f, c in zip((min, max), BESIDE, strict=True))
@@ -90,6 +107,7 @@ def tracking_warnings(study: Study, tune: TuneResult) -> list[str]:
     found = [f"the tracked mode, stuck {labels[name]} ({hz[name]:.0f} Hz), has a MAC of {mac:.2f} with the free one: "
              "check its shape before relying on its frequency" for name, mac in tune.mac if mac < LOWEST_MAC]
     (low, high), tuned = study.respond.band, tune.stuck_hz.tuned
+    found += repeated_warnings(np.array(tune.stuck_modes_hz.tuned), "stuck", [tuned])
     if not low <= tuned <= high:
         inside = [f"{f:.1f}" for f in tune.stuck_modes_hz.tuned if low <= f <= high]
         found.append(f"the tracked mode, stuck on the kept stations ({tuned:.0f} Hz), lies outside [respond] band = "

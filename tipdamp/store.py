@@ -59,6 +59,9 @@ class Store:
             yield temporary
             if temporary.is_file():
                 os.replace(temporary, final)
+        except OSError as error:
+            error.filename = error.filename or str(final)         # a full disk is told without one
+            raise
         finally:
             temporary.unlink(missing_ok=True)
 
@@ -198,13 +201,21 @@ def fingerprint(*parts: Any) -> str:
     digest = hashlib.sha256()
     for part in parts:
         if isinstance(part, Path):
-            digest.update(hashlib.sha256(part.read_bytes()).digest())
+            digest.update(hashlib.sha256(_content(part)).digest())
         elif isinstance(part, np.ndarray):
             digest.update(f"{part.dtype.str}{part.shape}".encode() + np.ascontiguousarray(part).tobytes())
         else:
             digest.update(json.dumps(plain(part), sort_keys=True).encode())
         digest.update(b"\0")
     return digest.hexdigest()[:16]
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        error.filename = error.filename or str(path)              # a failing disk is told without one
+        raise
 
 
 def plain(value: Any) -> Any:

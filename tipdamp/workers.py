@@ -136,13 +136,14 @@ class _Worker:
         self.pipe.send((work, task))
 
     def hear(self) -> tuple:
-        """The next message; RuntimeError where the process has ended."""
+        """The next message; ChildProcessError where the process has ended."""
         try:
             return self.pipe.recv()
         except (EOFError, ConnectionError):
             self.process.join(PATIENCE)
-            raise RuntimeError(f"a process that computed a curve ended unasked (exit code {self.process.exitcode}), "
-                               "perhaps for want of memory; run the same command with fewer --jobs") from None
+            raise ChildProcessError(f"a process that computed a curve ended unasked (exit code "
+                                    f"{self.process.exitcode}), perhaps for want of memory; run the same command with "
+                                    "fewer --jobs") from None
 
     def end(self, at_once: bool) -> None:
         """Ask it to end; at once where it may be at work: what it has is kept."""

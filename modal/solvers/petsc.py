@@ -22,7 +22,7 @@ def start() -> Any:
         import petsc4py
     except ImportError:
         return None
-    petsc4py.init(["tipdamp", "-skip_petscrc"])
+    petsc4py.init(["tipdamp", "-skip_petscrc", "-no_signal_handler"])
     from petsc4py import PETSc
 
     with suppress(AttributeError):  # absent before 3.18

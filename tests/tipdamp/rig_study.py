@@ -1,8 +1,14 @@
 """Studies that tests change by replacing texts: of the small rig, and CHAIN of the matrices of the example."""
 
+import importlib.util
 import json
 from pathlib import Path
 
+import numpy as np
+
+from hbm.model import ReducedModel
+
+EXAMPLE = Path(__file__).parents[2] / "docs" / "studies" / "matrices_only" / "make_matrices.py"
 CHAIN = """
 [model]
 matrices = "model.npz"
@@ -23,6 +29,24 @@ harmonics = [1]
 band = [900, 1400]
 damping_ratio = 0.01
 """
+
+
+def write_chain(folder):
+    """Study CHAIN with its matrices and pairs into a folder; returns the study's path."""
+    spec = importlib.util.spec_from_file_location("make_matrices", EXAMPLE)
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    M, K = example.matrices()
+    body, node = zip(*[(b, n) for b, nodes in example.NODES.items() for n in nodes], strict=True)
+    pull = np.zeros(27)
+    pull[[20, 26]] = 0.5                                  # z of the two ends of the damper
+    ReducedModel.from_matrices(M, K, body=np.repeat(body, 3), node=np.repeat(node, 3), direction=["x", "y", "z"] * 9,
+                               position=np.repeat(example.positions(), 3, axis=0), loads={"pull": pull},
+                               groups={"blades/excitation": [2], "blades/patch_1": [2], "blades/patch_2": [12]},
+                               ).save(folder / "model.npz")
+    example.contact_table().save(folder / "pairs.csv")
+    (folder / "study.toml").write_text(CHAIN)
+    return folder / "study.toml"
 
 
 def edit(folder, old, new):

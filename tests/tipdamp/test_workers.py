@@ -60,7 +60,7 @@ def test_an_error_is_raised_here_and_stops_the_others(caplog):
 
 
 def test_a_process_that_ends_unasked_is_named():
-    with pytest.raises(RuntimeError, match=r"ended unasked \(exit code 7\).*fewer --jobs"), Workers(2) as workers:
+    with pytest.raises(ChildProcessError, match=r"ended unasked \(exit code 7\).*fewer --jobs"), Workers(2) as workers:
         list(workers.spread(fail, None, ["slow", "unasked"], lambda *_: None))
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
+from hbm.io.dof_table import DIRECTIONS
 from hbm.model import ReducedModel
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.pair import own_pairs
@@ -11,6 +12,8 @@ from tipdamp.loads import PULL
 from tipdamp.stages.results import Reduction
 from tipdamp.study.view import Study
 
+_ROUNDING = 1e-9        # of the stiffness of single dofs: what the digits of K leave of a free motion
+_GROUNDED = 1e-4        # of the contacts' stiffness: less changes no preload that is written
 _INDEFINITE = 1e-9      # of the stiffness of a dof with all others fixed
 
 
@@ -39,6 +42,23 @@ def size_of(model: ReducedModel) -> Reduction:
     """Numbers of dofs and modes of given matrices."""
     modes = {b: int(((model.body == b) & (model.direction == "mode")).sum()) for b in (BLADES, DAMPER)}
     return Reduction(dofs=model.size, masters=model.size - sum(modes.values()), modes=modes)
+
+
+def ground_warnings(model: ReducedModel, pairs: ContactTable) -> list[str]:
+    """Where the damper's own K resists that it moves as a whole: it carries a part of the pull beside the contacts."""
+    damper = model.part(DAMPER)
+    ways = np.array([damper.direction == axis for axis in DIRECTIONS], dtype=float)
+    own = np.einsum("ai,ij,aj->a", ways, damper.K, ways)
+    rounding = _ROUNDING * np.abs(damper.K.diagonal()) @ ways.T
+    axes = pairs.frame**2                                        # (P, 3, 3) of t1, t2, n along x, y, z
+    contacts = np.einsum("p,pca,pc->a", pairs.weight, axes, np.column_stack([pairs.kt, pairs.kt, pairs.kn]))
+    found = [f"{axis} ({k:.3g} N/m, {k / (k + c):.1e} of what contacts and springs resist it with)"
+             for axis, k, c, least in zip(DIRECTIONS, own, contacts, rounding, strict=True)
+             if k > max(least, _GROUNDED * c)]
+    if not found:
+        return []
+    return [f"the damper's own K resists that it moves as a whole along {', '.join(found)}: springs to ground in its "
+            "matrices carry what the contacts should; what holds the damper beside them belongs to [model] hold"]
 
 
 def check_stiffness(where: str, model: ReducedModel, name: str, free: bool) -> None:

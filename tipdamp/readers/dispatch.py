@@ -40,6 +40,8 @@ def load(path: Path) -> bytes:
     where = f"{path} (looked for in {path.parent.absolute()})"
     if path.is_dir():
         raise InputError(f"is a folder, not a mesh file: {where}")
+    if path.exists() and not path.is_file():          # a pipe or a device, which may never end
+        raise InputError(f"is not a file: {where}")
     try:
         return path.read_bytes()
     except FileNotFoundError:

@@ -118,8 +118,6 @@ def _balance(what: str, sides: Mapping[str, SideForces]):
 
 def _respond(results):
     for case in results.cases:
-        if case.facts.peak_hz is not None and not case.facts.peak_inside_band:
-            yield f"The peak of {_name(case)} lies at the edge of the band: widen [respond] band."
         yield from _both_ways(case)
         yield from _no_slip(results, case)
     if results.cases and all(c.facts.slipping_pairs for c in results.cases if c.Fe == results.cases[0].Fe):

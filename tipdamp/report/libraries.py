@@ -5,13 +5,17 @@ from importlib.util import find_spec
 from hbm.errors import InputError
 
 
+class MissingLibrary(InputError):
+    """A library of the report is not installed: nothing is wrong with the study."""
+
+
 def missing(*names: str) -> str:
     """The first of these libraries that is not installed, or ''."""
     return next((name for name in names if find_spec(name) is None), "")
 
 
 def need(name: str) -> None:
-    """InputError where a library of the report is not installed, with the extra that brings it."""
+    """MissingLibrary where a library of the report is not installed, with the extra that brings it."""
     if missing(name):
-        raise InputError(f"the report needs {name}, which is not installed; get the extra 'study': "
+        raise MissingLibrary(f"the report needs {name}, which is not installed; get the extra 'study': "
                          "pip install -e '.[study]'")

@@ -1,7 +1,10 @@
 """A page of numbered figures and tables that needs no other file: the report, and the look at what was read."""
 
+import base64
+import hashlib
+import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -16,6 +19,7 @@ from tipdamp.study.view import Study
 
 Block = Figure | Scene | ModeShapes | Table
 B = TypeVar("B")
+SCRIPT = re.compile(r"<script[^>]*>(.*?)</script>", re.DOTALL)
 DRAW: dict[type, Callable[[Any], str]] = {
     Figure: plotly.draw, Scene: plotly_scene.draw, ModeShapes: plotly_modes.draw, Table: lambda _: ""}
 
@@ -43,10 +47,24 @@ def page(template: str, study: Study, sections: Sequence[Section[Block]], **valu
 
     Raises InputError where plotly or jinja2 is not installed.
     """
+    numbered = _numbered(sections)
+    scripts = {"plotly_script": markup(plotly.plotly_script()), "modes_script": source("modes.js"),
+               "print_script": source("print.js")}
+    drawn = [text for section in numbered for shown in section.blocks for text in SCRIPT.findall(shown.drawn)]
     return render(template, title=study.title, study_file=study.path.name, version=tipdamp.__version__,
-                  sections=_numbered(sections), style=source("style.css"),
-                  plotly_script=markup(plotly.plotly_script()), modes_script=source("modes.js"),
-                  print_script=source("print.js"), **values)
+                  sections=numbered, style=source("style.css"), policy=policy([*scripts.values(), *drawn]), **scripts,
+                  **values)
+
+
+def policy(scripts: Iterable[str]) -> str:
+    """Content security policy of a page: these scripts alone run, and nothing is fetched.
+
+    Names of a study that came through as markup would not be among them.
+    """
+    hashes = (base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in scripts)
+    allowed = " ".join(f"'sha256-{one}'" for one in dict.fromkeys(hashes))
+    return (f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:; "
+            "base-uri 'none'; form-action 'none'")
 
 
 def _numbered(sections: Sequence[Section[Block]]) -> list[Section[Shown]]:

@@ -25,7 +25,7 @@ def curve_result(settings: Respond, kept: ContactTable, held: Sequence[HeldMotio
     curve, *back = ways
     patches = {patch: peak_of(curve, in_patch(curve.output_names, patch)) for patch in settings.patches}
     first = in_patch(curve.output_names, settings.patches[0])
-    top, (low, high) = patches[settings.patches[0]], settings.band
+    top = patches[settings.patches[0]]
     other = [BackCurve(**dict(peak_of(one, first)), complete=one.complete, ended=one.ended,
                        failed_points=(~one.converged).sum(), seconds=one.seconds, held=held_forces(one, held, first),
                        energy_error=worst(one.energy_error)) for one in back]
@@ -33,7 +33,7 @@ def curve_result(settings: Respond, kept: ContactTable, held: Sequence[HeldMotio
         file=case.file, Fe_N=case.Fe_N, H=case.H, **dict(top), patches=patches, points=len(curve.frequency),
         failed_points=(~curve.converged).sum(), slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)),
         seconds=curve.seconds, residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended,
-        origin=curve.origin, start=curve.start, peak_inside_band=top.peak_hz is not None and low < top.peak_hz < high,
+        origin=curve.origin, start=curve.start,
         back=other[0] if other else None, held=held_forces(curve, held, first), held_change=curve.held_change,
         energy_error=worst(curve.energy_error))
 
@@ -53,14 +53,14 @@ def held_forces(curve: ForcedResponse, held: Sequence[HeldMotion], outputs: np.n
 
 def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
     """Largest peak of the outputs, a mask (m,), with its frequency, and the smallest of their peaks; where one has
-    none, the largest amplitude that was solved."""
+    none, or the largest is that of an end of the band, the largest amplitude that was solved."""
     names = curve.output_names[outputs].tolist()
     with python_warnings.catch_warnings():
-        python_warnings.simplefilter("ignore")         # `peak_inside_band` and `warnings` tell them
+        python_warnings.simplefilter("ignore")         # `warnings` tells them
         peaks = np.array([curve.peak(n) for n in names])
     if np.isfinite(peaks).all():
         (hz, top), largest = peaks[peaks[:, 1].argmax()], names[peaks[:, 1].argmax()]
-        unsolved = "" if curve.at_border(largest) else curve.why_unsolved(largest)
-        return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min(), unsolved=unsolved)
+        if not curve.at_border(largest):
+            return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min(), unsolved=curve.why_unsolved(largest))
     hz, least = max((curve.at_least(n) for n in names), key=lambda p: p[1])
     return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least)

@@ -7,7 +7,7 @@ from modal.mesh import DIMENSION
 from tipdamp import loads, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes
-from tipdamp.bodies.matrices import given_model
+from tipdamp.bodies.matrices import given_model, ground_warnings
 from tipdamp.bodies.pair import matched_pairs, places_on
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.progress import Tick
@@ -31,7 +31,7 @@ def inspect(study: Study, store: Store, tick: Tick) -> list[str]:
 def _matrices(study, store):
     model, pairs = given_model(study)
     shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
-    warnings = [*friction_warnings(study), *pair_checks.warnings(pairs)]
+    warnings = [*ground_warnings(model, pairs), *friction_warnings(study), *pair_checks.warnings(pairs)]
     warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
     bodies = {b: InspectedBody(dofs=int((model.body == b).sum())) for b in (BLADES, DAMPER)}
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings), shown)

@@ -137,7 +137,7 @@ def side_forces(pairs: ContactTable, forces: dict[str, float], balance: float) -
 
 def line(store: Store) -> str:
     """Sum and range of the preload on each side."""
-    return "; ".join(f"{side}: {s.sum_N:.2f} N, {s.min_N:.2f}..{s.max_N:.2f} N, {s.detached} open"
+    return "; ".join(f"{side}: {s.sum_N:z.2f} N, {s.min_N:z.2f}..{s.max_N:z.2f} N, {s.detached} open"
                      for side, s in PreloadResult.load(store).sides.items())
 
 

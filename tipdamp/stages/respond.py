@@ -19,6 +19,7 @@ from tipdamp.progress import Ticker
 from tipdamp.stages.curve_facts import curve_result
 from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, ratio
 from tipdamp.stages.response_results import CurveResult, Peak, RespondResult
+from tipdamp.stages.results import TuneResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.schema import Respond
@@ -159,11 +160,13 @@ def line(store: Store) -> str:
 
 
 def warnings(_: Study, store: Store) -> list[str]:
-    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends; for each whose
-    peak is not solved; and for each on which what holds a motion is not soft."""
+    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends; for each that
+    is largest at an end of the band, or whose peak is not solved; and for each on which what holds a motion is not
+    soft."""
     found = RespondResult.load(store).responses
+    stuck = TuneResult.load(store).stuck_modes_hz.tuned if any(map(_at_an_end, found)) else ()
     return [*(text for kind in (_incomplete, _unsolved, _stiff_hold) for c in found for text in kind(c)),
-            *_unbalanced(found)]
+            *_unbalanced(found), *(text for c in found for text in _without_resonance(c, stuck))]
 
 
 def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
@@ -174,6 +177,19 @@ def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
                f"H = {case.H}; above {BALANCED:g} on {sum(e > BALANCED for e, _ in errors)} of {len(errors)} curves): "
                "the contact law takes more or less along its slip than its harmonics say; give [respond] samples, or "
                "more of them, where the law is sampled")
+
+
+def _at_an_end(case):
+    return case.complete and not case.failed_points and case.peak_m is None
+
+
+def _without_resonance(case, stuck_hz):
+    if not _at_an_end(case):
+        return
+    nearest = f"; the nearest stuck mode has {min(stuck_hz, key=lambda f: abs(f - case.at_least_hz)):.1f} Hz" \
+        if stuck_hz else ""
+    yield (f"the curve Fe = {case.Fe_N:g} N, H = {case.H} has no peak inside the band: it is largest at the end, "
+           f"{_micro(case.at_least_m, case.at_least_hz)}{nearest}; widen [respond] band")
 
 
 def _unsolved(case):

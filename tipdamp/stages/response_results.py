@@ -9,8 +9,9 @@ from tipdamp.study.law import LawChoice
 
 class Peak(Record):
     """Largest peak over the nodes of a patch, half of peak-to-peak along the force; min_peak_m - of its smallest
-    node. Where the curve stopped, or its highest point borders a gap, these are None, and at_least_m is the largest
-    amplitude that was solved; None where there is a peak. unsolved - why a peak in the band is no solved maximum."""
+    node. Where the curve stopped, or its highest point borders a gap or is an end of the band, these are None, and
+    at_least_m is the largest amplitude that was solved; None where there is a peak. unsolved - why a peak in the band
+    is no solved maximum."""
     peak_hz: Number
     peak_m: Number
     min_peak_m: Number
@@ -56,7 +57,6 @@ class CurveResult(Peak):
     ended: str
     origin: str
     start: str
-    peak_inside_band: bool
     energy_error: Number = None
     back: BackCurve | None = None
     held: dict[str, HeldForce] = {}

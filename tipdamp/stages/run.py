@@ -20,6 +20,7 @@ from tipdamp.study.view import Study, View
 from tipdamp.workers import Workers
 
 STAGES: dict[str, Stage] = {name: load_stage(name) for name in stages.STAGES}
+FROM = ".stages/{}.from"          # of a finished stage: what it was made from
 # names and patterns of all that the program writes into a results folder
 WRITTEN = (".stages/*", "export/*", *(file for stage in STAGES.values() for file in (*stage.outputs, *stage.may_write)))
 
@@ -55,16 +56,35 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
                 more = stage.work(_view(name, study), store, tick, *processes)
             own = {output: mark for output, mark in before.items() if stage.writes(output)}
             store.finish(name, key, [*stage.outputs, *more], time.perf_counter() - began, own)
+            store.write_json(FROM.format(name), made_from(name, study, store))
     return "done"
 
 
 def stage_key(name: str, study: Study, store: Store) -> str:
-    """Fingerprint of all that the stage depends on: program, declared values of the study, files that it names, and
-    outputs of the stages that it needs."""
+    """Fingerprint of all that the stage depends on."""
+    return fingerprint(name, made_from(name, study, store))
+
+
+def made_from(name: str, study: Study, store: Store) -> dict[str, str]:
+    """{what the stage depends on: fingerprint}: program, declared keys of the study, files that it names, and outputs
+    of the stages that it needs."""
     stage = STAGES[name]
-    files = [f for f in (study.inputs(*stage.reads_files) if stage.reads_files else {}).values() if f.is_file()]
-    before = {need: store.outputs(need) for need in stages_needed(stage, study)}
-    return fingerprint(name, program_mark(name in ("inspect", "report")), _view(name, study).values(), *files, before)
+    files = study.inputs(*stage.reads_files) if stage.reads_files else {}
+    return {"the program": program_mark(name in ("inspect", "report")),
+            **{key: fingerprint(value) for key, value in _view(name, study).keys().items()},
+            **{f"the contents of {key}": fingerprint(file) for key, file in files.items() if file.is_file()},
+            **{f"what '{need}' wrote": fingerprint(store.outputs(need)) for need in stages_needed(stage, study)}}
+
+
+def changed(name: str, study: Study, store: Store) -> list[str]:
+    """What the stage depends on and has changed since it last finished; [] where it has not, or where that is not
+    known."""
+    try:
+        before = store.read_json(FROM.format(name))
+    except InputError:
+        return []
+    now = made_from(name, study, store)
+    return [key for key in dict.fromkeys((*now, *before)) if now.get(key) != before.get(key)]
 
 
 def stages_needed(stage: Stage, study: Study) -> list[str]:
@@ -85,7 +105,7 @@ def _named(study: Study) -> Iterator[None]:
     except InputError as error:
         if str(study.path) in str(error):
             raise
-        raise InputError(f"{study.path}: {error}") from None
+        raise type(error)(f"{study.path}: {error}") from None
 
 
 def applies(name: str, study: Study) -> bool:

@@ -1,14 +1,16 @@
 """Keys of a study that exclude or require each other; every check raises InputError with the place in the file."""
 
+from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-from hbm.errors import InputError, nearest
+from hbm.errors import InputError, nearest, shown
 from hbm.validation import check_samples
 from tipdamp.study.law import laws_with_sliders
 from tipdamp.study.schema import Contact, LoadCase, Respond, Section, Side, Tune
 from tipdamp.study.view import Study
 
+MOST_CURVES, CURVE_SECONDS, CURVE_MB = 1000, 1, 0.05        # of a study; of a curve of a small model
 OF_MODELS = ("kind", "scale", "fit_hz")       # keys of [contact] on how a model gives the stiffness
 GIVEN = (("kn", "kt"), ("kn_per_area", "kt_per_area"), ("kn_total", "kt_total"), ("reference_kn", "reference_kt"))
 NEEDED = {"depth": "plane_depth", "h_rms": "rough_series", "gamma": "rough_series"}     # of a side, by which model
@@ -31,6 +33,9 @@ def require_sections(path: Path, raw: dict, sides: dict) -> None:
 def check_study(study: Study) -> None:
     """All that concerns several keys."""
     path, contact = study.path, study.contact
+    for key, file in study.inputs().items():
+        if file.exists() and not (file.is_file() or file.is_dir()):       # a pipe or a device, which may never end
+            raise InputError(f"{path}: {key} = {shown(file)}: is not a file")
     if not contact.pairs and contact.mu is None:
         raise InputError(f"{path}: [contact] mu is missing: {Contact.data_sheets()['mu'].text}")
     if "model" in study and not contact.pairs:
@@ -122,13 +127,18 @@ def check_respond(where: str, respond: Respond) -> None:
     """No curve or patch twice; one patch on each blade."""
     for key in ("levels", "harmonics", "patches", "excitation"):
         names = [f"{v:g}" if isinstance(v, float) else str(v) for v in dict(respond)[key]]
-        double = [n for n in names if names.count(n) > 1]
+        double = [n for n, times in Counter(names).items() if times > 1]
         if double:
-            raise InputError(f"{where} {key}: {double[0]} is given twice")
+            raise InputError(f"{where} {key}: {shown(double[0])} is given twice")
     try:
         check_samples(respond.samples, max(respond.harmonics))
     except InputError as error:
         raise InputError(f"{where} {error}") from None
+    curves = len(respond.levels) * len(respond.harmonics) * (1 + respond.both_ways)
+    if curves > MOST_CURVES:
+        raise InputError(f"{where} levels and harmonics make {curves} curves, at most {MOST_CURVES} are computed in "
+                         f"one study; at {CURVE_SECONDS} s and {CURVE_MB} MB each, as of a small model, they would "
+                         f"take {curves * CURVE_SECONDS / 3600:.0f} h and {curves * CURVE_MB / 1000:.0f} GB")
     check_excitation(where, respond)
     if len(respond.patches) != 2:
         raise InputError(f"{where} patches = {list(respond.patches)}: two groups are needed, one on each blade")

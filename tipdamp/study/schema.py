@@ -47,9 +47,9 @@ VectorOnGroup = tuple[str, str, float, float, float]
 Band = tuple[float, float]
 
 # keys of several sections
-Young = Annotated[float, Key(NUMBER, "Young's modulus", "stress", low=0, open_low=True)]
+Young = Annotated[float, Key(NUMBER, "Young's modulus", "stress", low=0, open_low=True, sizes=(1e-3, 1e18))]
 Poisson = Annotated[float, Key(NUMBER, "Poisson's ratio", low=0, high=0.4999)]
-Density = Annotated[float, Key(NUMBER, "density", "density", low=0, open_low=True)]
+Density = Annotated[float, Key(NUMBER, "density", "density", low=0, open_low=True, sizes=(1e-9, 1e9))]
 WaveSpeed = Annotated[Band, Key(BAND, "range of sqrt(E/density) in m/s that passes without a warning of wrong units",
                                 low=0, open_low=True)]
 ModesBelow = Annotated[float | None, Key(NUMBER, "instead of a number: all fixed-interface modes below this frequency",

@@ -11,13 +11,16 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from hbm.errors import InputError, nearest
+from hbm.errors import InputError, nearest, shown
+from hbm.validation import brief
 from tipdamp.study import checks
 from tipdamp.study.schema import REFERENCE, SECTIONS, UNITS, LoadCase, Measured, OtherMaterial, Section, Side, Top
 from tipdamp.study.values import NUMBER, Key, number
 from tipdamp.study.view import Study
 
 S = TypeVar("S", bound=Section)
+LARGEST = 1_000_000                    # bytes of a study file
+DEEP = re.compile(r"""(?<![\w"'-])(?:[\w"'-]+\s*\.\s*){16}""")        # a dotted key, for which tomllib takes long
 TABLES = {"loads": "[loads.takeoff]", "measured": "[measured.run_1]"}     # sections of tables with names of their own
 
 
@@ -49,28 +52,57 @@ def _toml(path):
     if not path.is_file():
         raise InputError(f"study file not found: {path} (looked for it as {path.absolute()})")
     try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not a valid TOML file: {error}") from None
+        raw = tomllib.loads(_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not a valid TOML file: {error}{_decimal_comma(path, str(error))}") from None
+    except RecursionError:
+        raise InputError(f"{path}: its lists or tables lie in one another too deeply; no key of a study needs more "
+                         "than two lists") from None
     known = [*Top.model_fields, "units", *SECTIONS, *TABLES, "reference"]
     for key in raw:
         if key not in known:
-            raise InputError(f"{path}: unknown key '{key}'; {nearest(key, known)}")
+            raise InputError(f"{path}: unknown key '{shown(key)}'; {nearest(key, known)}")
     return raw
+
+
+def _text(path):
+    """Text of a study file of sensible size."""
+    size = path.stat().st_size
+    if size > LARGEST:
+        raise InputError(f"{path}: has {size} bytes, at most {LARGEST} are read: is it a study file?")
+    data = path.read_bytes()
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[:error.start].count(b"\n") + 1
+        raise InputError(f"{path}: line {line}: the byte 0x{data[error.start]:02x} is not UTF-8, which TOML needs; "
+                         f"save the file as UTF-8 (from Latin-1: iconv -f latin1 -t utf-8 {path.name})") from None
+    if deep := DEEP.search(text):
+        raise InputError(f"{path}: line {text[:deep.start()].count(chr(10)) + 1}: a key of 16 parts or more; keys of a "
+                         "study have at most two, as in [contact.left]")
+    return text.replace("\r\n", "\n")
+
+
+def _decimal_comma(path, error):
+    """The remedy where the line that the error names has a number such as 0,3."""
+    found = re.search(r"line (\d+)", error)
+    line = _text(path).splitlines()[int(found[1]) - 1] if found else ""
+    comma = re.search(r"=\s*([+-]?\d+),(\d+)", line)
+    return f": numbers take a decimal point, {comma[1]}.{comma[2]}" if comma else ""
 
 
 def _units(path, given):
     """{unit: factor to SI}"""
     if not isinstance(given, dict):
-        raise InputError(f"{path}: [units] must be a section, got {given!r}")
+        raise InputError(f"{path}: [units] must be a section, got {brief(given)}")
     for key in given:
         if key not in UNITS:
-            raise InputError(f"{path}: [units] unknown key '{key}'; {nearest(key, UNITS)}")
+            raise InputError(f"{path}: [units] unknown key '{shown(key)}'; {nearest(key, UNITS)}")
     factors = {}
     for key, allowed in UNITS.items():
         name = given.get(key, next(iter(allowed)))
         if not isinstance(name, str) or name not in allowed:
-            raise InputError(f"{path}: [units] {key} = {name!r}: {nearest(str(name), allowed)}")
+            raise InputError(f"{path}: [units] {key} = {brief(name)}: {nearest(str(name), allowed)}")
         factors[key] = allowed[name]
     return {**factors, "force/length": factors["force"] / factors["length"],
             "force/length3": factors["force"] / factors["length"] ** 3}
@@ -91,20 +123,20 @@ def _named_tables(path, raw, section):
         raise InputError(f"{path}: [{section}] must hold tables such as {TABLES[section]}")
     for name in tables:
         if name == "pull" or not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-            raise InputError(f"{path}: [{section}.{name}]: is named by letters, digits, - and _, and not 'pull'")
+            raise InputError(f"{path}: [{section}.{shown(name)}]: is named by letters, digits, - and _, and not 'pull'")
     return tables
 
 
 def _reference(path, given):
     if not isinstance(given, dict):
-        raise InputError(f"{path}: [reference] must be a section, got {given!r}")
+        raise InputError(f"{path}: [reference] must be a section, got {brief(given)}")
     for key, value in given.items():
         if key not in REFERENCE:
-            raise InputError(f"{path}: [reference] unknown key '{key}'; {nearest(key, REFERENCE)}")
+            raise InputError(f"{path}: [reference] unknown key '{shown(key)}'; {nearest(key, REFERENCE)}")
         try:
             number(value, Key(NUMBER, "", low=0))
         except ValueError as error:
-            raise InputError(f"{path}: [reference] {key} = {value!r}: {error}") from None
+            raise InputError(f"{path}: [reference] {key} = {brief(value)}: {error}") from None
     return given
 
 
@@ -115,7 +147,7 @@ def _tables(section: type[S], where: str, given: dict, factors: dict) -> dict[st
 def _read(section: type[S], where: str, given: Any, factors: dict) -> S:
     """One section in SI units; the first thing that is wrong with it as an InputError, unknown keys before others."""
     if not isinstance(given, dict):
-        raise InputError(f"{where} must be a section, got {given!r}")
+        raise InputError(f"{where} must be a section, got {brief(given)}")
     try:
         return section.model_validate(given, context=factors)
     except ValidationError as error:
@@ -123,7 +155,7 @@ def _read(section: type[S], where: str, given: Any, factors: dict) -> S:
     wrong = next((e for e in found if e["type"] == "extra_forbidden"), found[0])
     key = str(wrong["loc"][0])
     if wrong["type"] == "extra_forbidden":
-        raise InputError(f"{where} unknown key '{key}'; {nearest(key, section.model_fields)}")
+        raise InputError(f"{where} unknown key '{shown(key)}'; {nearest(key, section.model_fields)}")
     if wrong["type"] == "missing":
         raise InputError(f"{where} {key} is missing: {section.data_sheets()[key].text}")
-    raise InputError(f"{where} {key} = {given[key]!r}: {wrong['ctx']['error']}")
+    raise InputError(f"{where} {key} = {brief(given[key])}: {wrong['ctx']['error']}")

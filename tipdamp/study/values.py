@@ -15,6 +15,8 @@ from pydantic_core import CoreSchema, core_schema
 from hbm.errors import nearest
 from tipdamp.measured.columns import parse_meanings
 
+LONGEST = 10_000          # list of a study
+
 
 @dataclass(frozen=True)
 class Kind:
@@ -32,6 +34,7 @@ class Key:
     """Data sheet of one key, as metadata of a field of a section.
 
     text - its meaning; unit - a name in `schema.UNITS` or 'force/length'; low, high - range in the unit of the file
+    sizes - of its absolute value in SI units, where it is not zero: what double precision and solids can carry
     default - as documented, where it differs from the field's own; choices - filled in from the Literal of the field
     """
 
@@ -41,6 +44,7 @@ class Key:
     low: float = -np.inf
     high: float = np.inf
     open_low: bool = False
+    sizes: tuple[float, float] = (1e-30, 1e30)
     choices: tuple[str, ...] = field(default=(), compare=False)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -66,12 +70,19 @@ def number(value: Any, key: Key, factor: float = 1.0) -> float:
     """A finite number within the range of the key."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError("must be a number")
+    try:
+        value = float(value)
+    except OverflowError:
+        raise ValueError("must be finite") from None
     low_ok = value > key.low if key.open_low else value >= key.low
     if not (np.isfinite(value) and low_ok and value <= key.high):
         bound = f"{'above' if key.open_low else 'at least'} {key.low:g}" if np.isfinite(key.low) else "finite"
         upper = f" and at most {key.high:g}" if np.isfinite(key.high) else ""
         raise ValueError(f"must be {bound}{upper}")
-    return factor * float(value)
+    found, (least, most) = factor * value, key.sizes
+    if found and not least <= abs(found) <= most:
+        raise ValueError(f"is {found:.3g} in SI units, must be between {least:g} and {most:g}")
+    return found
 
 
 def _text(value: Any, *_: Any) -> str:
@@ -106,7 +117,14 @@ def _each(read: Callable, alone: bool) -> Callable:
         items = [value] if alone and not isinstance(value, list) else value
         if not isinstance(items, list) or not items:
             raise ValueError("must be a list that is not empty")
-        return tuple(read(item, key, factor) for item in items)
+        if len(items) > LONGEST:
+            raise ValueError(f"has {len(items)} items, at most {LONGEST} are read")
+        try:
+            return tuple(read(item, key, factor) for item in items)
+        except ValueError as error:
+            comma = len(items) == 2 and items[0] == 0 and type(items[1]) is int
+            remedy = f"; is 0.{items[1]} meant? Numbers take a decimal point" if comma else ""
+            raise ValueError(f"{error}{remedy}") from None
     return many
 
 
@@ -164,10 +182,12 @@ def _columns(value: Any, key: Key, factor: float) -> tuple[str, ...]:
 def _table(value: Any, _: Key, factor: float) -> tuple:
     try:
         table = np.array(value, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         table = np.empty(0)
     if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2 or not np.isfinite(table).all():
         raise ValueError("must be at least two rows [coordinate, gap]")
+    if len(table) > LONGEST or np.abs(table).max() > 1e30:
+        raise ValueError(f"must have at most {LONGEST} rows, of numbers up to 1e+30")
     if (np.diff(table[:, 0]) <= 0).any():
         raise ValueError("the coordinates must ascend")
     return tuple(map(tuple, (table * factor).tolist()))

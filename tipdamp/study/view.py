@@ -78,6 +78,10 @@ FILES = (("model", "matrices"), ("blades", "mesh"), ("damper", "mesh"), ("contac
 PARTS = tuple(name for name in Study.__annotations__ if name not in ("path", "results"))    # all that can be declared
 
 
+SECTION_OF = {"driver": "damper or model", "sides": "contact", "materials": "material", "loads": "loads",
+              "measured": "measured"}
+
+
 class Undeclared(AttributeError):
     """A stage reads what its declaration does not name: a bug."""
 
@@ -118,6 +122,20 @@ class View(Study):
     def values(self) -> dict[str, Any]:
         """What was declared as plain values: the study's share in the key of the stage."""
         return {part: _plain(vars(self)[part]) for part in sorted(vars(self)["_declared"]) if part in self}
+
+
+    def keys(self) -> dict[str, Any]:
+        """{'[section] key': plain value} of what was declared."""
+        found: dict[str, Any] = {}
+        for part, value in self.values().items():
+            tables = value if isinstance(value, list) and part in SECTION_OF else [["", value]]
+            for name, table in tables:
+                section = ".".join(filter(None, (SECTION_OF.get(part, part), name)))
+                found |= ({f"[{section}] {key}": v for key, v in table.items()} if isinstance(table, dict)
+                          else {section: table})
+            if len(tables) > 1:
+                found[f"the order of [{SECTION_OF[part]}.NAME]"] = [name for name, _ in tables]
+        return found
 
 
 def every_key(section: str, but: Iterable[str]) -> list[str]:

@@ -131,7 +131,7 @@ def artefacts(folder, title="A rig", sections=FULL, failed=(), damage=None, name
                 "file": name, "Fe_N": Fe, "H": H, **peak, "points": 41, "patches": {}, "residual_calls": 100,
                 "failed_points": len(failed) if Fe > 1 else 0, "complete": one.complete, "ended": one.ended,
                 "slipping_pairs": ["left 0", "left 1", "right 4"] if Fe > 1 else [], "seconds": 0.5,
-                "origin": "preloaded", "start": "zero_slider", "peak_inside_band": True,
+                "origin": "preloaded", "start": "zero_slider",
                 "back": {**peak, "complete": True, "ended": "", "failed_points": 0, "seconds": 0.5}})
     if damage:
         damage(files)
@@ -191,5 +191,5 @@ def cut(hz=2700.0, at_least=1.5e-5):
     def change(files):
         files["responses"][3].update(
             peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=at_least, complete=False,
-            peak_inside_band=False, ended=f"stopped at {hz:g} Hz: the mean friction force is not balanced")
+            ended=f"stopped at {hz:g} Hz: the mean friction force is not balanced")
     return change

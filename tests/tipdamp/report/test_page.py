@@ -205,7 +205,7 @@ def test_cut_curve_in_the_figures(tmp_path):
 def test_a_curve_that_never_began(tmp_path):
     """The first point fails: one point, no peak."""
     def change(files):
-        files["responses"][1].update(peak_hz=None, peak_m=None, min_peak_m=None, complete=False, peak_inside_band=False)
+        files["responses"][1].update(peak_hz=None, peak_m=None, min_peak_m=None, complete=False)
 
     study, store = artefacts(tmp_path, damage=change)
     one = curve(20.0, 1)
