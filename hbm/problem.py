@@ -208,6 +208,16 @@ def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, o
     hold : rigid motions of bodies that no contact resists, and that are held (`hbm.hold.Hold`)
     Raises InputError on unusable input; warns where the model cannot move along the normal of a pair.
     """
+    problem, kept, doubts = doubted_problem(model, pairs, law, (origin, static, damping_ratio, hold))
+    for doubt in doubts:
+        warnings.warn(doubt, stacklevel=2)
+    return problem, kept
+
+
+def doubted_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw,
+                    more: tuple) -> tuple[ContactProblem, np.ndarray, list[str]]:
+    """As `contact_problem`, whose further arguments are `more`, with its warnings as sentences."""
+    origin, static, damping_ratio, hold = more
     if origin not in ("preloaded", "unloaded"):
         raise InputError(f"origin = '{origin}': must be 'preloaded' or 'unloaded'")
     check_kind("model", model, ReducedModel, "ReducedModel.from_matrices, .from_files or .load")
@@ -221,14 +231,11 @@ def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, o
     settings = Contacts(used.kn * used.weight, used.kt * used.weight, used.mu, preload)
     law = law.select(kept)
     B = relative_motion(model, used)
-    if "n" in law.components and (lacking := without_normal_motion(B, used)):
-        warnings.warn(lacking, stacklevel=3)
     held = held_motions(model, used, hold)
-    for doubt in filter(None, (one.doubt for one in held)):
-        warnings.warn(doubt, stacklevel=3)
+    doubts = [without_normal_motion(B, used) if "n" in law.components else "", *(one.doubt for one in held)]
     if law.components != ("t1", "t2", "n"):
         rows = ["t1", "t2", "n"]
         B = B[np.concatenate([[3 * i + rows.index(c) for c in law.components] for i in range(len(used))])]
-    return ContactProblem(model.M, model.C if damping_ratio is None else None, model.K, B, law, settings, static,
-                          origin == "preloaded", damping_ratio, partial(describe_motion, model),
-                          held), kept
+    problem = ContactProblem(model.M, model.C if damping_ratio is None else None, model.K, B, law, settings, static,
+                             origin == "preloaded", damping_ratio, partial(describe_motion, model), held)
+    return problem, kept, [doubt for doubt in doubts if doubt]

@@ -30,7 +30,7 @@ from hbm.curve.options import CurveKeywords, CurveOptions, curve_options
 from hbm.curve.starts import first_of, starts
 from hbm.curve.trace import record, trace
 from hbm.errors import InputError
-from hbm.hold.check import change_in_words, stiffer_change
+from hbm.hold.check import hold_in_words, stiffer_change
 from hbm.hold.spring import Hold
 from hbm.laws.base import ContactLaw
 from hbm.laws.differences import check_derivatives
@@ -38,7 +38,7 @@ from hbm.laws.shipped import SHIPPED
 from hbm.model import ReducedModel
 from hbm.parameter import Equation, Frequency, Parameter, as_parameter
 from hbm.peaks import refine_largest
-from hbm.problem import ContactProblem, contact_problem
+from hbm.problem import ContactProblem, doubted_problem
 from hbm.result import ForcedResponse, PeriodicSolution
 from hbm.validation import (
     check_forcing,
@@ -75,14 +75,16 @@ def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, f
     """
     if origin == "preloaded" and static is not None:
         raise InputError("static: the preloaded state holds the static loads already; use origin = 'unloaded'")
-    problem, kept = contact_problem(model, pairs, law, origin, static, damping_ratio, hold)
+    problem, kept, doubts = doubted_problem(model, pairs, law, (origin, static, damping_ratio, hold))
+    for doubt in doubts:
+        warnings.warn(doubt, stacklevel=2)
     start = options.get("start")
     if start is not None and not isinstance(start, str):
         start = numbers("start", start, "must be 'zero_force', 'zero_slider' or slider positions (P, 2) in m")
         options["start"] = start[kept] if start.shape[:1] == kept.shape else start
     curve = follow_band(problem, forcing, band, **options)
-    if in_words := change_in_words(curve.held_change, curve.held):
-        warnings.warn(in_words, stacklevel=2)
+    for sentence in hold_in_words(curve, problem):
+        warnings.warn(sentence, stacklevel=2)
     return _with_all_pairs(curve, kept)
 
 

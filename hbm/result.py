@@ -53,7 +53,10 @@ class ForcedResponse(ArrayRecord):
     held : (h,) str, the rigid motions that are held
     reaction : (n, h, H+1) complex, N or N m - force on what holds them, beside the one of the preload
     held_change : largest relative change of the peak and the mean reactions at it when the springs that hold are ten
-        times as stiff; 0 without such springs, NaN where that was not solved
+        times as stiff, these as a share of the excitation where that is larger; 0 without such springs, NaN where that
+        was not solved
+    held_reaction_change : of mean reactions that follow the stiffness, as a share of themselves: near 0.9 where
+        sticking contacts carry them, else 0
     peak_points : (n, m) bool, the points solved at the largest half peak to peak of an output; empty in other curves
 
     What the functions of a curve and its problem need (`solutions_at`, `find_peaks`, `compare`):
@@ -89,6 +92,7 @@ class ForcedResponse(ArrayRecord):
     held: np.ndarray = _none(0, dtype=str)
     reaction: np.ndarray = _none(0, 0, 0, dtype=complex)
     held_change: float = 0.0
+    held_reaction_change: float = 0.0
     peak_points: np.ndarray = _none(0, 0, dtype=bool)
     unknowns: np.ndarray = _none(0, 0)
     carrying: np.ndarray = _none(0, dtype=bool)

@@ -240,7 +240,7 @@ def _run(arguments, name, study, store, workers):
         more = ", ..." * (len(before) > 8)
         print(f"made again: since the last run {', '.join(before[:8])}{more} changed", flush=True)
     for warning in run.STAGES[name].warnings(study, store):
-        print(f"warning: {shown(warning, 400)}", flush=True)
+        print(f"warning: {shown(warning, 4000)}", flush=True)
 
 
 def _partial(store) -> int:

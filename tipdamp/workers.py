@@ -51,6 +51,7 @@ class Workers:
         self.jobs = jobs
         self.idle: list[_Worker] = []
         self.busy: dict[connection.Connection, tuple[_Worker, int]] = {}
+        self.said: set[tuple] = set()
 
     def __enter__(self) -> "Workers":
         return self
@@ -101,6 +102,9 @@ class Workers:
             report(i, *content)
         elif what == "said":
             name, level, text = content
+            if (name, text) in self.said:                  # each process compiles, or warns of the same model
+                return
+            self.said.add((name, text))
             logging.getLogger(name).log(level, text)
         elif what == "failed" and i >= 0:
             raise content[0]

@@ -52,7 +52,16 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     k = int(np.abs(vector).argmax())
     oblique = np.abs(np.delete(vector, k)).max() > DEFAULT.rigid
     name = f"'about {'xyz'[k]}'" if turns else f"[{words}]" if oblique else f"'{'xyz'[k]}'"
-    return NamedMotion(f"body '{body}' {verb} ({words})", body, bool(left < DEFAULT.rigid), turns, name)
+    axis = f" through {_through(model.position[rows].mean(axis=0), part / size)}" if turns else ""
+    return NamedMotion(f"body '{body}' {verb} ({words}){axis}", body, bool(left < DEFAULT.rigid), turns,
+                       name)
+
+
+def _through(centre, motion) -> str:
+    """The point of the axis of a rigid motion (6,), slides and turns about the centre, that is nearest to it."""
+    slide, turn = motion[:3], motion[3:]
+    x = centre + np.cross(turn, slide) / (turn @ turn)
+    return f"({', '.join(f'{v + 0.0:.3g}' for v in np.where(np.abs(x) < 1e-9, 0.0, x))}) m"
 
 
 def mostly(motion: np.ndarray) -> str:

@@ -106,9 +106,9 @@ class Outputs:
 
 
 def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray], contact: bool,
-           checked: tuple[np.ndarray, float], seconds: float) -> ForcedResponse:
+           checked: tuple[np.ndarray, tuple[float, float]], seconds: float) -> ForcedResponse:
     """ForcedResponse of a branch; outputs : (names, rows (m, r)); contact : whether to keep the contact forces;
-    checked : (peak_points, held_change)."""
+    checked : peak_points, and what stiffer holds change: (held_change, held_reaction_change)."""
     balance, parameter, (names, rows) = equation.balance, equation.parameter, outputs
     n, P = len(branch.points), len(balance.problem.contacts)
     shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
@@ -135,7 +135,7 @@ def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray],
         origin="preloaded" if balance.problem.preloaded else "unloaded",
         start=start if isinstance(start, str) else "given", seconds=seconds, residual_calls=branch.calls,
         restarts=np.reshape(branch.restarts, (-1, 2)) / parameter.scale, contact_force=force, peak_points=checked[0],
-        held_change=checked[1],
+        held_change=checked[1][0], held_reaction_change=checked[1][1],
         held=np.array([one.name for one in balance.problem.held], dtype=str), reaction=reaction,
         unknowns=np.array([p.x for p in branch.points]), carrying=np.ones(P, dtype=bool),
         force_orders=np.array(list(balance.forces), dtype=int), output_rows=rows,

@@ -1,7 +1,8 @@
 """Whether the springs that hold a motion are soft enough: peak and mean reactions at ten times their stiffness."""
 
-from collections.abc import Iterable
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,49 +15,83 @@ from hbm.curve.trace import Outputs
 from hbm.parameter import Equation
 from hbm.peaks import Output
 from hbm.problem import ContactProblem
-from hbm.result import KINDS
+from hbm.result import KINDS, ForcedResponse
+
+TINY = 1e-300
 
 
-def stiffer_change(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> float:
-    """Largest relative change of the highest amplitude and of the mean reactions there at ten times the stiffness.
+class Stiffer(NamedTuple):
+    """What ten times the stiffness of the springs changes: the largest relative change of the highest amplitude and, as
+    a share of the excitation, of the mean reactions there; and that of reactions that follow the stiffness, since
+    contacts that stick carry them, as a share of their own size.
 
-    rows : (m, r) outputs. Reactions count beside the excitation, where that is larger. 0 where no spring holds a
-    motion; NaN where the stiffer problem was not solved.
+    0 where no spring holds a motion, NaN where the stiffer problem was not solved.
     """
+
+    change: float = 0.0
+    of_reaction: float = 0.0
+
+
+def stiffer_change(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> Stiffer:
+    """What stiffer springs change at the highest amplitude of the outputs, rows (m, r)."""
     problem = equation.balance.problem
     solved = [point for point in branch.points if point.converged]
     if all(one.mean for one in problem.held):
-        return 0.0
+        return Stiffer()
     if not solved:
-        return float("nan")
+        return Stiffer(np.nan, np.nan)
     heights = Output(equation, branch, Outputs(rows), (KINDS[0], []), settings).heights(solved)
     i, j = np.unravel_index(heights.argmax(), heights.shape)
-    stiffer = replace(equation, balance=equation.balance.rebuilt(problem.with_stiffer_holds(DEFAULT.stiffer),
-                                                                 equation.balance.forces))
-    again = [_again(stiffer, solved[k], problem, settings) for k in _flanks(heights[:, j], int(i))]
-    if not all(point.converged for point in again):
-        return float("nan")
+    flanks = [solved[k] for k in _flanks(heights[:, j], int(i))]
+    for steps in DEFAULT.stiffer_steps:
+        stiffer, again = _followed(equation, flanks, steps, settings)
+        if all(point.converged for point in again):
+            break
+    else:
+        return Stiffer(np.nan, np.nan)
     output = Output(stiffer, Branch(again), Outputs(rows[[j]]), (KINDS[0], []), settings)
     after = output.heights(again)[:, 0]
     top, height = again[int(after.argmax())], after.max()
     if len(again) == 3:
         best, _ = output.largest(0, after, np.full(3, True))
         top, height = best.point, best.value
-    reactions = np.array([_mean_reactions(point) for point in (solved[i], top)])
+    return _compared(equation, (solved[i], top), height / max(heights[i, j], TINY))
+
+
+def _compared(equation, points, ratio) -> Stiffer:
+    """points : at the highest amplitude, before and after; ratio : of their heights."""
+    before, after = (np.abs(_mean_reactions(point)) for point in points)
+    change = np.abs(_mean_reactions(points[1]) - _mean_reactions(points[0]))
     force = np.linalg.norm([np.linalg.norm(F) for F in equation.balance.forces.values()])
-    sizes = [force * np.abs(one.motion).max() for one in problem.held]
-    scale = np.maximum(np.maximum(np.abs(reactions[0]), sizes), 1e-300)
-    change = np.abs(reactions[1] - reactions[0]) / scale
-    return float(max(abs(height / max(heights[i, j], 1e-300) - 1), change.max()))
+    excitation = np.array([force * np.abs(one.motion).max() for one in equation.balance.problem.held])
+    follows = (after > DEFAULT.follows * before) & (after > DEFAULT.no_reaction * excitation)
+    beside = (change / np.maximum(np.maximum(before, excitation), TINY)).max(where=~follows, initial=0.0)
+    return Stiffer(float(max(abs(ratio - 1), beside)), float((change / np.maximum(after, TINY)).max(where=follows,
+                                                                                                    initial=0.0)))
 
 
-def change_in_words(change: float, held: Iterable[str]) -> str:
-    """A sentence where the springs that hold motions are not known to be soft; empty where they are."""
-    if change <= DEFAULT.hold_differs:
-        return ""
-    found = f"the peak or the mean reaction changes by {change:.2g}" if change > 0 else "no solution was found"
-    return (f"with ten times the stiffness of what holds {', '.join(held)}, {found}: contacts or inertia compete with "
-            "it; try another stiffness, or mean = true")
+def hold_in_words(curve: ForcedResponse, problem: ContactProblem) -> Iterator[str]:
+    """Sentences where the springs that hold motions are not known to be soft, where contacts that stick carry what they
+    seem to, and where a body has moved out of small displacements."""
+    held = ", ".join(curve.held)
+    if not curve.held_change <= DEFAULT.hold_differs:
+        found = (f"the peak or the mean reaction changes by {curve.held_change:.2g}" if curve.held_change > 0 else
+                 "no solution was found")
+        yield (f"with ten times the stiffness of what holds {held}, {found}: contacts or inertia compete with it; try "
+               "another stiffness, or mean = true")
+    if curve.held_reaction_change > 0:
+        yield (f"with ten times the stiffness of what holds {held}, its mean force changes by "
+               f"{100 * curve.held_reaction_change:.0f} % of itself: sticking contacts carry the mean force, and the "
+               "spring takes a share of it that its stiffness decides; mean = true gives what a stop would take")
+    for one, reaction in zip(problem.held, np.moveaxis(curve.reaction, 1, 0), strict=True):
+        if one.mean or not np.isfinite(reaction).any():
+            continue
+        moved = np.nanmax(np.abs(reaction).sum(axis=1)) / one.stiffness
+        if moved > one.small:
+            unit, mean = "m" if one.unit == "N" else "rad", np.nanmax(np.abs(reaction[:, 0])) / one.stiffness
+            yield (f"{one.name}: moves by up to {moved:.2g} {unit}, of which the mean is {mean:.2g} {unit}, on a hold "
+                   f"of {one.stiffness:.3g} {one.unit}/{unit}; equations for small displacements hold up to about "
+                   f"{one.small:.2g} {unit}: give a larger stiffness, or mean = true")
 
 
 def _flanks(heights, i):
@@ -66,13 +101,28 @@ def _flanks(heights, i):
     return (int(before[-1]), i, int(after[0])) if len(before) and len(after) else (i,)
 
 
-def _again(stiffer: Equation, point: Point, problem: ContactProblem, settings: Settings) -> Point:
+def _followed(equation: Equation, points: Sequence[Point], steps: int,
+              settings: Settings) -> tuple[Equation, list[Point]]:
+    """The equation with the stiffer springs and the points there, in so many steps of the stiffness."""
+    problem, there, found = equation.balance.problem, equation, list(points)
+    for factor in np.geomspace(1.0, DEFAULT.stiffer, steps + 1)[1:]:
+        before = there.balance.problem
+        there = replace(equation, balance=equation.balance.rebuilt(problem.with_stiffer_holds(factor),
+                                                                   equation.balance.forces))
+        found = [_again(there, point, before, settings) for point in found]
+        if not all(point.converged for point in found):
+            break
+    return there, found
+
+
+def _again(stiffer: Equation, point: Point, before: ContactProblem, settings: Settings) -> Point:
     """The point with the stiffer springs, from where the same mean force moves the body less."""
-    rest = point.detail.balance.reaction_rows @ point.detail.modal
-    back = sum(((1 / DEFAULT.stiffer - 1) * rest[k, 0].real / one.stiffness * one.motion
-                for k, one in enumerate(problem.held) if not one.mean), np.zeros(len(problem.K)))
+    rest = _mean_reactions(point)
+    back = sum(((one.stiffness / new.stiffness - 1) * rest[k] / one.stiffness * one.motion
+                for k, (one, new) in enumerate(zip(before.held, stiffer.balance.problem.held, strict=True))
+                if not one.mean), np.zeros(len(before.K)))
     x = point.x.reshape(-1, stiffer.balance.nh).copy()
-    x[:, 0] += problem.B @ back
+    x[:, 0] += before.B @ back
     return solve_fixed(stiffer.evaluate, x.ravel(), point.parameter, stiffer.weights, settings)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError, nearest
-from hbm.hold.rigid_motion import parse_motion, rigid_coordinate
+from hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
 from hbm.model import ReducedModel
 from hbm.validation import brief, positive
 
@@ -41,6 +41,7 @@ class HeldMotion:
     name : 'damper: slide along y'; unit : of its force, 'N' or 'N m'
     row, motion : (r,) amount of the motion in q, and the motion itself; stiffness : N/m or N m/rad, of the amount
     mean : order 0 alone is held, rigidly; doubt : a sentence where contact normals resist the motion too
+    small : m or rad, up to which displacements along it count as small
     """
 
     name: str
@@ -50,6 +51,7 @@ class HeldMotion:
     stiffness: float
     mean: bool = False
     doubt: str = ""
+    small: float = np.inf
 
 
 def held_motions(model: ReducedModel, pairs: ContactTable, holds: Hold | Sequence[Hold]) -> tuple[HeldMotion, ...]:
@@ -107,11 +109,29 @@ def _held(model, pairs, hold):
         raise InputError(f"mean = {brief(hold.mean)}: must be True or False")
     _refuse_supported(model, hold.body, motion, given)
     faced = np.abs(B[2::3] @ motion).max(initial=0.0) / np.abs(motion).max()
-    doubt = "" if faced <= DEFAULT.faced else (
+    doubt = "" if min(faced, _faced(model, hold.body, row, B[2::3])) <= DEFAULT.faced else (
         f"hold = {brief(hold.motion)}: contact normals face the {name} of the {hold.body} by {faced:.2g} of its size "
-        "and hold it already while they are closed; leave it out unless they open, or other free motions let the "
-        "body roll past them")
-    return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean, doubt)
+        "and hold it already while they are closed, whatever other rigid motions go with it; leave it out unless they "
+        "open")
+    small = DEFAULT.small_angle * (1.0 if unit == "N m" else _size(model, hold.body) or np.inf)
+    return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean, doubt, small)
+
+
+def _faced(model, body, row, normals):
+    """How much the normals (P, r) face the rigid motion of a unit of the coordinate `row` that they face least, as a
+    share of its size: 0 where the body can do it past them, by other rigid motions beside it."""
+    R = body_motions(model, body)
+    R = R[:, R.any(axis=0)] / np.abs(R[:, R.any(axis=0)]).max(axis=0)
+    met = normals @ R
+    G = met.T @ met
+    c = np.linalg.solve(G + DEFAULT.on_axis**2 * max(np.trace(G), 1.0) * np.eye(len(G)), row @ R)
+    return np.abs(met @ c).max(initial=0.0) / np.abs(R @ c).max()
+
+
+def _size(model, body):
+    """m, largest extent of the nodes of a body; 0 where it is not known."""
+    position = model.position[(model.body == body) & np.isfinite(model.position).all(axis=1)]
+    return np.ptp(position, axis=0).max() if len(position) else 0.0
 
 
 def _stuck_stiffness(B, pairs, motion):

@@ -1,13 +1,15 @@
 """One line that says why nothing seems to happen: numba compiles the kernels once per machine."""
 
 import logging
+from hashlib import sha256
 from pathlib import Path
 
 from numba.core.registry import CPUDispatcher
 
 
 def announce(kernel):
-    """Say that numba has to compile a kernel, where no compiled one newer than its source is stored; once a process.
+    """Say that numba has to compile a kernel, where no compiled one is stored that is newer than its source, or of the
+    same source; once a process.
 
     kernel : what numba.njit returned; a plain function (numba switched off) is passed over
     """
@@ -15,5 +17,6 @@ def announce(kernel):
         return
     source = Path(kernel.py_func.__code__.co_filename)
     stored = Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__name__}*.nbi")
-    if max((path.stat().st_mtime for path in stored), default=0.0) < source.stat().st_mtime:
+    newest, mark = source.stat().st_mtime, sha256(source.read_bytes()).digest()      # older, newer versions of numba
+    if not any(path.stat().st_mtime >= newest or mark in path.read_bytes() for path in stored):
         logging.getLogger("hbm").warning("compiling the contact kernels (once per machine, half a minute at most)")

@@ -184,12 +184,12 @@ def _said(steady, left, difference, stability, settings):
     elif not steady.periodic:
         said = f"the integration is not periodic after {steady.periods} periods (change {steady.period_change:.1e})"
     elif left:
-        said = f"the integration left for another orbit, {difference:.1%} away"
+        said = f"the integration left for another orbit, {difference:.1%} of the amplitude away"
     elif stable is False:
-        said = (f"the orbit exists, {difference:.2e} away, but it is {verdict}: any disturbance makes the integration "
-                "leave it")
+        said = (f"the orbit exists, {difference:.2e} of the amplitude away, but it is {verdict}: any disturbance makes "
+                "the integration leave it")
     else:
-        said = f"the integration stays on the orbit, {difference:.2e} away"
+        said = f"the integration stays on the orbit, {difference:.2e} of the amplitude away"
         said += "" if stable is None else f", which is {verdict}"
     if stable is not None and (left or not steady.periodic):
         said += f"; the orbit of the solution is {verdict}"

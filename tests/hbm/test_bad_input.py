@@ -233,7 +233,10 @@ def test_motions_in_words():
     turn = np.cross([1.0, 0, 0], x - x.mean(axis=0)) + noise
     motion[MODEL.body == "damper"] = turn[np.arange(len(x)), axis]
     said = describe_motion(MODEL, motion)
-    assert str(said) == "body 'damper' rotates about (1.00, 0.00, 0.00)" and said.rigid and said.turns
+    assert str(said) == "body 'damper' rotates about (1.00, 0.00, 0.00) through (0, 0, 0.000541) m"
+    assert said.rigid and said.turns
+    motion[MODEL.body == "damper"] = (turn - noise + [0, 0, 0.002])[np.arange(len(x)), axis]
+    assert str(describe_motion(MODEL, motion)).endswith("through (0, -0.002, 0.000541) m")
     motion[MODEL.body == "damper"] = np.array([0, 1.0, -1e-4])[axis]
     said = describe_motion(MODEL, motion)
     assert str(said) == "body 'damper' slides along (0.00, 1.00, 0.00)" and said.rigid and not said.turns

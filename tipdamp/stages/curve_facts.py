@@ -7,7 +7,9 @@ import numpy as np
 
 from hbm import fourier
 from hbm.contact import ContactTable
+from hbm.hold.check import hold_in_words
 from hbm.hold.spring import HeldMotion
+from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
 from tipdamp.curves import Case
 from tipdamp.pair_checks import pair_names
@@ -16,13 +18,13 @@ from tipdamp.stages.response_results import BackCurve, CurveResult, HeldForce, P
 from tipdamp.study.schema import Respond
 
 
-def curve_result(settings: Respond, kept: ContactTable, held: Sequence[HeldMotion], case: Case,
+def curve_result(settings: Respond, kept: ContactTable, problem: ContactProblem, case: Case,
                  ways: Sequence[ForcedResponse]) -> CurveResult:
     """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force; counts.
 
     ways : the curve, and where it was followed back, that too
     """
-    curve, *back = ways
+    (curve, *back), held = ways, problem.held
     patches = {patch: peak_of(curve, in_patch(curve.output_names, patch)) for patch in settings.patches}
     first = in_patch(curve.output_names, settings.patches[0])
     top = patches[settings.patches[0]]
@@ -35,6 +37,7 @@ def curve_result(settings: Respond, kept: ContactTable, held: Sequence[HeldMotio
         seconds=curve.seconds, residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended,
         origin=curve.origin, start=curve.start,
         back=other[0] if other else None, held=held_forces(curve, held, first), held_change=curve.held_change,
+        held_reaction_change=curve.held_reaction_change, hold_doubts=tuple(hold_in_words(curve, problem)),
         energy_error=worst(curve.energy_error))
 
 
@@ -47,8 +50,9 @@ def held_forces(curve: ForcedResponse, held: Sequence[HeldMotion], outputs: np.n
     """{motion: force on what holds it} at the point where the outputs, a mask (m,), move most."""
     hz = max((curve.at_least(n) for n in curve.output_names[outputs]), key=lambda p: p[1])[0]
     X = curve.reaction[np.flatnonzero(curve.frequency == hz)[0]] if np.isfinite(hz) else np.full((len(held), 1), np.nan)
-    return {one.name: HeldForce(unit=one.unit, hz=hz, mean=x[0].real, amplitude=float(fourier.half_peak_to_peak(x)),
-                                spring=not one.mean) for one, x in zip(held, X, strict=True)}
+    return {one.name: HeldForce(
+        unit=one.unit, hz=hz, mean=x[0].real, amplitude=float(fourier.half_peak_to_peak(x)), spring=not one.mean,
+        moved=None if one.mean else x[0].real / one.stiffness) for one, x in zip(held, X, strict=True)}
 
 
 def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:

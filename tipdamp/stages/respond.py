@@ -8,7 +8,6 @@ import numpy as np
 
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
-from hbm.hold.check import change_in_words
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.result import ForcedResponse
@@ -57,7 +56,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     found, difference = [], {}
     for there, *back in cases:
         curve, *others = map(assembly.curves.load, (there, *back))
-        found.append(curve_result(settings, assembly.kept, assembly.curves.problem.held, there, (curve, *others)))
+        found.append(curve_result(settings, assembly.kept, assembly.curves.problem, there, (curve, *others)))
         # the damping is that of all kept pairs stuck: the linear response is the same where none is open at rest
         alike = assembly.curves.problem.law.components == ALL_SPRINGS and (assembly.kept.preload > 0).all()
         if not found[-1].slipping_pairs and alike and curve.converged.any():
@@ -165,7 +164,7 @@ def warnings(_: Study, store: Store) -> list[str]:
     soft."""
     found = RespondResult.load(store).responses
     stuck = TuneResult.load(store).stuck_modes_hz.tuned if any(map(_at_an_end, found)) else ()
-    return [*(text for kind in (_incomplete, _unsolved, _stiff_hold) for c in found for text in kind(c)),
+    return [*(text for kind in (_incomplete, _unsolved, _hold) for c in found for text in kind(c)),
             *_unbalanced(found), *(text for c in found for text in _without_resonance(c, stuck))]
 
 
@@ -199,10 +198,9 @@ def _unsolved(case):
                    f"{one.unsolved}")
 
 
-def _stiff_hold(case):
-    change = np.nan if case.held_change is None else case.held_change
-    if in_words := change_in_words(change, case.held):
-        yield f"the curve Fe = {case.Fe_N:g} N, H = {case.H}: {in_words}"
+def _hold(case):
+    for doubt in case.hold_doubts:
+        yield f"the curve Fe = {case.Fe_N:g} N, H = {case.H}: {doubt}"
 
 
 def _incomplete(case: CurveResult) -> Iterator[str]:

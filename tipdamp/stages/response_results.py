@@ -22,12 +22,14 @@ class Peak(Record):
 
 class HeldForce(Record):
     """Force on what holds a rigid motion, at the highest amplitude of the curve on the first patch, beside the one at
-    rest; unit - N or N m; amplitude - half of peak-to-peak of its vibration; spring - or the mean alone is held."""
+    rest; unit - N or N m; amplitude - half of peak-to-peak of its vibration; spring - or the mean alone is held;
+    moved - mean displacement of the spring, m or rad."""
     unit: str
     hz: Number
     mean: Number
     amplitude: Number
     spring: bool
+    moved: Number = None
 
 
 class BackCurve(Peak):
@@ -43,7 +45,8 @@ class BackCurve(Peak):
 class CurveResult(Peak):
     """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names`;
     energy_error - of input = damping + friction over a period, relative to the input, the largest of its points;
-    back - None where the band was followed one way; held {motion: ...}; held_change - see ForcedResponse."""
+    back - None where the band was followed one way; held {motion: ...}; held_change, held_reaction_change -
+    see ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
     file: str
     Fe_N: float
     H: int
@@ -61,6 +64,8 @@ class CurveResult(Peak):
     back: BackCurve | None = None
     held: dict[str, HeldForce] = {}
     held_change: Number = 0.0
+    held_reaction_change: Number = 0.0
+    hold_doubts: Texts = ()
 
 
 class RespondResult(Result):

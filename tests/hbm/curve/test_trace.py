@@ -46,5 +46,5 @@ def test_rolling_damper_is_named(H):
     problem, force, outputs = rig(roll=False)
     free = follow_band(problem, 40 * force, (2300, 3300), harmonics=H, outputs=outputs)
     assert not free.complete and len(free.frequency) < 300
-    assert "the damper rolls (body 'damper' rotates about (0.00, 1.00, 0.00))" in free.ended
+    assert "the damper rolls (body 'damper' rotates about (0.00, 1.00, 0.00) through (" in free.ended
     assert "no periodic state exists there" in free.ended

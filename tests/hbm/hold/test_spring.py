@@ -25,6 +25,7 @@ from hbm import (
     solve_at,
 )
 from hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
+from hbm.hold.spring import held_motions
 from tests.contact_tables import contact_table
 from tests.hbm.small_rig import small_rig
 
@@ -132,6 +133,27 @@ def test_a_soft_hold_changes_nothing():
     assert hard.held_change > 1e-4 and abs(none.peak("tip")[0] - 1200) < 190
 
 
+def test_sticking_contacts_carry_the_mean_force():
+    """A slider that starts stretched: the spring takes a share by its stiffness, a stop the whole kt w."""
+    model, pairs = block()
+    given = dict(harmonics=3, outputs={"x": [1.0, 0, 0]}, start=[[1e-6, 0.0]])
+    with pytest.warns(UserWarning, match="changes by 90 % of itself: sticking contacts carry the mean force"):
+        soft = forced_response(model, pairs, DryFriction2T(), [1.0, 0, 0.5], (30, 60), hold=Hold("x"), **given)
+    assert soft.held_reaction_change == pytest.approx(0.9, rel=1e-3) and soft.held_change < 1e-4
+    stop = forced_response(model, pairs, DryFriction2T(), [1.0, 0, 0.5], (30, 60), hold=Hold("x", mean=True), **given)
+    assert stop.reaction[0, 0, 0].real == pytest.approx(10.0) and stop.held_reaction_change == 0
+
+
+def test_ten_times_the_stiffness_in_steps():
+    """From the soft spring Newton's method does not come to the stiffer one at once; in steps it does."""
+    model, pairs, tip = small_rig(stations=5, roll=0.0)
+    with pytest.warns(UserWarning, match="damper: roll about x: moves by up to .* rad, of which the mean is .*about "
+                                         "0.01 rad: give a larger stiffness, or mean = true") as said:
+        curve = forced_response(model, pairs, DryFriction2T(), 40 * tip, (1050, 1300), hold=Hold("about x", 1e-2),
+                                damping_ratio=0.01, outputs={"tip": tip}, harmonics=1)
+    assert curve.held_change < 1e-4 and not [one for one in said if "no solution" in str(one.message)]
+
+
 def test_saved_with_its_reaction(tmp_path):
     curve = forced_response(MODEL, PAIRS, DryFriction2T(), TIP, (930, 940), hold=Hold("x", mean=True), harmonics=1,
                             damping_ratio=0.01, outputs={"tip": TIP})
@@ -170,6 +192,17 @@ def test_bodies_that_cannot_move_so():
 def test_normals_that_hold_already():
     with pytest.warns(UserWarning, match="hold = 'z': contact normals face the slide along z of the damper by 0.57"):
         contact_problem(MODEL, PAIRS, DryFriction2T(), damping_ratio=0.01, hold=Hold("z"))
+
+
+def test_normals_that_a_combined_motion_passes():
+    """One contact at the end of a bar faces the roll about its middle, but not the roll with a slide along z."""
+    position = np.repeat([[-1.0, 0, 0], [1.0, 0, 0]], 3, axis=0)
+    bar = ReducedModel.from_matrices(np.eye(6), np.zeros((6, 6)), body="damper", node=[1, 1, 1, 2, 2, 2],
+                                     direction=["x", "y", "z"] * 2, position=position)
+    one = contact_table(np.eye(3)[None], kn=KN, kt=1e7, mu=MU, preload=N0)
+    both = contact_table(np.eye(3)[None].repeat(2, axis=0), damper_node=[1, 2], kn=KN, kt=1e7, mu=MU, preload=N0)
+    assert held_motions(bar, one, Hold("about y", 1.0))[0].doubt == ""
+    assert "whatever other rigid motions go with it" in held_motions(bar, both, Hold("about y", 1.0))[0].doubt
 
 
 # ---- structures that float as a whole ----------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """Uncoupled Coulomb friction: event-driven cycles in closed form and in their extremes."""
 
 import os
+from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -95,3 +96,11 @@ def test_compilation_is_announced(tmp_path, caplog, monkeypatch):
     os.utime(stored, (source.stat().st_mtime + 5,) * 2)
     compilation.announce(kernel)
     assert not caplog.text
+    stored.write_bytes(b"0.68" + sha256(source.read_bytes()).digest())     # a copy of the source that is younger
+    os.utime(stored, (source.stat().st_mtime - 5,) * 2)
+    compilation.announce(kernel)
+    assert not caplog.text
+    stored.write_bytes(b"of another source")
+    os.utime(stored, (source.stat().st_mtime - 5,) * 2)
+    compilation.announce(kernel)
+    assert "compiling the contact kernels" in caplog.text
