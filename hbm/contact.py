@@ -7,7 +7,7 @@ n; right-handed) n points from the damper into the blade and
 """
 
 import csv
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -24,10 +24,10 @@ _TEXT = ("side", "blade_body", "damper_body")
 _WHOLE = ("station", "row", "blade_node", "damper_node")
 _VECTOR = {"position": ("x", "y", "z"), "t1": ("t1x", "t1y", "t1z"), "t2": ("t2x", "t2y", "t2z"),
            "n": ("nx", "ny", "nz")}
-_NUMBER = ("gap", "kn", "kt", "mu", "preload", "weight")
+_NUMBER = ("gap", "kn", "kt", "mu", "preload", "weight", "area")
 COLUMNS = (*_TEXT[:1], "station", "row", "blade_body", "blade_node", "damper_body", "damper_node",
            *(c for names in _VECTOR.values() for c in names), *_NUMBER)
-_DEFAULT = {"row": 0, "gap": 0.0, "preload": 0.0, "weight": 1.0}
+_DEFAULT = {"row": 0, "gap": 0.0, "preload": 0.0, "weight": 1.0, "area": 0.0}
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,7 @@ class ContactTable:
     mu : (P,) - friction coefficient
     preload : (P,) N - signed static normal force; negative = open by -preload/kn
     weight : (P,) in [0, 1] - 1 carries, 0 is detached; multiplies kn and kt
+    area : (P,) m2 - of the surface that a contact point stands for; 0 for pairs of nodes, which know none
     """
 
     side: np.ndarray
@@ -62,8 +63,11 @@ class ContactTable:
     mu: np.ndarray
     preload: np.ndarray
     weight: np.ndarray
+    area: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self):
+        if not len(self.area):
+            object.__setattr__(self, "area", np.zeros(len(self.side)))
         for name, given in list(vars(self).items()):
             kind = str if name in _TEXT else np.int64 if name in _WHOLE else float
             try:
@@ -78,7 +82,7 @@ class ContactTable:
 
     def _check_values(self):
         for name, low, high in (("kn", 0, np.inf), ("kt", 0, np.inf), ("mu", 0, np.inf), ("weight", 0, 1),
-                                ("gap", -np.inf, np.inf), ("preload", -np.inf, np.inf)):
+                                ("area", 0, np.inf), ("gap", -np.inf, np.inf), ("preload", -np.inf, np.inf)):
             values = vars(self)[name]
             hard = (name in ("kn", "kt")) & np.isposinf(values)      # contact without a spring, in statics alone
             bad = ~(np.isfinite(values) | hard) | (values < low) | (values > high)
@@ -114,6 +118,11 @@ class ContactTable:
         return list(dict.fromkeys(self.side.tolist()))
 
     @property
+    def on_surface(self) -> np.ndarray:
+        """(P,) bool - contact points of unlike surfaces; the others are pairs of nodes."""
+        return self.area > 0
+
+    @property
     def carrying(self) -> np.ndarray:
         """(P,) bool - pairs that are not detached."""
         return self.weight > 0
@@ -135,14 +144,15 @@ class ContactTable:
             columns.update({label: vectors[name][:, k] for k, label in enumerate(labels)})
         with open(path, "w", newline="", encoding="utf-8") as f:
             writer = csv.writer(f)
-            writer.writerow(COLUMNS)
+            stated = [c for c in COLUMNS if c != "area" or self.area.any()]
+            writer.writerow(stated)
             for i in range(len(self)):
-                writer.writerow([_text(columns[c][i]) for c in COLUMNS])
+                writer.writerow([_text(columns[c][i]) for c in stated])
         return path
 
     @classmethod
     def load(cls, path: str | Path) -> "ContactTable":
-        """Read a CSV with a header line; gap, preload, row and weight may be left out."""
+        """Read a CSV with a header line; gap, preload, row, weight and area may be left out."""
         path = Path(path)
         if not path.is_file():
             raise InputError(f"contact table not found: {path}")

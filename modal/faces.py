@@ -75,17 +75,35 @@ def node_normals(mesh: Mesh, index: int, faces: list[np.ndarray]) -> np.ndarray:
 def face_rule(nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Shape functions (g, k), slopes (g, 2, k) and weights (g,) at the Gauss points of a face with k nodes.
 
-    4 x 4 points on a square; the same collapsed onto the triangle, exact to degree 5.
+    4 x 4 points on a square; the same collapsed onto the triangle, exact to degree 6.
     """
+    points, weight = triangle_rule(4) if face_corners(nodes) == 3 else _square_rule(4)
+    return *face_shapes(nodes, points), weight
+
+
+def triangle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n^2, 2) and weights (n^2,) on the triangle (0, 0), (1, 0), (0, 1): exact to degree 2n - 2."""
+    points, weight = _square_rule(n)
+    r, s = (points.T + 1) / 2
+    return np.column_stack([r, s * (1 - r)]), weight / 4 * (1 - r)
+
+
+def _square_rule(n):
+    x, w = np.polynomial.legendre.leggauss(n)
+    return np.column_stack([g.ravel() for g in np.meshgrid(x, x)]), np.outer(w, w).ravel()
+
+
+def face_shapes(nodes: int, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shape functions (m, k) and slopes (m, 2, k) of a face with k nodes at reference coordinates (m, 2)."""
     power, reference = _shape(nodes)
-    x, w = np.polynomial.legendre.leggauss(4)
-    points, weight = np.column_stack([g.ravel() for g in np.meshgrid(x, x)]), np.outer(w, w).ravel()
-    if face_corners(nodes) == 3:
-        r, s = (points.T + 1) / 2
-        points, weight = np.column_stack([r, s * (1 - r)]), weight / 4 * (1 - r)
     inverse = np.linalg.inv(_monomials(power, reference, (0, 0)))
     slope = np.stack([_monomials(power, points, d) @ inverse for d in ((1, 0), (0, 1))], axis=1)
-    return _monomials(power, points, (0, 0)) @ inverse, slope, weight
+    return _monomials(power, points, (0, 0)) @ inverse, slope
+
+
+def face_places(nodes: int) -> np.ndarray:
+    """(k, 2) reference coordinates of the nodes of a face."""
+    return _shape(nodes)[1]
 
 
 def _shape(nodes):

@@ -40,14 +40,14 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, axis: ArrayLike, pull: ArrayL
     b_index, d_index = blade.index(b_nodes), damper.index(d_nodes)
     match = _match(blade.position[b_index], damper.position[d_index], side, tolerance)
     d_nodes, d_index = d_nodes[match], d_index[match]
-    axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    along_axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     b_faces, d_faces = boundary_faces(blade), boundary_faces(damper)
     normals = np.array([_shared_normal(node_normals(blade, i, b_faces), node_normals(damper, j, d_faces),
                                        side, number)
                         for i, j, number in zip(b_index, d_index, b_nodes, strict=True)])
-    frame = _frames(normals, axis, side)
+    frame = contact_frames(normals, along_axis, side)
     position = blade.position[b_index]
-    along = position @ axis
+    along = position @ along_axis
     station, row = _grid(along, position @ np.asarray(pull, float), side, tolerance)
     order = np.lexsort((row, station))
     P = len(order)
@@ -56,6 +56,14 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, axis: ArrayLike, pull: ArrayL
                         blade_node=b_nodes, damper_body=full(P, side.damper_body), damper_node=d_nodes,
                         position=position, frame=frame, gap=np.zeros(P), kn=np.zeros(P), kt=np.zeros(P),
                         mu=np.zeros(P), preload=np.zeros(P), weight=np.ones(P)).select(order)
+
+
+def matches(blade: Mesh, damper: Mesh, side: Side, tolerance: float) -> bool:
+    """Whether the nodes of the two groups of a side lie at one place each, within `tolerance` m."""
+    places = [mesh.position[mesh.index(mesh.group(group))] for mesh, group in ((blade, side.blade),
+                                                                               (damper, side.damper))]
+    distance, nearest = cKDTree(places[1]).query(places[0])
+    return len(places[0]) == len(places[1]) == len(np.unique(nearest)) and bool((distance <= tolerance).all())
 
 
 def offsets(pairs: ContactTable, blade: Mesh, damper: Mesh) -> np.ndarray:
@@ -82,6 +90,8 @@ def _match(blade, damper, side, tolerance):
         advice = (f"{shared} share their nearest partner with another: the two surfaces need the same nodes" if shared
                   else "the two surfaces need the same nodes" if len(blade) != len(damper)
                   else f"tolerance = {1.1 * worst:.2g} m would match them")
+        advice += ("; unlike meshes meet as surfaces: [contact] method = \"auto\" or \"surfaces\" with kn_per_area, "
+                   "kn_total or a model in the place of a stiffness per node")
         raise InputError(f"side '{side.name}': {len(blade)} blade nodes in '{side.blade}' and {len(damper)} damper "
                          f"nodes in '{side.damper}', {unmatched} without a partner within {tolerance:g} m "
                          f"(largest distance {worst:.3g} m); {advice}")
@@ -101,7 +111,8 @@ def _shared_normal(blade, damper, side, number):
     return -blade[i]
 
 
-def _frames(normals, axis, side):
+def contact_frames(normals: np.ndarray, axis: np.ndarray, side: Side) -> np.ndarray:
+    """(n, 3, 3): rows t1 along the axis (unit vector), t2, n of each normal (n, 3); InputError where it is the axis."""
     t1 = axis - normals * (normals @ axis)[:, None]
     length = np.linalg.norm(t1, axis=1)
     if (length < 1e-3).any():

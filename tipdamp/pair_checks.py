@@ -30,11 +30,12 @@ def places_in(model: ReducedModel | None, pairs: ContactTable) -> dict:
 
 def surface_angles(pairs: ContactTable, meshes: dict) -> np.ndarray:
     """(P,) degrees: how far n is off the damper's outward normal or the blade's inward one, whichever is worse; of
-    several faces at a node the nearest counts. 180 where a node is not on the surface."""
+    several faces at a node the nearest counts. 180 where a node is not on the surface; 0 at contact points, whose n is
+    that of the surfaces."""
     worst = np.zeros(len(pairs))
     for body, bodies, nodes, sign in ((DAMPER, pairs.damper_body, pairs.damper_node, 1.0),
                                       (BLADES, pairs.blade_body, pairs.blade_node, -1.0)):
-        mesh, there = meshes[body], np.flatnonzero(bodies != GROUND)
+        mesh, there = meshes[body], np.flatnonzero((bodies != GROUND) & ~pairs.on_surface)
         faces = boundary_faces(mesh)
         for i, index in zip(there, mesh.index(nodes[there]), strict=True):
             normals = node_normals(mesh, index, faces)

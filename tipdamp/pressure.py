@@ -70,6 +70,8 @@ def _patch(pairs, side, hard):
         part = _nearest(place[cells])
     tributary = np.zeros(len(rows))
     np.add.at(tributary, cells, part)
+    if pairs.on_surface[rows].all():
+        tributary = pairs.area[rows]
     kn = (pairs.kn * pairs.weight)[rows]
     by_springs = not hard and np.isfinite(kn).all() and kn.any()
     return Patch(side, rows, cells, tributary, tributary.sum() * kn / kn.sum() if by_springs else tributary)

@@ -128,6 +128,7 @@ def _stiffness(study, inspected):
 
 def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> Iterator[str]:
     """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of neighbouring nodes."""
+    pairs = pairs.select(~pairs.on_surface)
     apart = offsets(pairs, meshes[BLADES], meshes[DAMPER])
     for name in pairs.sides:
         mine = np.flatnonzero(pairs.side == name)
@@ -135,7 +136,7 @@ def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]
         far = mine[np.abs(apart[mine]) > 0.1 * size]
         if len(far):
             i = far[np.abs(apart[far]).argmax()]
-            how = ("they count as touching (shifted onto each other)" if study.contact.distance == "closed"
+            how = ("they count as touching (shifted onto each other)" if study.contact.distance != "gap"
                    else "it counts as initial gap")
             yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'are apart'}, most at blade node "
                    f"{pairs.blade_node[i]} ({np.round(pairs.position[i], 5).tolist()} m): {apart[i]:.3g} m, "

@@ -14,6 +14,7 @@ from static_contact.stiffness.elastic_constants import MaterialPair
 from static_contact.stiffness.nodal_stiffness import NodalStiffness, StiffnessModel, given_stiffness, nodal_stiffness
 from static_contact.stiffness.rough_surfaces import Roughness
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.pair import side_nodes
 from tipdamp.loads import held_directions, pull_vector
 from tipdamp.pressure import patches
 from tipdamp.stages.results import SideStiffness, StiffnessWay
@@ -81,6 +82,8 @@ def _per_node(study, name, mine) -> tuple[float, float]:
 
 def _tributary(study, name, mine, need_area=False) -> np.ndarray:
     """(n,) m2, or m where the pairs of the side form a line and no area is needed."""
+    if mine.on_surface.all():
+        return mine.area
     found, width = patches(mine), study.sides[name].width
     if not found:
         raise InputError(f"{study.path}: [contact.{name}]: its pairs lie at one place, which has no tributary areas")
@@ -103,19 +106,20 @@ def node_stiffness(study: Study, pairs: ContactTable,
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
     for name, one in sides.items():
         mine, weights = pairs.side == name, np.ones(one.n_nodes)
-        if shares(study, name) == "tributary":
+        if shares(study, name, pairs.select(mine)) == "tributary":
             weights = _tributary(study, name, pairs.select(mine))
             weights = weights / weights.mean()
         kn[mine], kt[mine] = one.kn * weights, one.kt * weights
     return kn, kt
 
 
-def shares(study: Study, name: str) -> str:
-    """How the nodes of a side share its stiffness; per area it is by area."""
-    return "equal" if study.contact.shares == "equal" and study.sides[name].kn_per_area is None else "tributary"
+def shares(study: Study, name: str, mine: ContactTable) -> str:
+    """How the nodes of a side share its stiffness; per area, and on surfaces, it is by area."""
+    by_area = study.sides[name].kn_per_area is not None or mine.on_surface.any()
+    return "equal" if study.contact.shares == "equal" and not by_area else "tributary"
 
 
-def facts(study: Study, sides: dict[str, NodalStiffness], materials: dict[str, Moduli],
+def facts(study: Study, pairs: ContactTable, sides: dict[str, NodalStiffness], materials: dict[str, Moduli],
           fitted: float = 1.0) -> dict[str, SideStiffness]:
     """{side: what its stiffness was made from} for the result of the stage."""
     found = {}
@@ -127,7 +131,8 @@ def facts(study: Study, sides: dict[str, NodalStiffness], materials: dict[str, M
             kind=one.kind if theory else None, half_width_m=one.size, depth_m=one.depth,
             h_rms_m=one.roughness.h_rms if one.roughness else None,
             gamma=one.roughness.gamma if one.roughness else None, scale=one.scale,
-            shares=shares(study, name), E_star_Pa=one.pair.E_star if one.pair else None,
+            shares=shares(study, name, pairs.select(pairs.side == name)),
+            E_star_Pa=one.pair.E_star if one.pair else None,
             ways=tuple(_ways(study, name, one, materials.get(name), fitted)))
     return found
 
@@ -159,11 +164,12 @@ def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -
     """{side: Moduli} of the cells in contact. Sides with a stiffness of their own, which need none, are left out where
     the cells are of several materials."""
     found: dict[str, Moduli] = {}
-    for name, side in study.sides.items() if not study.contact.pairs else ():
-        mine = pairs.side == name
+    nodes = side_nodes(study, meshes, pairs) if not study.contact.pairs else {BLADES: [], DAMPER: []}
+    for name, blade, damper in zip(pairs.sides, nodes[BLADES], nodes[DAMPER], strict=False):
+        side = study.sides[name]
         try:
-            one, two = (material_at(study, meshes[body], nodes[mine], f"[contact.{name}]")
-                        for body, nodes in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)))
+            one, two = (material_at(study, meshes[body], mine, f"[contact.{name}]")
+                        for body, mine in ((BLADES, blade), (DAMPER, damper)))
         except InputError:
             if side.given:
                 continue

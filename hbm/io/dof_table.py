@@ -80,7 +80,7 @@ def read_npz(path: str | Path) -> dict:
 
 
 def _points(path, found):
-    columns: dict = {}
+    columns = {}
     for key in found:
         if key.startswith("points/"):
             body, name = key.removeprefix("points/").rsplit("/", 1)

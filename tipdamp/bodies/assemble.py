@@ -1,5 +1,7 @@
 """The finite-element bodies of a study: materials, supports, and the nodes that they are reduced onto."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from hbm.contact import GROUND, ContactTable
@@ -8,6 +10,7 @@ from modal.body import Body
 from modal.elasticity import Material
 from modal.mesh import Mesh
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.surfaces import surface_points
 from tipdamp.loads import at_speed
 from tipdamp.progress import Tick
 from tipdamp.study import schema
@@ -30,7 +33,11 @@ def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: 
     blades = at_speed(study, blades, meshes[BLADES], material, others)
     tick(0.1, "assembling the damper")
     material, others = materials(study, meshes[DAMPER])
-    return [blades, elastic_body(meshes[DAMPER], material, DAMPER, other_materials=others, free=True)]
+    damper = elastic_body(meshes[DAMPER], material, DAMPER, other_materials=others, free=True)
+    met = surface_points(study, meshes)
+    if met is None:
+        return [blades, damper]
+    return [replace(body, points=met.points[body.name].on(body)) for body in (blades, damper)]
 
 
 def materials(study: Study, mesh: Mesh) -> tuple[Material, dict[str, Material]]:
@@ -44,8 +51,9 @@ def _material(section: schema.Material | schema.OtherMaterial) -> Material:
 
 
 def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, np.ndarray]:
-    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto: contact, excitation and
-    response. InputError where one of them is clamped."""
+    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto: pairs of nodes, excitation
+    and response. InputError where one of them is clamped."""
+    pairs = pairs.select(~pairs.on_surface)          # contact points bring shapes of their own
     on_blades = pairs.blade_body != GROUND
     nodes = {f"[contact.{s}] the pairs": pairs.blade_node[on_blades & (pairs.side == s)] for s in pairs.sides}
     if "respond" in study:
@@ -57,4 +65,5 @@ def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> 
             if len(both := np.intersect1d(mine, held)):
                 raise InputError(f"{study.path}: {what}: node {both[0]} of the blades is clamped by group '{group}' "
                                  f"and cannot move ({len(both)} such nodes)")
-    return {BLADES: np.concatenate(list(nodes.values())), DAMPER: pairs.damper_node[pairs.damper_body != GROUND]}
+    return {BLADES: np.concatenate([np.empty(0, dtype=np.int64), *nodes.values()]),
+            DAMPER: pairs.damper_node[pairs.damper_body != GROUND]}

@@ -5,24 +5,41 @@ import numpy as np
 from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError
 from modal.mesh import Mesh
+from static_contact.pairing import join, offsets, pair
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.surfaces import named_side, surface_points
 from tipdamp.study.view import Study
 
 
 def matched_pairs(study: Study, meshes: dict[str, Mesh]) -> ContactTable:
-    """All node pairs of all sides with their frames: matched between the meshes, or the user's own table."""
-    from static_contact.pairing import Side, join, offsets, pair
-
+    """All pairs of all sides with their frames: nodes matched between the meshes, points of unlike surfaces, or the
+    user's own table."""
     if study.contact.pairs:
         pairs = own_pairs(study)
         check_positions(study, meshes, pairs)
         return pairs
-    pairs = join(*(pair(meshes[BLADES], meshes[DAMPER], Side(name, side.blade, side.damper, BLADES, DAMPER),
-                        axis=study.driver.axis, pull=study.driver.pull_direction, tolerance=study.contact.tolerance)
-                   for name, side in study.sides.items()))
-    if study.contact.distance == "gap":
-        pairs = pairs.replace(gap=offsets(pairs, meshes[BLADES], meshes[DAMPER]))
-    return pairs
+    met = surface_points(study, meshes)
+    found = {name: met.pairs.select(met.pairs.side == name) for name in met.pairs.sides} if met else {}
+    for name in study.sides:
+        if name in found:
+            continue
+        pairs = pair(meshes[BLADES], meshes[DAMPER], named_side(study, name), axis=study.driver.axis,
+                     pull=study.driver.pull_direction, tolerance=study.contact.tolerance)
+        if study.contact.distance == "gap":
+            pairs = pairs.replace(gap=offsets(pairs, meshes[BLADES], meshes[DAMPER]))
+        found[name] = pairs
+    return join(*(found[name] for name in study.sides))
+
+
+def side_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, list[np.ndarray]]:
+    """{"blades", "damper": node numbers of each side of the pairs}: of pairs of nodes, and of contact points those that
+    they are means of. None of the ground."""
+    met, found = surface_points(study, meshes), {}
+    for name, bodies, numbers in ((BLADES, pairs.blade_body, pairs.blade_node),
+                                  (DAMPER, pairs.damper_body, pairs.damper_node)):
+        found[name] = [met.points[name].nodes_of(mine) if met and np.isin(mine, met.points[name].number).any() else mine
+                       for mine in (numbers[(pairs.side == side) & (bodies != GROUND)] for side in pairs.sides)]
+    return found
 
 
 def own_pairs(study: Study) -> ContactTable:
@@ -69,13 +86,15 @@ def _check_stations(where, pairs, axis):
 
 
 def places_on(meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, np.ndarray]:
-    """{"blades", "damper": (P, 3) m} of the two nodes of each pair; of the ground the place in the table."""
+    """{"blades", "damper": (P, 3) m} of the two nodes of each pair; of the ground the place in the table, of contact
+    points that on the damper and, beyond the gap, on the blade."""
     found = {}
     for name, bodies, numbers in ((BLADES, pairs.blade_body, pairs.blade_node),
                                   (DAMPER, pairs.damper_body, pairs.damper_node)):
-        found[name], there = pairs.position.copy(), bodies != GROUND
+        found[name], there = pairs.position.copy(), (bodies != GROUND) & ~pairs.on_surface
         found[name][there] = meshes[name].position[meshes[name].index(numbers[there])]
-    return found
+    beyond = pairs.on_surface[:, None] * pairs.gap[:, None] * pairs.normal
+    return {**found, BLADES: found[BLADES] + beyond}
 
 
 def check_positions(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> None:

@@ -7,14 +7,16 @@ from hbm.errors import InputError, nearest, shown
 from modal.mesh import Mesh
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.split import Wanted, cut_named, named_cells, split
+from tipdamp.bodies.surfaces import with_picked
+from tipdamp.study.faces import FaceChoice
 from tipdamp.study.view import Study, every_key
 
 # what every stage that works on meshes or given matrices reads of the study
 BODY_FILES = ("model", "blades", "damper", "contact")          # sections that name meshes, matrices or pairs
 BODY_READS = ("length_unit", "material", "materials", "rotation", "blades", *every_key(DAMPER, but=("pull", "hold")),
               *every_key("model", but=("pull", "hold")), "driver.axis", "driver.pull_direction", "contact.pairs",
-              "contact.tolerance", "contact.distance", "sides.blade", "sides.damper", "sides.shape", "sides.given",
-              "respond.excitation", "respond.direction", "respond.patches")
+              "contact.tolerance", "contact.distance", "contact.method", "sides.blade", "sides.damper", "sides.shape",
+              "sides.given", "sides.per_node", "respond.excitation", "respond.direction", "respond.patches")
 
 
 class NamedGroup(NamedTuple):
@@ -39,7 +41,7 @@ def read_meshes(study: Study) -> dict[str, Mesh]:
         if material.group not in held:
             raise InputError(f"{study.path}: [material.{name}] group: no mesh has a group of cells "
                              f"'{shown(material.group)}'; {nearest(material.group, held)}")
-    return meshes
+    return with_picked(study, meshes)
 
 
 def _read(study):
@@ -81,5 +83,7 @@ def named_groups(study: Study) -> Iterator[NamedGroup]:
         return
     for name, side in study.sides.items():
         dimensions = (0, 1, 2) if side.shape == "cylinder" else (0, 2)
-        yield NamedGroup(BLADES, f"[contact.{name}] blade", side.blade, dimensions)
-        yield NamedGroup(DAMPER, f"[contact.{name}] damper", side.damper, dimensions)
+        for body, what, faces in ((BLADES, "blade", side.blade), (DAMPER, "damper", side.damper)):
+            group = faces.group if isinstance(faces, FaceChoice) else faces
+            if group:
+                yield NamedGroup(body, f"[contact.{name}] {what}", group, dimensions)

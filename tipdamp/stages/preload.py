@@ -73,7 +73,7 @@ def _with_stiffness(study, store, model):
     if study.contact.fit_hz is not None:
         fitted, said = fit_factor(study, model, lambda f: stiffness.with_values(study, pairs, materials, pull, f))
     sides = stiffness.side_stiffness(study, pairs, materials, pull, fitted)
-    made = stiffness.facts(study, sides, materials, fitted)
+    made = stiffness.facts(study, pairs, sides, materials, fitted)
     return stiffness.with_values(study, pairs, materials, pull, fitted), made, said
 
 

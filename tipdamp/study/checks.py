@@ -79,6 +79,9 @@ def check_contact(where: str, contact: Contact) -> None:
 def check_side(where: str, side: Side, contact: Contact) -> None:
     """Nodes, shape and stiffness of one side: given, or what its model needs."""
     matched, stated = not contact.pairs, dict(side)
+    if matched and contact.method == "surfaces" and side.per_node:
+        raise InputError(f"{where} kn and kt are per node, which means nothing on surfaces ([contact] method): give "
+                         "kn_per_area and kt_per_area, or kn_total and kt_total")
     if matched:
         _check_given_stiffness(where, side, contact.stiffness)
     needs = {key: matched for key in ("blade", "damper")}

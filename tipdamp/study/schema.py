@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from tipdamp.study.faces import FACES, FaceChoice
 from tipdamp.study.hold import HOLD, HoldChoice
 from tipdamp.study.law import DEFAULT, LAW, LawChoice
 from tipdamp.study.values import (
@@ -158,9 +159,13 @@ class Contact(Section):
     mu: Annotated[float | None, Key(NUMBER, "friction coefficient; above 2 with a warning", low=0)] = None
     tolerance: Annotated[float, Key(NUMBER, "largest distance of the two nodes of a pair", "length", low=0,
                                     open_low=True)] = 1e-6
-    distance: Annotated[Literal["closed", "gap"], Key(
-        CHOICE, "of the two nodes of a pair along the normal: 'closed': they count as touching; 'gap': it adds to the "
-        "initial gap")] = "closed"
+    method: Annotated[Literal["auto", "nodes", "surfaces"], Key(
+        CHOICE, "of contact: 'nodes' that match one to one, or 'surfaces' of unlike meshes, whose contact points are "
+        "the corners of the damper's faces with weighted means of the motions of both sides; 'auto': surfaces where "
+        "nodes do not match and the stiffness is not per node")] = "auto"
+    distance: Annotated[Literal["auto", "closed", "gap"], Key(
+        CHOICE, "of the two nodes of a pair, or of two surfaces, along the normal: 'closed': they count as touching; "
+        "'gap': it adds to the initial gap; 'auto': 'closed' for nodes, 'gap' for surfaces")] = "auto"
     stiffness: Annotated[Literal["given", "halfspace", "plane_depth", "rough_series"], Key(
         CHOICE, "of sides without kn and kt of their own: 'halfspace': smooth bodies in three dimensions; "
         "'plane_depth': plane strain with depth; 'rough_series': halfspace in series with a rough interface; 'given': "
@@ -182,8 +187,12 @@ class Contact(Section):
 
 class Side(Section):
     """[contact.NAME]: one side of the damper."""
-    blade: Annotated[str, Key(TEXT, "node group of the blades' mesh")] = ""
-    damper: Annotated[str, Key(TEXT, "node group of the damper's mesh")] = ""
+    blade: Annotated[str | FaceChoice, Key(
+        FACES, "group of the blades' mesh: a surface, or nodes; or { ... } with what the faces fulfil: plane (normal) "
+        "or cylinder (axis) with point, radius and tolerance, within (distance of the other body), box (two corners), "
+        "group", "length")] = ""
+    damper: Annotated[str | FaceChoice, Key(FACES, "group of the damper's mesh, or { ... } as for blade",
+                                            "length")] = ""
     shape: Annotated[Literal["cylinder", "flat", "rounded"], Key(CHOICE, "form of the damper's side")]
     kn: Annotated[float | None, Key(NUMBER, "normal stiffness per node; with kt it replaces [contact] stiffness",
                                     "force/length", low=0, open_low=True)] = None
@@ -220,6 +229,11 @@ class Side(Section):
         low=0)] = "from_flat"
     gap: Annotated[tuple[Band, ...], Key(TABLE, "initial gap g0 along the axis: [[coordinate, gap], ...]",
                                          "length")] = ()
+
+    @property
+    def per_node(self) -> bool:
+        """Whether the side brings a stiffness per node, which only matching nodes can have."""
+        return self.kn is not None
 
     @property
     def given(self) -> bool:

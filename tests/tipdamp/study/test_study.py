@@ -107,7 +107,7 @@ def test_b33_damping_ratios(tmp_path):
     ("[material]", '[material.tip]\nE = 1e9\nnu = 0.3\ndensity = 1\n[material]', r"\[material.tip\] group is missing"),
     ('clamp = "clamp"', "clamp = []", "clamp = .*must be a list that is not empty"),
     ('clamp = "clamp"', 'clamp = ["a", 3]', "must be a text in quotes"),
-    ("mu = 0.6", 'mu = 0.6\ndistance = "open"', r"\[contact\] distance = 'open': .*valid: closed, gap"),
+    ("mu = 0.6", 'mu = 0.6\ndistance = "open"', r"\[contact\] distance = 'open': .*valid: auto, closed, gap"),
     ("nu = 0.3", "nu = 0.3\nwave_speed = [7000, 2000]", r"\[material\] wave_speed = .*the band is empty"),
 ])
 def test_materials_clamps_and_distance(tmp_path, old, new, message):

@@ -1,0 +1,1 @@
+"""Contact between unlike meshes: surfaces, their overlap, and the contact points on it."""

@@ -1,0 +1,90 @@
+"""What is wrong with two surfaces that are said to be in contact: one line with set, count, distance and remedy."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from hbm.errors import InputError
+from modal.mesh import Mesh
+from static_contact.pairing import Side
+from static_contact.surfaces.facets import Facets, facets
+from static_contact.surfaces.overlap import Overlap
+from static_contact.surfaces.settings import SurfaceSettings
+
+UNITS = (1e3, 1e-3, 25.4, 1 / 25.4, 1e2, 1e-2, 0.3048, 1 / 0.3048)     # between units of length in use
+COVERED = 0.01     # of the damper's faces: below it the units are looked at
+APART = 0.3        # of the blades' size: what may lie between bodies that are modelled in place
+SMALLEST = 0.01    # of the blades' size: a damper
+
+
+def check_overlap(side: Side, met: Overlap, blade: Mesh, blade_faces: list[np.ndarray], damper: Mesh,
+                  damper_faces: list[np.ndarray], reach: float, closed: bool, shown: Callable[[float], str],
+                  settings: SurfaceSettings) -> None:
+    """InputError where the surfaces do not overlap, do not oppose each other, penetrate, or two blade faces lie
+    opposite to one damper face. reach m - the largest gap; closed - wherever they lie they count as touching."""
+    counts = (f"side '{side.name}': {sum(map(len, damper_faces))} damper faces of '{side.damper}' and "
+              f"{sum(map(len, blade_faces))} blade faces of '{side.blade}'")
+    factor = _unit_factor(blade.position, damper.position) if met.covered < COVERED else None
+    if factor:
+        raise InputError(f"{counts} do not meet: the damper is {shown(np.ptp(damper.position, axis=0).max())} in size, "
+                         f"the blades {shown(np.ptp(blade.position, axis=0).max())}, and {factor:g} times its "
+                         "coordinates would lie at the blades: the two files are in different units of length; export "
+                         "both in that of [units]")
+    if not len(met.vertex):
+        raise InputError(f"{counts} {_why_apart(blade, blade_faces, damper, damper_faces, reach, shown, settings)}")
+    if len(met.doubled):
+        raise InputError(f"{counts}: {len(met.doubled)} pieces of the damper's lie opposite to two blade faces at "
+                         f"once, the first at {_place(met.doubled[0], shown)}; name one of the two surfaces")
+    if met.opposed.min() > settings.opposed:
+        raise InputError(f"{counts} are {met.opposed.min():.0f} degrees off being parallel where they face each other; "
+                         f"{settings.opposed:.0f} allowed: are these the faces that touch, and the meshes in place?")
+    size = np.sqrt(met.area)
+    deep = met.least < -settings.penetration * size
+    if deep.any() and not closed:
+        i = int(np.where(deep, met.least, 0).argmin())
+        raise InputError(f"{counts} penetrate by more than {settings.penetration:g} of a face's size around "
+                         f"{int(deep.sum())} of {len(deep)} points, most by {shown(-met.least[i])} at "
+                         f"{_place(damper.position[met.vertex[i]], shown)}; move the meshes apart, or let them count "
+                         "as touching: [contact] distance = \"closed\"")
+
+
+def _why_apart(blade, blade_faces, damper, damper_faces, reach, shown, settings) -> str:
+    """The reason why no face lies opposite to another, and what to do."""
+    mine, theirs = (_largest(facets(mesh, faces, settings))
+                    for mesh, faces in ((damper, damper_faces), (blade, blade_faces)))
+    distance, nearest = cKDTree(theirs.centre).query(mine.centre)
+    i = int(distance.argmin())
+    if distance[i] > reach + mine.radius[i] + theirs.radius[nearest[i]]:
+        return (f"do not touch: their centres are {shown(distance[i])} apart at the nearest, and gaps up to "
+                f"{shown(reach)} (a tenth of the damper) count; are the groups swapped, or the meshes out of place?")
+    facing = -np.einsum("tx,tx->t", mine.normal, theirs.normal[nearest])
+    if facing.max() < np.cos(np.radians(settings.facing)):
+        angle = np.degrees(np.arccos(np.clip(facing.max(), -1, 1)))
+        return (f"do not face each other: their normals are {angle:.0f} degrees off opposition at least, "
+                f"{settings.facing:.0f} allowed; name the faces that touch")
+    return (f"do not overlap: seen along the normal they lie beside each other, {shown(distance[i])} from centre to "
+            "centre at the nearest; name the faces that lie opposite to each other")
+
+
+def _largest(kinds: list[Facets]) -> Facets:
+    return max(kinds, key=lambda one: len(one.area))
+
+
+def _unit_factor(blade: np.ndarray, damper: np.ndarray) -> float | None:
+    """The factor between two units by which the damper would lie at the blades, where it does not as it is."""
+    low, high = blade.min(axis=0), blade.max(axis=0)
+    margin = APART * (high - low).max()
+
+    def apart(place):
+        return np.maximum(np.maximum(low - place.max(axis=0), place.min(axis=0) - high), 0.0).max()
+
+    size = np.ptp(damper, axis=0).max() / (high - low).max()
+    if SMALLEST <= size <= 1 and apart(damper) <= margin:
+        return None
+    fits = [f for f in UNITS if SMALLEST <= f * size <= 1 and apart(f * damper) <= margin]
+    return fits[0] if fits else None
+
+
+def _place(point, shown) -> str:
+    return "(" + ", ".join(shown(float(x)) for x in point) + ")"

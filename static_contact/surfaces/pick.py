@@ -1,0 +1,115 @@
+"""Faces of a mesh that form a contact side: of a group, or picked by geometry."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from modal.faces import boundary_faces, face_corners, group_faces
+from modal.mesh import Mesh
+from static_contact.surfaces.facets import Facets, facets
+from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class FacePick:
+    """Boundary faces that fulfil all that is stated.
+
+    plane : normal of a plane through `point`; cylinder : axis of a cylinder through `point` with `radius` m
+    tolerance : m - how far nodes may be off plane or cylinder; None: a hundredth of the size of the face
+    within : m - no farther from the other body, and facing it; box : two corners, all nodes between them
+    group : faces of this group only
+    """
+
+    plane: Vector | None = None
+    cylinder: Vector | None = None
+    point: Vector = (0.0, 0.0, 0.0)
+    radius: float | None = None
+    tolerance: float | None = None
+    within: float | None = None
+    box: tuple[Vector, Vector] | None = None
+    group: str = ""
+
+    def faces(self, mesh: Mesh, other: Mesh, settings: SurfaceSettings = DEFAULT) -> list[np.ndarray]:
+        """(f, k) node indices of the faces, in the blocks of `boundary_faces`; all empty where there are none."""
+        blocks = faces_of(mesh, self.group) if self.group else boundary_faces(mesh)
+        found = []
+        for block in blocks:
+            place = mesh.position[block]
+            size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1, initial=0.0)
+            found.append(block[self._on_form(place, size) & self._in_box(place)])
+        return found if self.within is None else _near(mesh, found, other, self.within, settings)
+
+    def _on_form(self, place, size):
+        off, limit = np.zeros(place.shape[:2]), 0.01 * size if self.tolerance is None else self.tolerance
+        arm = place - np.array(self.point)
+        if self.plane is not None:
+            off = np.abs(arm @ _unit(self.plane))
+        if self.cylinder is not None and self.radius is not None:
+            axis = _unit(self.cylinder)
+            from_axis = np.linalg.norm(arm - (arm @ axis)[..., None] * axis, axis=2)
+            off = np.maximum(off, np.abs(from_axis - self.radius))
+        return off.max(axis=1, initial=0.0) <= limit
+
+    def _in_box(self, place):
+        if self.box is None:
+            return np.ones(len(place), dtype=bool)
+        low, high = np.sort(np.array(self.box), axis=0)
+        return ((place >= low) & (place <= high)).all(axis=(1, 2))
+
+
+def faces_of(mesh: Mesh, group: str) -> list[np.ndarray]:
+    """Boundary faces of a group, in the blocks of `boundary_faces`: its face set, or those with all nodes in it, or,
+    where the group holds corner nodes alone, those with all corners in it."""
+    found = group_faces(mesh, group)
+    if any(len(block) for block in found):
+        return found
+    member = np.zeros(len(mesh.node), dtype=bool)
+    member[mesh.index(mesh.group(group))] = True
+    return [b[member[b[:, :face_corners(b.shape[1])]].all(axis=1)] for b in boundary_faces(mesh)]
+
+
+def _unit(direction):
+    return np.array(direction) / np.linalg.norm(direction)
+
+
+def _near(mesh, blocks, other, distance, settings):
+    """The faces whose centres lie within `distance` of a face of the other body that faces them."""
+    theirs = facets(other, boundary_faces(other), settings)
+    found = []
+    for block in blocks:
+        near = np.zeros(len(block), dtype=bool)
+        if len(block):
+            [mine] = facets(mesh, [block], settings)
+            for facet in theirs:
+                near[np.unique(mine.face[_facing(mine, facet, distance, settings)])] = True
+        found.append(block[near])
+    return found
+
+
+def _facing(mine: Facets, theirs: Facets, distance, settings):
+    """(t,) bool: whether the centre of each facet is that near to one of the others that faces it."""
+    tree = cKDTree(theirs.centre)
+    _, nearest = tree.query(mine.centre, min(settings.near, len(theirs.centre)))
+    nearest = nearest.reshape(len(mine.centre), -1)
+    facing = np.einsum("tx,tkx->tk", mine.normal, theirs.normal[nearest]) < -np.cos(np.radians(settings.facing))
+    apart = np.stack([triangle_distance(theirs.corner[nearest[:, k]], mine.centre) for k in range(nearest.shape[1])], 1)
+    return (facing & (apart <= distance)).any(axis=1)
+
+
+def triangle_distance(corner: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """(m,) m: distance of points (m, 3) from triangles (m, 3, 3)."""
+    best = np.full(len(point), np.inf)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        along, arm = corner[:, b] - corner[:, a], point - corner[:, a]
+        share = np.clip(np.einsum("mx,mx->m", arm, along) / np.einsum("mx,mx->m", along, along), 0, 1)
+        best = np.minimum(best, np.linalg.norm(arm - share[:, None] * along, axis=1))
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    over = np.ones(len(point), dtype=bool)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        over &= np.einsum("mx,mx->m", np.cross(corner[:, b] - corner[:, a], point - corner[:, a]), normal) >= 0
+    height = np.abs(np.einsum("mx,mx->m", point - corner[:, 0], normal))
+    return np.where(over, height, best)

@@ -1,0 +1,24 @@
+"""Tolerances of the geometry of surfaces, each with its reason."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SurfaceSettings:
+    """What counts as facing, as covered and as flat."""
+
+    facing: float = 60.0         # degrees off opposition: flanks of a round side beyond it carry no normal force
+    opposed: float = 20.0        # degrees that the nearest faces may be off; as much as matching of nodes allows
+    reach: float = 0.1           # of the damper's size: a wider gap never closes
+    straight: float = 1e-6       # of a face's size by which middle nodes may be off: it is then one triangle
+    landed: float = 1e-13        # of a face's size: the projection of a point onto it has converged
+    steps: int = 30              # of Newton's method for that; curved faces take 3 to 6
+    sliver: float = 1e-12        # of a facet: smaller intersections are rounding
+    dropped: float = 1e-6        # of a vertex's own area: what is covered less is the rounding of a common edge
+    doubled: float = 1.5         # times its area that a facet may be covered: projections of curves overlap
+    penetration: float = 0.1     # of the faces' size: deeper overlaps are another geometry, not the facets of a curve
+    near: int = 16               # facets whose distance to a point is measured: those around the nearest centre
+    block: int = 20_000          # pairs of facets integrated at a time: about 0.3 GB
+
+
+DEFAULT = SurfaceSettings()

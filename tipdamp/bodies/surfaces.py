@@ -1,0 +1,97 @@
+"""Contact sides of a study as surfaces: which sides do not match node by node, their faces and contact points."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from modal.faces import face_keys
+from modal.mesh import Mesh
+from static_contact.pairing import Side, matches
+from static_contact.surfaces.pick import FacePick, faces_of
+from static_contact.surfaces.points import MeshPoints, Surfaces, check_faces, surface_contact
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.study.faces import FaceChoice
+from tipdamp.study.view import Study
+
+
+class SurfaceContact(NamedTuple):
+    """pairs - of the sides that meet as surfaces; points {body: MeshPoints} on either mesh."""
+
+    pairs: ContactTable
+    points: dict[str, MeshPoints]
+
+
+def named_side(study: Study, name: str) -> Side:
+    """A side with the names of its groups; faces picked by geometry are the group "[contact.NAME] blade"."""
+    side = study.sides[name]
+    blade, damper = (f"[contact.{name}] {what}" if isinstance(faces, FaceChoice) else faces
+                     for what, faces in (("blade", side.blade), ("damper", side.damper)))
+    return Side(name, blade, damper, BLADES, DAMPER)
+
+
+def with_picked(study: Study, meshes: dict[str, Mesh]) -> dict[str, Mesh]:
+    """The meshes with the groups that the study picks by geometry: their nodes and faces. InputError where there is no
+    such face."""
+    found = dict(meshes)
+    for name, side in study.sides.items() if not study.contact.pairs else ():
+        named = named_side(study, name)
+        for body, other, what, chosen, group in ((BLADES, DAMPER, "blade", side.blade, named.blade),
+                                                 (DAMPER, BLADES, "damper", side.damper, named.damper)):
+            if isinstance(chosen, FaceChoice):
+                faces = FacePick(**dict(chosen)).faces(meshes[body], meshes[other])
+                _in_study(study, check_faces, named, what, group, meshes[body], faces)
+                found[body] = with_faces(found[body], group, faces)
+    return found
+
+
+def on_surfaces(study: Study, meshes: dict[str, Mesh]) -> list[str]:
+    """Names of the sides that meet as surfaces: all of method 'surfaces'; with 'auto' those whose nodes do not match
+    and whose stiffness is not per node."""
+    method, found = study.contact.method, []
+    for name, side in study.sides.items() if not study.contact.pairs and method != "nodes" else ():
+        if method == "surfaces" or not (side.per_node or matches(
+                meshes[BLADES], meshes[DAMPER], named_side(study, name), study.contact.tolerance)):
+            found.append(name)
+    return found
+
+
+def surface_points(study: Study, meshes: dict[str, Mesh]) -> SurfaceContact | None:
+    """Pairs and points of the sides that meet as surfaces; None where there are none."""
+    surfaces = []
+    for name in on_surfaces(study, meshes):
+        side, faces = named_side(study, name), {}
+        for body, what, group in ((BLADES, "blade", side.blade), (DAMPER, "damper", side.damper)):
+            faces[body] = faces_of(meshes[body], group)
+            _in_study(study, check_faces, side, what, group, meshes[body], faces[body])
+        surfaces.append(Surfaces(side, faces[BLADES], faces[DAMPER]))
+    if not surfaces:
+        return None
+    pairs, *points = _in_study(study, surface_contact, meshes[BLADES], meshes[DAMPER], surfaces,
+                               axis=study.driver.axis, pull=study.driver.pull_direction,
+                               closed=study.contact.distance == "closed", shown=length_text(study.length_unit))
+    return SurfaceContact(pairs, dict(zip((BLADES, DAMPER), points, strict=True)))
+
+
+def with_faces(mesh: Mesh, group: str, faces: list[np.ndarray]) -> Mesh:
+    """The mesh with a group of faces (f, k) node indices."""
+    nodes = np.unique(np.concatenate([f.ravel() for f in faces]))
+    keys = np.concatenate([face_keys(mesh.node[f]) for f in faces])
+    return replace(mesh, groups={**mesh.groups, group: mesh.node[nodes]}, dimension={**mesh.dimension, group: 2},
+                   face_groups={**mesh.face_groups, group: keys})
+
+
+def length_text(unit: float) -> Callable[[float], str]:
+    """How a length in m is written in the study's own unit, whose length is `unit` m."""
+    name = "m" if unit == 1 else "mm"
+    return lambda metres: f"{metres / unit:.3g} {name}"
+
+
+def _in_study(study, work, *args, **named):
+    try:
+        return work(*args, **named)
+    except InputError as error:
+        raise InputError(f"{study.path}: {error}") from None

@@ -1,0 +1,89 @@
+"""Faces of a contact side: the name of a group, or a table that picks them by geometry."""
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+from hbm.errors import nearest
+from tipdamp.study.values import NUMBER, Key, Kind, number
+
+Vector = tuple[float, float, float]
+LENGTH = Key(NUMBER, "", low=0, open_low=True)
+KEYS = ("plane", "cylinder", "point", "radius", "tolerance", "within", "box", "group")
+EXAMPLE = 'such as { plane = [0, 0, 1], point = [0, 0, 5] }, { within = 0.1 } or { box = [[0, 0, 0], [9, 9, 1]] }'
+
+
+class FaceChoice(BaseModel):
+    """Keys as in `static_contact.surfaces.pick.FacePick`; lengths in m."""
+
+    model_config = ConfigDict(frozen=True)
+
+    plane: Vector | None = None
+    cylinder: Vector | None = None
+    point: Vector = (0.0, 0.0, 0.0)
+    radius: float | None = None
+    tolerance: float | None = None
+    within: float | None = None
+    box: tuple[Vector, Vector] | None = None
+    group: str = ""
+
+
+def _read(value: Any, key: Key, factor: float) -> str | FaceChoice:
+    if isinstance(value, str) and value:
+        return value
+    if not isinstance(value, dict):
+        raise ValueError(f"must be the name of a group, or a table of what the faces fulfil, {EXAMPLE}")
+    for name in value:
+        if name not in KEYS:
+            raise ValueError(f"unknown key '{name}'; {nearest(name, KEYS)}")
+    if not set(value) & {"plane", "cylinder", "within", "box"}:
+        raise ValueError(f"one of plane, cylinder, within and box is needed, {EXAMPLE}")
+    for one, other in (("cylinder", "radius"), ("radius", "cylinder"), ("cylinder", "point"), ("plane", "point")):
+        if one in value and other not in value:
+            raise ValueError(f"{other} is missing: {one} needs it")
+    if not isinstance(value.get("group", ""), str):
+        raise ValueError("group must be a text in quotes")
+    found: dict[str, Any] = {"group": value.get("group", "")}
+    for name, read in (("plane", _direction), ("cylinder", _direction), ("point", _place), ("radius", _length),
+                       ("tolerance", _length), ("within", _length), ("box", _box)):
+        if name in value:
+            try:
+                found[name] = read(value[name], factor)
+            except ValueError as error:
+                raise ValueError(f"{name} {error}") from None
+    return FaceChoice(**found)
+
+
+def _length(value, factor):
+    return number(value, LENGTH, factor)
+
+
+def _place(value, factor):
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError("must be three numbers")
+    return tuple(number(v, Key(NUMBER, ""), factor) for v in value)
+
+
+def _direction(value, _):
+    found = _place(value, 1.0)
+    if not any(found):
+        raise ValueError("must not be zero")
+    return found
+
+
+def _box(value, factor):
+    if not isinstance(value, list) or len(value) != 2:
+        raise ValueError("must be two corners [[x, y, z], [x, y, z]]")
+    return tuple(_place(corner, factor) for corner in value)
+
+
+def _json() -> dict:
+    place = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+    length = {"type": "number", "exclusiveMinimum": 0}
+    box = {"type": "array", "items": place, "minItems": 2, "maxItems": 2}
+    kinds = dict(zip(KEYS, (place, place, place, length, length, length, box, {"type": "string"}), strict=True))
+    return {"anyOf": [{"type": "string"},
+                      {"type": "object", "additionalProperties": False, "properties": kinds}]}
+
+
+FACES = Kind("name of a group, or table", _read, json=_json)
