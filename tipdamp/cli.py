@@ -13,9 +13,11 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 import tipdamp
 from hbm.errors import InputError, shown
+from tipdamp import ranks
 from tipdamp.kernel_cache import choose_kernel_cache
 from tipdamp.report.libraries import MissingLibrary
 from tipdamp.stages import STAGES
@@ -64,6 +66,9 @@ def _main(argv):
         parser.print_help()
         return 2
     arguments = parser.parse_args(argv)
+    over_ranks = vars(arguments).get("full", False)
+    if ranks.count() > 1 and (ranks.number() or not over_ranks):
+        return _beside(arguments) if over_ranks else _alone(arguments)
     logging.basicConfig(format="%(message)s")  # before the libraries that put their names in front
     logging.getLogger().setLevel(logging.WARNING)  # compilers of forms and kernels log on the root logger
     try:
@@ -103,6 +108,24 @@ def _limit() -> str:
     return f" (the address space is limited to {limit / 1e6:.0f} MB: ulimit -v)" if limit >= 0 else ""
 
 
+def _alone(arguments) -> int:
+    """Under mpirun, of a verb that is the work of one process."""
+    if ranks.number():
+        return 0
+    return _complain(f"{arguments.verb} is the work of one process, and mpirun started {ranks.count()}: run it without "
+                     "mpirun (--jobs computes curves side by side); over ranks there is tipdamp preload --full", 2)
+
+
+def _beside(arguments) -> int:
+    """Under mpirun, every process but the first: errors that come to all are said by the first."""
+    from tipdamp.stages.full import share
+    from tipdamp.study.study import load_study
+
+    with suppress(InputError):
+        share(load_study(arguments.study))
+    return 0
+
+
 def _complain(text: str, code: int) -> int:
     print(f"tipdamp: {text}", file=sys.stderr)
     return code
@@ -129,6 +152,10 @@ def _parser() -> argparse.ArgumentParser:
         stage = verb(name, text, run)
         stage.add_argument("--force", action="store_true", help="run even when nothing has changed")
         stage.add_argument("--quiet", action="store_true", help="no progress")
+        if name == "preload":
+            stage.add_argument("--full", action="store_true", help="also by Newton's method on the unreduced bodies, "
+                               "for comparison; with mpirun -n N over N processes, after a preload "
+                               "without it")
         if name in ("respond", "run"):
             stage.add_argument("--jobs", type=int, metavar="N", help="curves that are computed side by side, with one "
                                "BLAS thread each (default: TIPDAMP_JOBS, or all cores); 1: in this process")
@@ -184,11 +211,19 @@ def _opened(arguments):
 
 
 def _one_stage(arguments) -> int:
+    from tipdamp.stages.full import release
+
     study, store = _opened(arguments)
     with _workers(arguments) as workers:
         if arguments.verb == "respond":
             _compile_beside(workers, study, store)
-        _run(arguments, arguments.verb, study, store, workers)
+        if ranks.count() == 1:
+            _run(arguments, arguments.verb, study, store, workers)
+        if vars(arguments).get("full"):
+            try:
+                _run(arguments, "full", study, store, workers)
+            finally:
+                release()
     return _partial(store) if arguments.verb == "respond" else 0
 
 
@@ -235,11 +270,11 @@ def _run(arguments, name, study, store, workers):
                         locked=arguments.verb == "run")
     record = store.record(name)
     when = "up to date" if how == "skipped" or record is None else f"{record.seconds:.1f} s"
-    print(f"{name:8s} {when:>10s}  {run.STAGES[name].line(store)}", flush=True)
+    print(f"{name:8s} {when:>10s}  {run.stage_of(name).line(store)}", flush=True)
     if before and how != "skipped":
         more = ", ..." * (len(before) > 8)
         print(f"made again: since the last run {', '.join(before[:8])}{more} changed", flush=True)
-    for warning in run.STAGES[name].warnings(study, store):
+    for warning in run.stage_of(name).warnings(study, store):
         print(f"warning: {shown(warning, 4000)}", flush=True)
 
 

@@ -3,6 +3,7 @@
 import ctypes
 import os
 from contextlib import suppress
+from functools import cache
 from typing import Any
 
 import scipy.sparse as sp
@@ -15,6 +16,19 @@ def start() -> Any:
 
     Objects that Python dropped since the last call are freed: petsc4py collects them and waits for this request.
     """
+    PETSc = _initialised()
+    if PETSc is None:
+        return None
+    with suppress(AttributeError):  # absent before 3.18
+        PETSc.garbage_cleanup(PETSc.COMM_SELF)
+    if PETSc.COMM_WORLD.size == 1:
+        _give_memory_back()
+    return PETSc
+
+
+@cache
+def _initialised():
+    """Once: each call of `init` registers a collective clean-up at exit, and all ranks need as many."""
     os.environ.pop("PETSC_OPTIONS", None)
     for variable in ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"):
         os.environ.setdefault(variable, "1")
@@ -25,10 +39,6 @@ def start() -> Any:
     petsc4py.init(["tipdamp", "-skip_petscrc", "-no_signal_handler"])
     from petsc4py import PETSc
 
-    with suppress(AttributeError):  # absent before 3.18
-        PETSc.garbage_cleanup(PETSc.COMM_SELF)
-    if PETSc.COMM_WORLD.size == 1:
-        _give_memory_back()
     return PETSc
 
 

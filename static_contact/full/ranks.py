@@ -77,7 +77,14 @@ def _rows(part, low, high):
     place = np.full(3 * count, -1)
     place[keep] = np.arange(len(keep))
     place = place[(3 * used[:, None] + np.arange(3)).ravel()]          # of the piece's dofs in the body
-    return replace(body, K=_spread(K, place, low, high, len(keep)), M=_spread(M, place, low, high, len(keep)))
+    size = (len(keep), len(keep))
+    held = np.setdiff1d(np.arange(3 * count), keep)
+    to_held = np.full(3 * count, -1)
+    to_held[held] = np.arange(len(held))
+    to_held = to_held[(3 * used[:, None] + np.arange(3)).ravel()]
+    return replace(body, K=_spread(K, (place, place), (low, high), size),
+                   M=_spread(M, (place, place), (low, high), size),
+                   M_clamped=_spread(M, (place, to_held), (low, high), (len(keep), len(held))))
 
 
 def _assembled(piece, part):
@@ -87,9 +94,10 @@ def _assembled(piece, part):
     return sum(K for K, _ in found), sum(M for _, M in found)
 
 
-def _spread(matrix, place, low, high, size):
-    """(size, size) with the rows low..high from the matrix of the piece; clamped dofs (place -1) drop out."""
+def _spread(matrix, places, own, size):
+    """Rows own[0]..own[1] of a matrix of that size from the matrix of the piece, whose rows and columns stand at
+    `places`; those at -1 drop out."""
     entries = matrix.tocoo()
-    row, column = place[entries.row], place[entries.col]
-    good = (row >= low) & (row < high) & (column >= 0)
-    return sp.csr_matrix((entries.data[good], (row[good], column[good])), shape=(size, size))
+    row, column = places[0][entries.row], places[1][entries.col]
+    good = (row >= own[0]) & (row < own[1]) & (column >= 0)
+    return sp.csr_matrix((entries.data[good], (row[good], column[good])), shape=size)

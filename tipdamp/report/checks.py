@@ -15,6 +15,7 @@ class Limits:
 
     reduction: float = 1e-3         # largest error of a stuck frequency of the reduced model
     reference: float = 0.03         # deviation from a reference frequency
+    full_model: float = 1e-6        # preload on the full model against the condensed one, of the largest force
     target: float = 0.0125          # half of what one pair is worth near the target [Zucca 2016, section 8: 35 Hz]
     balance: float = 1e-6           # contact forces against the load; residual of the static contact
     stuck_curve: float = 1e-6       # curve without slip against the linear response
@@ -55,6 +56,9 @@ def _preload(results):
     yield from _balance("the preload of the whole patch", results.preload.sides)
     if results.preload.residual > LIMITS.balance:
         yield f"The static contact is solved only to a residual of {results.preload.residual:.1e}."
+    if results.full is not None and results.full.difference > LIMITS.full_model:
+        yield (f"The preload on the full model differs from the condensed one by {results.full.difference:.1e} of the "
+               "largest force.")
 
 
 def _stuck(results):

@@ -26,6 +26,7 @@ from tipdamp.report.tables import (
     assumptions,
     contact_stiffness,
     energies,
+    full_preload,
     kept_sets,
     key_figures,
     load_cases,
@@ -40,8 +41,8 @@ from tipdamp.report.tables import held as held_table
 SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]], ...] = (
     ("figures", "Key figures", (key_figures.tables,)),
     ("linear", "Without damper", (free_response.figures,)),
-    ("preload", "Preload", (contact_stiffness.tables, preload_map.figures, pressure.figures, load_cases.tables,
-                            preload_map.load_case_figures)),
+    ("preload", "Preload", (contact_stiffness.tables, preload_map.figures, pressure.figures, full_preload.tables,
+                            load_cases.tables, preload_map.load_case_figures)),
     ("tuning", "Kept stations", (detachment.figures, kept_sets.tables, kept_preload.figures)),
     ("modes", "Mode shapes", (mode_shapes.figures,)),
     ("response", "Forced response", (peaks.tables, response_family.figures, response_levels.figures,

@@ -22,7 +22,7 @@ from tipdamp.stages.response_results import (
     RespondResult,
     StressResult,
 )
-from tipdamp.stages.results import InspectResult, PreloadResult, ReduceResult, TuneResult
+from tipdamp.stages.results import FullResult, InspectResult, PreloadResult, ReduceResult, TuneResult
 from tipdamp.store import Store
 from tipdamp.study.view import Study
 from tipdamp.surface import Surface
@@ -107,6 +107,7 @@ class Results:
     agreement: AgreementResult | None = None
     cycles: CyclesResult | None = None
     stress: StressResult | None = None
+    full: FullResult | None = None
     loops: dict[str, Loops] = field(default_factory=dict)
     bands: dict[str, MeasuredBand] = field(default_factory=dict)
     whole: ContactTable | None = None
@@ -168,6 +169,7 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
     return Results(
         study, inspect, reduce, preload, tune, respond, measured, agreement, cycles,
         stress=read("stress", StressResult),
+        full=_full(store),
         loops={one.file: load_loops(store.path(one.file)) for one in (cycles.curves if cycles else ())},
         bands={name: MeasuredBand(*load_band(store.path(one.file)))
                for name, one in (measured.curves if measured else {}).items()},
@@ -183,6 +185,12 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
         shapes=tuple(Shapes.load(store.path(name)) for result, name in ((tune, "stuck_modes.npz"),
                                                                         (reduce, "free_modes.npz"))
                      if result and store.path(name).is_file()))
+
+
+def _full(store) -> FullResult | None:
+    """The preload on the full model, where it was made for the preload that is there."""
+    found = FullResult.load(store) if store.path(FullResult.file).is_file() else None
+    return found if found and found.of == store.outputs("preload").get("preload.csv") else None
 
 
 def _stuck(study, store) -> StuckResponse | None:

@@ -27,6 +27,8 @@ def summarise(results: Results) -> dict:
         summary["preload"] = results.preload.model_dump(include={"sides"})["sides"]
         summary["stiffness"] = {side: [way.model_dump() for way in made.ways]
                                 for side, made in results.preload.stiffness.items()}
+    if results.full is not None:
+        summary["full_preload"] = results.full.model_dump(exclude={"of", "warnings"})
     if results.tune is not None:
         summary |= results.tune.model_dump(include=OF_TUNE)
         errors = [check.largest_error for check in results.tune.full_model_check.values()]

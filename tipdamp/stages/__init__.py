@@ -16,3 +16,4 @@ STAGES = {
     "agreement": "sets the computed curves beside the measured ones",
     "report": "the HTML page, the figures and summary.json",
 }
+ON_REQUEST = {"full": "the preload by Newton on the unreduced bodies (preload --full)"}     # not part of a run

@@ -2,7 +2,7 @@
 
 from tipdamp.progress import Tick
 from tipdamp.report.write import write_report
-from tipdamp.stages import STAGES
+from tipdamp.stages import ON_REQUEST, STAGES
 from tipdamp.stages.stage import Stage, load_stage
 from tipdamp.store import Store
 from tipdamp.study.view import PARTS, Study
@@ -27,4 +27,4 @@ def line(store: Store) -> str:
 
 
 STAGE = Stage(report, line, outputs=("report.html", "summary.json"), may_write=("figures/*.png", "figures/*.csv"),
-              reads=PARTS, needs=tuple(BEFORE))
+              reads=PARTS, needs=tuple(BEFORE), uses=tuple(ON_REQUEST))

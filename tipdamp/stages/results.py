@@ -181,6 +181,28 @@ class PreloadResult(Result):
     cases: dict[str, LoadCasePreload] = {}
 
 
+# ---- preload on the full model ---------------------------------------------------------------------------------
+
+class FullSide(Record):
+    """Sums of one side on the full model and condensed, open pairs, and the largest difference of a pair."""
+    sum_N: float
+    condensed_N: float
+    open: int
+    largest_difference_N: float
+
+
+class FullResult(Result):
+    """full.json. of - fingerprint of the preload.csv that it was compared with; difference - largest of a pair, of the
+    largest force; residual - of the load; reactions as in PreloadResult."""
+    file: ClassVar[str] = "full.json"
+    of: str
+    ranks: int
+    dofs: int
+    iterations: int
+    residual: float
+    difference: float
+    sides: dict[str, FullSide]
+    reactions: dict[str, float] = {}
 # ---- tune ------------------------------------------------------------------------------------------------------
 
 class OfSets(Record, Generic[T]):

@@ -20,9 +20,16 @@ from tipdamp.study.view import Study, View
 from tipdamp.workers import Workers
 
 STAGES: dict[str, Stage] = {name: load_stage(name) for name in stages.STAGES}
+ON_REQUEST: dict[str, Stage] = {name: load_stage(name) for name in stages.ON_REQUEST}
 FROM = ".stages/{}.from"          # of a finished stage: what it was made from
 # names and patterns of all that the program writes into a results folder
-WRITTEN = (".stages/*", "export/*", *(file for stage in STAGES.values() for file in (*stage.outputs, *stage.may_write)))
+WRITTEN = (".stages/*", "export/*", *(file for stage in (*STAGES.values(), *ON_REQUEST.values())
+                                       for file in (*stage.outputs, *stage.may_write)))
+
+
+def stage_of(name: str) -> Stage:
+    """The stage of that name, of a run or on request."""
+    return STAGES[name] if name in STAGES else ON_REQUEST[name]
 
 
 def run_stage(name: str, study: Study, store: Store, *, force: bool = False, quiet: bool = False,
@@ -33,7 +40,7 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
 
     Raises InputError when the study lacks a section for it, or a stage that it needs is absent or out of date.
     """
-    stage = STAGES[name]
+    stage = stage_of(name)
     refuse_overwriting(study, store)
     for missing in stage.lacks(study):
         raise InputError(f"{study.path}: {'section ' * missing.endswith(']')}{missing} is missing, the stage '{name}' "
@@ -68,12 +75,13 @@ def stage_key(name: str, study: Study, store: Store) -> str:
 def made_from(name: str, study: Study, store: Store) -> dict[str, str]:
     """{what the stage depends on: fingerprint}: program, declared keys of the study, files that it names, and outputs
     of the stages that it needs."""
-    stage = STAGES[name]
+    stage = stage_of(name)
     files = study.inputs(*stage.reads_files) if stage.reads_files else {}
     return {"the program": program_mark(name in ("inspect", "report")),
             **{key: fingerprint(value) for key, value in _view(name, study).keys().items()},
             **{f"the contents of {key}": fingerprint(file) for key, file in files.items() if file.is_file()},
-            **{f"what '{need}' wrote": fingerprint(store.outputs(need)) for need in stages_needed(stage, study)}}
+            **{f"what '{need}' wrote": fingerprint(store.outputs(need))
+               for need in (*stages_needed(stage, study), *stage.uses)}}
 
 
 def changed(name: str, study: Study, store: Store) -> list[str]:
@@ -94,7 +102,7 @@ def stages_needed(stage: Stage, study: Study) -> list[str]:
 
 def _view(name, study):
     """What the stage sees of the study: what it has declared."""
-    return View(study, name, (*STAGES[name].reads, *STAGES[name].reads_more(study)))
+    return View(study, name, (*stage_of(name).reads, *stage_of(name).reads_more(study)))
 
 
 @contextmanager

@@ -25,6 +25,7 @@ class Stage:
     reads, reads_more - parts and keys of the study (see `View`), always or where the study asks for them
     reads_files - sections of the study whose files count with their content
     needs, needs_more - stages whose files it reads, always or where the study asks for them
+    uses - stages whose files it reads where they are
     requires - sections, and switches such as 'respond.stress', without which it has nothing to do
     parallel - whether its work is also given the processes that it may use
     forget - drops what it keeps of earlier runs beside its files, where it is to be run in any case
@@ -40,6 +41,7 @@ class Stage:
     reads_files: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     needs_more: Callable[[Study], tuple[str, ...]] = _nothing
+    uses: tuple[str, ...] = ()
     requires: tuple[str, ...] = ()
     parallel: bool = False
     forget: Callable[[Store], object] = _nothing

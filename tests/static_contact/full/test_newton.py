@@ -97,6 +97,10 @@ def test_rows_of_a_rank(rig):
             mine = sp.block_diag([getattr(b, label) for b in held], format="csr")
             assert abs(whole[low:high] - mine[low:high]).max() < 1e-12 * abs(whole).max()
             assert mine.nnz < 0.5 * whole.nnz
+        held_columns, mine = both[0].M_clamped, held[0].M_clamped          # what gravity on the clamped nodes weighs
+        own = slice(low, min(high, both[0].dofs))
+        assert abs(held_columns[own] - mine[own]).max() < 1e-12 * abs(held_columns).max()
+        assert held_columns.nnz > 0
 
 
 @pytest.mark.slow
