@@ -6,11 +6,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hbm.errors import InputError
-from modal.mesh import Mesh
 from static_contact.pairing import Side
-from static_contact.surfaces.facets import Facets, facets
-from static_contact.surfaces.overlap import Overlap
+from static_contact.surfaces.facets import Surface, facets
+from static_contact.surfaces.overlap import reach_of
 from static_contact.surfaces.settings import SurfaceSettings
+from static_contact.surfaces.weights import Overlap
 
 UNITS = (1e3, 1e-3, 25.4, 1 / 25.4, 1e2, 1e-2, 0.3048, 1 / 0.3048)     # between units of length in use
 COVERED = 0.01     # of the damper's faces: below it the units are looked at
@@ -18,21 +18,20 @@ APART = 0.3        # of the blades' size: what may lie between bodies that are m
 SMALLEST = 0.01    # of the blades' size: a damper
 
 
-def check_overlap(side: Side, met: Overlap, blade: Mesh, blade_faces: list[np.ndarray], damper: Mesh,
-                  damper_faces: list[np.ndarray], reach: float, closed: bool, shown: Callable[[float], str],
-                  settings: SurfaceSettings) -> None:
+def check_overlap(side: Side, met: Overlap, blade: Surface, damper: Surface, closed: bool,
+                  shown: Callable[[float], str], settings: SurfaceSettings) -> None:
     """InputError where the surfaces do not overlap, do not oppose each other, penetrate, or two blade faces lie
-    opposite to one damper face. reach m - the largest gap; closed - wherever they lie they count as touching."""
-    counts = (f"side '{side.name}': {sum(map(len, damper_faces))} damper faces of '{side.damper}' and "
-              f"{sum(map(len, blade_faces))} blade faces of '{side.blade}'")
-    factor = _unit_factor(blade.position, damper.position) if met.covered < COVERED else None
+    opposite to one damper face. closed - wherever they lie they count as touching."""
+    counts = (f"side '{side.name}': {sum(map(len, damper.faces))} damper faces of '{side.damper}' and "
+              f"{sum(map(len, blade.faces))} blade faces of '{side.blade}'")
+    factor = _unit_factor(blade.mesh.position, damper.mesh.position) if met.covered < COVERED else None
     if factor:
-        raise InputError(f"{counts} do not meet: the damper is {shown(np.ptp(damper.position, axis=0).max())} in size, "
-                         f"the blades {shown(np.ptp(blade.position, axis=0).max())}, and {factor:g} times its "
-                         "coordinates would lie at the blades: the two files are in different units of length; export "
-                         "both in that of [units]")
+        its, theirs = (shown(np.ptp(surface.mesh.position, axis=0).max()) for surface in (damper, blade))
+        raise InputError(f"{counts} do not meet: the damper is {its} in size, the blades {theirs}, and {factor:g} times "
+                         "its coordinates would lie at the blades: the two files are in different units of length; "
+                         "export both in that of [units]")
     if not len(met.vertex):
-        raise InputError(f"{counts} {_why_apart(blade, blade_faces, damper, damper_faces, reach, shown, settings)}")
+        raise InputError(f"{counts} {_why_apart(blade, damper, shown, settings)}")
     if len(met.doubled):
         raise InputError(f"{counts}: {len(met.doubled)} pieces of the damper's lie opposite to two blade faces at "
                          f"once, the first at {_place(met.doubled[0], shown)}; name one of the two surfaces")
@@ -43,16 +42,17 @@ def check_overlap(side: Side, met: Overlap, blade: Mesh, blade_faces: list[np.nd
     deep = met.least < -settings.penetration * size
     if deep.any() and not closed:
         i = int(np.where(deep, met.least, 0).argmin())
+        place = _place(damper.mesh.position[met.vertex[i]], shown)
         raise InputError(f"{counts} penetrate by more than {settings.penetration:g} of a face's size around "
                          f"{int(deep.sum())} of {len(deep)} points, most by {shown(-met.least[i])} at "
-                         f"{_place(damper.position[met.vertex[i]], shown)}; move the meshes apart, or let them count "
+                         f"{place}; move the meshes apart, or let them count "
                          "as touching: [contact] distance = \"closed\"")
 
 
-def _why_apart(blade, blade_faces, damper, damper_faces, reach, shown, settings) -> str:
+def _why_apart(blade, damper, shown, settings) -> str:
     """The reason why no face lies opposite to another, and what to do."""
-    mine, theirs = (_largest(facets(mesh, faces, settings))
-                    for mesh, faces in ((damper, damper_faces), (blade, blade_faces)))
+    mine, theirs = (max(facets(surface, settings), key=lambda one: len(one.area)) for surface in (damper, blade))
+    reach = reach_of(damper.mesh, settings)
     distance, nearest = cKDTree(theirs.centre).query(mine.centre)
     i = int(distance.argmin())
     if distance[i] > reach + mine.radius[i] + theirs.radius[nearest[i]]:
@@ -65,10 +65,6 @@ def _why_apart(blade, blade_faces, damper, damper_faces, reach, shown, settings)
                 f"{settings.facing:.0f} allowed; name the faces that touch")
     return (f"do not overlap: seen along the normal they lie beside each other, {shown(distance[i])} from centre to "
             "centre at the nearest; name the faces that lie opposite to each other")
-
-
-def _largest(kinds: list[Facets]) -> Facets:
-    return max(kinds, key=lambda one: len(one.area))
 
 
 def _unit_factor(blade: np.ndarray, damper: np.ndarray) -> float | None:

@@ -5,6 +5,7 @@ facets is evaluated on the faces themselves, onto which their points are project
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,13 @@ from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 _WHOLE = [(0, 1, 2)]                                    # a straight triangle; places of nodes as `face_places` has them
 _QUARTERS = [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]
 _RIM = ((0, 1, 2, 3), (0, 4, 1, 5, 2, 6, 3, 7))         # of straight and of curved four-sided faces, around the centre
+
+
+class Surface(NamedTuple):
+    """Faces of a mesh: [(f, k) node indices], the corners first, counter-clockwise seen from outside."""
+
+    mesh: Mesh
+    faces: list[np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -50,8 +58,9 @@ class Facets:
         return np.linalg.norm(self.place - self.place[:, :1], axis=2).max(axis=1)
 
 
-def facets(mesh: Mesh, blocks: list[np.ndarray], settings: SurfaceSettings = DEFAULT) -> list[Facets]:
-    """The facets of boundary faces (f, k), one record for each number k of nodes."""
+def facets(surface: Surface, settings: SurfaceSettings = DEFAULT) -> list[Facets]:
+    """The facets of a surface, one record for each number k of nodes of a face."""
+    mesh, blocks = surface
     kinds = sorted({block.shape[1] for block in blocks if len(block)})
     return [_cut(mesh.position, np.concatenate([b for b in blocks if b.shape[1] == k]), settings) for k in kinds]
 

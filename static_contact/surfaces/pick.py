@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from modal.faces import boundary_faces, face_corners, group_faces
 from modal.mesh import Mesh
-from static_contact.surfaces.facets import Facets, facets
+from static_contact.surfaces.facets import Facets, Surface, facets
 from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 
 Vector = tuple[float, float, float]
@@ -77,12 +77,12 @@ def _unit(direction):
 
 def _near(mesh, blocks, other, distance, settings):
     """The faces whose centres lie within `distance` of a face of the other body that faces them."""
-    theirs = facets(other, boundary_faces(other), settings)
+    theirs = facets(Surface(other, boundary_faces(other)), settings)
     found = []
     for block in blocks:
         near = np.zeros(len(block), dtype=bool)
         if len(block):
-            [mine] = facets(mesh, [block], settings)
+            [mine] = facets(Surface(mesh, [block]), settings)
             for facet in theirs:
                 near[np.unique(mine.face[_facing(mine, facet, distance, settings)])] = True
         found.append(block[near])

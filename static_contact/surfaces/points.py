@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,9 +15,11 @@ from modal.body import Body
 from modal.mesh import Mesh
 from static_contact.pairing import Side, contact_frames, join
 from static_contact.surfaces.checks import check_overlap
-from static_contact.surfaces.overlap import Overlap, overlap
+from static_contact.surfaces.facets import Surface, facets
+from static_contact.surfaces.overlap import overlap
 from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 from static_contact.surfaces.stations import stations_and_rows
+from static_contact.surfaces.weights import Overlap
 
 
 @dataclass(frozen=True)
@@ -42,36 +45,34 @@ class MeshPoints:
         return ContactPoints(self.number, self.position, motion)
 
 
-@dataclass(frozen=True)
-class Surfaces:
-    """The faces of one contact side: side - its names; blade, damper : [(f, k) node indices] of either mesh."""
+class FacingSides(NamedTuple):
+    """The faces of one contact side, and its names."""
 
     side: Side
-    blade: list[np.ndarray]
-    damper: list[np.ndarray]
+    blade: Surface
+    damper: Surface
 
 
-def surface_contact(blade: Mesh, damper: Mesh, surfaces: Sequence[Surfaces], *, axis: ArrayLike, pull: ArrayLike,
+def surface_contact(surfaces: Sequence[FacingSides], *, axis: ArrayLike, pull: ArrayLike,
                     closed: bool = False, shown: Callable[[float], str] = lambda metres: f"{metres:.3g} m",
                     settings: SurfaceSettings = DEFAULT) -> tuple[ContactTable, MeshPoints, MeshPoints]:
-    """The contact table of some sides, and its points on the blades and on the damper.
+    """The contact table of some sides of one mesh of blades and one of a damper, and its points on either.
 
     axis (3,): along the damper; pull (3,): orders the rows, row 0 is the one farthest against it; closed - the surfaces
     count as touching, wherever they lie; shown - how lengths are written in messages. kn, kt and mu are still 0; area
     and gap come from the surfaces. Raises InputError where surfaces do not face each other, as `checks` has it.
     """
-    reach = settings.reach * float(np.ptp(damper.position, axis=0).max())
     found = []
     for one in surfaces:
-        met = overlap(damper, one.damper, blade, one.blade, reach, settings)
-        check_overlap(one.side, met, blade, one.blade, damper, one.damper, reach, closed, shown, settings)
-        found.append(met)
+        found.append(overlap(one.damper, one.blade, settings))
+        check_overlap(one.side, found[-1], one.blade, one.damper, closed, shown, settings)
+    blade, damper = surfaces[0].blade.mesh, surfaces[0].damper.mesh
     direction = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     start = 10 ** len(str(int(max(blade.node.max(), damper.node.max()))))
     counts = [len(met.vertex) for met in found]
     numbers = np.split(start + 1 + np.arange(sum(counts)), np.cumsum(counts)[:-1])
     places = [damper.position[met.vertex] for met in found]
-    sizes = [float(np.sqrt(met.area.mean())) for met in found]
+    sizes = [float(np.mean(np.concatenate([kind.size for kind in facets(one.damper)]))) for one in surfaces]
     grid = stations_and_rows(places, sizes, direction, np.asarray(pull, dtype=float))
     tables = [_table(one.side, met, number, damper, direction, at, closed)
               for one, met, number, at in zip(surfaces, found, numbers, grid, strict=True)]

@@ -14,6 +14,8 @@ class SurfaceSettings:
     landed: float = 1e-13        # of a face's size: the projection of a point onto it has converged
     steps: int = 30              # of Newton's method for that; curved faces take 3 to 6
     sliver: float = 1e-12        # of a facet: smaller intersections are rounding
+    shift: float = 0.5           # of a point from the centre of its area to its corner: second moments are then exact
+    conditioned: float = 100.0   # of int psi psi' over a face; more is a strip of it, on which nothing is shifted
     dropped: float = 1e-6        # of a vertex's own area: what is covered less is the rounding of a common edge
     doubled: float = 1.5         # times its area that a facet may be covered: projections of curves overlap
     penetration: float = 0.1     # of the faces' size: deeper overlaps are another geometry, not the facets of a curve

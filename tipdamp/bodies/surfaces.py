@@ -8,11 +8,12 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from modal.faces import face_keys
+from modal.faces import face_corners, face_keys
 from modal.mesh import Mesh
 from static_contact.pairing import Side, matches
+from static_contact.surfaces.facets import Surface
 from static_contact.surfaces.pick import FacePick, faces_of
-from static_contact.surfaces.points import MeshPoints, Surfaces, check_faces, surface_contact
+from static_contact.surfaces.points import FacingSides, MeshPoints, check_faces, surface_contact
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.study.faces import FaceChoice
 from tipdamp.study.view import Study
@@ -67,13 +68,26 @@ def surface_points(study: Study, meshes: dict[str, Mesh]) -> SurfaceContact | No
         for body, what, group in ((BLADES, "blade", side.blade), (DAMPER, "damper", side.damper)):
             faces[body] = faces_of(meshes[body], group)
             _in_study(study, check_faces, side, what, group, meshes[body], faces[body])
-        surfaces.append(Surfaces(side, faces[BLADES], faces[DAMPER]))
+        surfaces.append(FacingSides(side, *(Surface(meshes[body], faces[body]) for body in (BLADES, DAMPER))))
     if not surfaces:
         return None
-    pairs, *points = _in_study(study, surface_contact, meshes[BLADES], meshes[DAMPER], surfaces,
-                               axis=study.driver.axis, pull=study.driver.pull_direction,
-                               closed=study.contact.distance == "closed", shown=length_text(study.length_unit))
+    pairs, *points = _in_study(study, surface_contact, surfaces, axis=study.driver.axis,
+                               pull=study.driver.pull_direction, closed=study.contact.distance == "closed",
+                               shown=length_text(study.length_unit))
     return SurfaceContact(pairs, dict(zip((BLADES, DAMPER), points, strict=True)))
+
+
+def contact_edges(study: Study, meshes: dict[str, Mesh]) -> dict[str, np.ndarray]:
+    """{"blades", "damper": (e, 2, 3) m} of the edges of the faces that meet as surfaces, for pictures."""
+    found: dict[str, list[np.ndarray]] = {BLADES: [np.empty((0, 2, 3))], DAMPER: [np.empty((0, 2, 3))]}
+    for name in on_surfaces(study, meshes):
+        side = named_side(study, name)
+        for body, group in ((BLADES, side.blade), (DAMPER, side.damper)):
+            for faces in faces_of(meshes[body], group):
+                corners = faces[:, :face_corners(faces.shape[1])]
+                edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
+                found[body].append(meshes[body].position[np.unique(np.sort(edges, axis=1), axis=0)])
+    return {body: np.concatenate(edges) for body, edges in found.items()}
 
 
 def with_faces(mesh: Mesh, group: str, faces: list[np.ndarray]) -> Mesh:

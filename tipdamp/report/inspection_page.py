@@ -7,6 +7,7 @@ import numpy as np
 from hbm.contact import ContactTable
 from modal.mesh import Mesh
 from tipdamp import surface
+from tipdamp.bodies.surfaces import contact_edges
 from tipdamp.report.figures.contact_pairs import contact_pairs
 from tipdamp.report.figures.mesh_groups import mesh_groups
 from tipdamp.report.page import Block, Section, page
@@ -35,7 +36,8 @@ def inspection_page(study: Study, found: InspectResult, read: Inspected) -> str:
     surfaces = {name: surface.skin(mesh, name) for name, mesh in read.meshes.items()}
     sections: list[Section[Block]] = []
     if read.pairs is not None and read.places is not None:
-        picture = contact_pairs(read.pairs, read.places, surfaces, study.driver.axis, read.angles)
+        edges = contact_edges(study, read.meshes) if read.meshes else None
+        picture = contact_pairs(read.pairs, read.places, surfaces, study.driver.axis, read.angles, edges)
         sections.append(Section("pairs", "Contact pairs", [pairs_table(found), picture]))
     if read.meshes:
         groups = mesh_groups(study, read.meshes, surfaces, unmatched=read.pairs is None)

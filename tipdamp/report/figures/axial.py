@@ -7,6 +7,7 @@ from tipdamp.report.results import Results
 
 AXIAL = "axial coordinate (mm)"
 NODAL = "normal preload of each node (N)"
+PRESSURE = "contact pressure (N/mm²)"
 
 
 def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
@@ -16,6 +17,13 @@ def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.
     total = np.array([np.maximum(pairs.preload[pairs.station == s], 0).sum() for s in stations])
     order = np.argsort(x)
     return x[order], total[order]
+
+
+def load_of(pairs: ContactTable) -> tuple[np.ndarray, str]:
+    """(P,) preload in N and its name; of contact points, which stand for unlike areas, the pressure in N/mm2."""
+    if not pairs.on_surface.all():
+        return pairs.preload, NODAL
+    return pairs.preload / pairs.area / 1e6, PRESSURE
 
 
 def of_side(pairs: ContactTable, side: str) -> ContactTable:

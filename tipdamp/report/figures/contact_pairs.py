@@ -23,19 +23,25 @@ def figures(results: Results) -> Iterator[Scene]:
 
 
 def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surfaces: Mapping[str, Surface],
-                  axis: ArrayLike, angles: np.ndarray | None = None) -> Scene:
+                  axis: ArrayLike, angles: np.ndarray | None = None,
+                  edges: Mapping[str, np.ndarray] | None = None) -> Scene:
     """places {body: (P, 3) m} of the nodes of the pairs; angles (P,) degrees between n and the surface of the damper,
-    where meshes are there."""
+    where meshes are there; edges {body: (e, 2, 3) m} of faces that meet as surfaces."""
     blade, damper = (MM * places[body] for body in ("blades", "damper"))
     length = _triad_length(damper)
     hover = list(_texts(pairs, places, angles))
     box = box_of(pairs, surfaces, 4 * length)
     items: list[Item] = [*surroundings(surfaces, box)]
+    for body, color in (("damper", "#E69F00"), ("blades", "#0072B2")):
+        if edges is not None and len(edges[body]):
+            start, end = MM * edges[body].transpose(1, 0, 2)
+            items.append(Segments(start, end, f"contact faces of the {body}", color, 1.5))
     for side in pairs.sides:
         mine = pairs.side == side
         texts = tuple(hover[i] for i in np.flatnonzero(mine))
-        items += [Points(damper[mine], f"damper nodes, side '{side}'", "#E69F00", 3.5, "diamond", hover=texts),
-                  Points(blade[mine], f"blade nodes, side '{side}'", "#0072B2", 5.5, "circle-open", hover=texts)]
+        what = "points" if pairs.on_surface[mine].all() else "nodes"
+        items += [Points(damper[mine], f"damper {what}, side '{side}'", "#E69F00", 3.5, "diamond", hover=texts),
+                  Points(blade[mine], f"blade {what}, side '{side}'", "#0072B2", 5.5, "circle-open", hover=texts)]
     items += [Segments(damper, damper + length * pairs.frame[:, k], name, color, 3.0)
               for k, (name, color) in enumerate(FRAME)]
     items.append(Segments(damper, blade, "from node to node", "#222222", 4.0))

@@ -52,5 +52,7 @@ def pair_name(pairs: ContactTable, i: int) -> str:
 
 
 def node_numbers(pairs: ContactTable, i: int) -> str:
-    """The user's numbers of its nodes."""
+    """The user's numbers of its nodes; of a contact point its own, and its area."""
+    if pairs.on_surface[i]:
+        return f"contact point {pairs.damper_node[i]}, {1e6 * pairs.area[i]:.3g} mm²"
     return f"blade node {pairs.blade_node[i]}, damper node {pairs.damper_node[i]}"

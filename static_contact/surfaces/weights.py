@@ -1,0 +1,154 @@
+"""Contact points from the integrals over the pieces of an overlap.
+
+    area_A = int psi_A dA,    u_A = int w_A u dA / area_A        on the blade and on the damper
+
+psi_A are the functions of the corners of the damper's faces, linear on triangles and bilinear on squares: positive, so
+that areas are, on quadratic faces too, and of sum 1, so that a uniform pressure p on the points is p on both surfaces:
+sum_A p area_A N_Ai = int p N_i dA.                  [Puso and Laursen 2004; Puso, Laursen and Solberg 2008, sec. 3]
+
+With w_A = psi_A a motion is read at the centre of the area of a corner, with the dual functions of the psi_A
+[Wohlmuth 2000] at the corner itself. int x^2 dA, by which a flank resists rolling, comes out too small in one case and
+too large in the other, by the same amount: w_A is the mean of both. On each face, with M = int psi psi' dA over what is
+covered of it and D = diag int psi dA, that is w = (I + D M^-1) psi / 2, again of sum 1 and with the integrals area_A.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.sparse as sp
+
+from modal.faces import face_corners, face_places, face_shapes
+from static_contact.surfaces.facets import Facets, vertex_shapes
+from static_contact.surfaces.settings import SurfaceSettings
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """n contact points, those corners of the damper's faces around which the surfaces overlap.
+
+    vertex : (n,) int - node index in the damper's mesh; area : (n,) m2
+    damper, blade : (n, nodes) CSR - weights of the nodes of either mesh, rows of sum 1
+    normal : (n, 3) - from the damper into the blade, that of the damper's faces at the corner
+    gap : (n,) m - mean, negative: overlapping
+    opposed : (n,) degrees - mean normals of damper and blade off opposition; least : (n,) m - smallest gap
+    covered : share of the damper's facets that the blade covers
+    doubled : (c, 3) m - centres of facets that lie opposite to two blade faces at once
+    """
+
+    vertex: np.ndarray
+    area: np.ndarray
+    damper: sp.csr_matrix
+    blade: sp.csr_matrix
+    normal: np.ndarray
+    gap: np.ndarray
+    opposed: np.ndarray
+    least: np.ndarray
+    covered: float = 0.0
+    doubled: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+
+
+@dataclass(frozen=True)
+class QuadraturePoints:
+    """m quadrature points; shapes (m, nodes) of the corners and of the nodes of both meshes."""
+
+    weight: np.ndarray
+    corners: sp.csr_matrix
+    damper: sp.csr_matrix
+    blade: sp.csr_matrix
+    normal: np.ndarray
+    opposite: np.ndarray
+    gap: np.ndarray
+
+
+@dataclass(frozen=True)
+class Corners:
+    """The n corners of every face for themselves.
+
+    first : (kinds + 1,) - where those of each kind of faces begin, and n; width - corners of a face of each kind
+    vertex : (n,) - node index of each
+    """
+
+    first: np.ndarray
+    width: tuple[int, ...]
+    vertex: np.ndarray
+
+    @classmethod
+    def of(cls, kinds: list[Facets]) -> "Corners":
+        """Of the faces that the facets are cut from."""
+        width = tuple(face_corners(D.faces.shape[1]) for D in kinds)
+        return cls(np.cumsum([0, *(len(D.faces) * w for D, w in zip(kinds, width, strict=True))]), width,
+                   np.concatenate([np.empty(0, int), *(D.faces[:, :w].ravel() for D, w in zip(kinds, width,
+                                                                                               strict=True))]))
+
+    def weights(self, mass: sp.csr_matrix, settings: SurfaceSettings) -> sp.csr_matrix:
+        """(n, n): the functions w in the psi, I + shift (D M^-1 - I) on each face; mass (n, n) - M of all faces."""
+        found = []
+        for w, start, end in zip(self.width, self.first[:-1], self.first[1:], strict=True):
+            block = mass[start:end, start:end].tobsr((w, w))
+            M = block.data.copy()
+            good = np.linalg.cond(M) < settings.conditioned
+            M[~good] = np.eye(w)
+            dual = M.sum(axis=2)[:, :, None] * np.linalg.inv(M)
+            shift = (settings.shift * good)[:, None, None]
+            found.append(sp.bsr_matrix(((1 - shift) * np.eye(w) + shift * dual, block.indices, block.indptr),
+                                       shape=block.shape))
+        return sp.block_diag(found, format="csr")
+
+
+class Sums:
+    """Integrals over the pieces so far, on so many corners and on the nodes of damper and blade."""
+
+    def __init__(self, corners: int, damper: int, blade: int):
+        local = corners
+        self.area, self.gap, self.normal, self.opposite = (np.zeros(shape) for shape in (
+            local, local, (local, 3), (local, 3)))
+        self.least, self.mass = np.full(local, np.inf), sp.csr_matrix((local, local))
+        self.damper, self.blade = sp.csr_matrix((local, damper)), sp.csr_matrix((local, blade))
+
+    def add(self, points: QuadraturePoints) -> None:
+        """Points of further pieces."""
+        weighted = (sp.diags(points.weight) @ points.corners).T.tocsr()
+        self.area += np.asarray(weighted.sum(axis=1)).ravel()
+        self.mass = self.mass + weighted @ points.corners
+        self.normal += weighted @ points.normal
+        self.opposite += weighted @ points.opposite
+        self.gap += weighted @ points.gap
+        self.damper, self.blade = self.damper + weighted @ points.damper, self.blade + weighted @ points.blade
+        near = points.corners.tocoo()
+        np.minimum.at(self.least, near.col, points.gap[near.row])
+
+    def points(self, kinds: list[Facets], corners: Corners, settings: SurfaceSettings) -> Overlap:
+        """The contact points; how much of the faces is covered, and what twice, is left open."""
+        (whole, outward), n = whole_corners(kinds, self.damper.shape[1]), len(corners.vertex)
+        gather = sp.csr_matrix((np.ones(n), (corners.vertex, np.arange(n))), shape=(len(whole), n))
+        area = gather @ self.area
+        vertex = np.flatnonzero(area > settings.dropped * whole)
+        area, gather, least = area[vertex], gather[vertex], np.full(len(whole), np.inf)
+        mean = sp.diags(1 / area) @ gather @ corners.weights(self.mass, settings)
+        np.minimum.at(least, corners.vertex, self.least)
+        normal, opposite = (gather @ self.normal, gather @ self.opposite)
+        cosine = np.einsum("nx,nx->n", normal, opposite) / np.linalg.norm(normal, axis=1) / np.linalg.norm(
+            opposite, axis=1)
+        return Overlap(vertex, area, _without_zeros(mean @ self.damper), _without_zeros(mean @ self.blade),
+                       outward[vertex] / np.linalg.norm(outward[vertex], axis=1)[:, None], mean @ self.gap,
+                       np.degrees(np.arccos(np.clip(-cosine, -1, 1))), least[vertex])
+
+
+def _without_zeros(matrix):
+    matrix = matrix.tocsr()
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def whole_corners(kinds, nodes):
+    """Of whole faces, whatever lies opposite: area (nodes,) of each corner, and normal (nodes, 3) there, which
+    interpolated is that of a curved side to the second order; a mean over the area would be to the first."""
+    area, normal = np.zeros(nodes), np.zeros((nodes, 3))
+    for D in kinds:
+        corners, k = face_corners(D.faces.shape[1]), D.faces.shape[1]
+        mean = vertex_shapes(corners, D.reference.reshape(-1, 2)).reshape(-1, 3, corners).mean(axis=1)
+        np.add.at(area, D.faces[D.face, :corners], D.area[:, None] * mean)
+        slope = face_shapes(k, face_places(k)[:corners])[1]
+        tangent = np.einsum("crk,fkx->rfcx", slope, D.place)
+        np.add.at(normal, D.faces[:, :corners], np.cross(*tangent))
+    return area, normal
