@@ -50,7 +50,7 @@ def whole_motion(curve: ForcedResponse, problem: ContactProblem, point: int,
                  parameter: Parameter | None = None) -> np.ndarray:
     """(r, H+1) m: Fourier coefficients of all dofs of the model at a point of a curve, by its index; order 0 is from
     the state q = 0. Raises InputError as `contact_cycles`."""
-    return _kept(curve, problem, point, parameter).motion()
+    return _kept(curve, problem, point, parameter).motion()[0]
 
 
 def contact_cycles(curve: ForcedResponse, problem: ContactProblem, point: int, n: int = SAMPLES,
@@ -67,7 +67,7 @@ def energy_balance(curve: ForcedResponse, problem: ContactProblem, point: int,
                    parameter: Parameter | None = None) -> EnergyBalance:
     """Energies of one period of a point of a curve, by its index; friction by the slip of the contacts, not by the
     harmonics of their forces. Raises InputError as `contact_cycles`."""
-    return _kept(curve, problem, point, parameter).energy()
+    return _kept(curve, problem, point, parameter).energies()[0]
 
 
 def _kept(curve, problem, point, parameter):
@@ -75,17 +75,16 @@ def _kept(curve, problem, point, parameter):
     if not 0 <= check_whole("point", point, 0) < len(points) or not points[point].converged:
         raise InputError(f"point {point}: not a solved point of the curve, which has {len(points)}")
     at = points[point]
-    return Kept(equation, replace(at, detail=equation.evaluate(at.x, at.parameter)))
+    return Kept(equation, [replace(at, detail=equation.evaluate(at.x, at.parameter))])
 
 
 def _cycles(kept: Kept, n: int) -> ContactCycles:
-    balance, law, w = kept.balance, kept.problem.law, kept.w
-    contacts = kept.problem.contacts if kept.contacts is None else kept.contacts
+    balance, law, w, contacts = kept.balance, kept.problem.law, kept.w[0], kept.contacts[0]
     tau = 2 * np.pi * np.arange(n + 1) / n
-    u = np.einsum("th,pdh->tpd", fourier.basis(tau, balance.H), kept.u)
-    v = w * np.einsum("th,pdh->tpd", fourier.basis_rate(tau, balance.H), kept.u)
+    u = np.einsum("th,pdh->tpd", fourier.basis(tau, balance.H), kept.u[0])
+    v = w * np.einsum("th,pdh->tpd", fourier.basis_rate(tau, balance.H), kept.u[0])
     force, states = _periodic(balance, contacts, u, v, w)
-    return ContactCycles(tau / w, u, force, states[:, :, :law.sliders], law.components, kept.energy())
+    return ContactCycles(tau / w, u, force, states[:, :, :law.sliders], law.components, kept.energies()[0])
 
 
 def _periodic(balance: HarmonicBalance, contacts, u, v, w) -> tuple[np.ndarray, np.ndarray]:

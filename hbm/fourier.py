@@ -70,12 +70,14 @@ def half_peak_to_peak(X: np.ndarray) -> np.ndarray:
     return 0.5 * (high - low).reshape(X.shape[:-1])
 
 
-def half_peak_to_peak_slope(X: np.ndarray, dX: np.ndarray) -> np.ndarray:
-    """(...,) derivative of half_peak_to_peak where X changes by dX: that of the values at the extremal instants."""
+def half_peak_to_peak_along(X: np.ndarray, dX: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(half_peak_to_peak, its derivative where X changes by dX), each (...,): that of the values at the extremal
+    instants."""
     H = X.shape[-1] - 1
-    _, tau = _extrema(X[..., 1:].reshape(-1, H))
-    high, low = (np.exp(1j * tau[..., None] * np.arange(1, H + 1)) * dX[..., 1:].reshape(-1, H)).real.sum(axis=-1)
-    return 0.5 * (high - low).reshape(X.shape[:-1])
+    (high, low), tau = _extrema(X[..., 1:].reshape(-1, H))
+    up, down = (np.exp(1j * tau[..., None] * np.arange(1, H + 1)) * dX[..., 1:].reshape(-1, H)).real.sum(axis=-1)
+    value = 0.5 * (high - low).reshape(X.shape[:-1]) if H > 1 else np.abs(X[..., 1])
+    return value, 0.5 * (up - down).reshape(X.shape[:-1])
 
 
 def _extrema(X):
@@ -93,7 +95,7 @@ def _extrema(X):
         value, rate, curvature = sign * z.real.sum(axis=1), -(z.imag @ k), -(z.real @ k**2)
         higher = ~(value <= best)
         best, at = np.where(higher, value, best), np.where(higher, tau, at)
-        tau = tau + np.clip(-rate / np.where(curvature == 0, np.inf, curvature), -step, step)
+        tau = tau + np.minimum(np.maximum(-rate / np.where(curvature == 0, np.inf, curvature), -step), step)
     return (sign * best).reshape(2, n), at.reshape(2, n)
 
 

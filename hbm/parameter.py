@@ -165,7 +165,7 @@ class ContactSetting(Parameter):
         problem = balance.problem
         if self.setting == "preload" and t.forces.by_preload is not None:
             rate = (problem.contacts.preload * self.chosen(problem))[:, None, None] * t.forces.by_preload
-            rate[:, :, 0] += balance.beyond_rest * self.chosen(problem)[:, None]
+            rate[:, :, 0] += balance.own.beyond_rest * self.chosen(problem)[:, None]
             return rate
         if self.setting == "mu":
             scaled = self.scaled(problem, value)

@@ -1,7 +1,7 @@
 """Peaks: local maxima of the outputs along a curve, each solved."""
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -12,29 +12,26 @@ from hbm.continuation.crossings import with_tangent
 from hbm.continuation.point import Metric, Point
 from hbm.continuation.ripples import TooManyRipples, resolve
 from hbm.continuation.settings import DEFAULT, Settings
-from hbm.curve.trace import Outputs
+from hbm.curve.outputs import Outputs
 from hbm.parameter import Equation, Parameter
 from hbm.problem import ContactProblem
-from hbm.result import KINDS, RIPPLE, ForcedResponse, amplitude, amplitude_slope, local_maxima, orders_of
+from hbm.result import KINDS, RIPPLE, ForcedResponse, local_maxima, orders_of
 from hbm.solutions import restored
 
 
-def refine_largest(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> np.ndarray:
+def refine_largest(equation: Equation, branch: Branch, outputs: Outputs, settings: Settings) -> np.ndarray:
     """Insert the solved largest maximum of half peak to peak of every output, and say which points these are.
 
-    rows : (m, r) outputs. Returns (n, m) bool, for the branch as it is afterwards.
+    Returns (n, m) bool, for the branch as it is afterwards.
     """
-    output = Output(equation, branch, Outputs(rows), (KINDS[0], []), settings)
-    least, found = noise(branch, rows), []
-    known = dict(zip(map(id, branch.points), output.heights(branch.points), strict=True))
-    for j in np.flatnonzero(np.nanmax(list(known.values()), axis=0, initial=0.0) > least):
-        new = [point for point in branch.points if id(point) not in known]
-        known |= dict(zip(map(id, new), output.heights(new), strict=True))
-        heights = np.array([known[id(point)][j] for point in branch.points])
+    output, found = Output(equation, branch, outputs, settings), []
+    least = outputs.noise(branch.points)
+    for j in np.flatnonzero(np.nanmax(outputs.amplitudes(branch.points)[0], axis=0, initial=0.0) > least):
+        heights = outputs.amplitudes(branch.points)[0][:, j]
         top, solved = output.largest(j, heights, heights >= (1 - settings.peak_window) * np.nanmax(heights))
         found += [(top.point, j)] * solved
     place = {id(point): i for i, point in enumerate(branch.points)}
-    marks = np.zeros((len(branch.points), len(rows)), dtype=bool)
+    marks = np.zeros((len(branch.points), len(outputs.rows)), dtype=bool)
     for point, j in found:
         marks[place[id(point)], j] = True
     return marks
@@ -58,7 +55,7 @@ def find_peaks(curve: ForcedResponse, problem: ContactProblem, name: str, kind: 
     heights, orders = curve.amplitude(kind, order)[:, j], orders_of(kind, order, curve.H, curve.force_orders)
     equation, points = restored(curve, problem, parameter)
     row = curve.output_rows[[j]]
-    output = Output(equation, Branch(points), Outputs(row), (kind, orders), DEFAULT)
+    output = Output(equation, Branch(points), Outputs(row, kind, orders), DEFAULT)
     if not np.nanmax(heights, initial=0.0) > _noise_of(curve, equation, points, row):
         return np.empty((0, 2))
     found, known = [], curve.peak_points[:, j] if kind == KINDS[0] and curve.peak_points.size else heights < 0
@@ -85,26 +82,12 @@ def _ripple(heights, i):
 
 @dataclass(frozen=True)
 class Output:
-    """The outputs along a branch in one kind of amplitude. Points that are solved enter the branch.
-
-    kind : (kind of amplitude, orders that count in a harmonic)
-    harmonics {id of a point: (the point, X and its change along the tangent, each (m, H+1))}
-    """
+    """The outputs along a branch. Points that are solved enter the branch."""
 
     equation: Equation
     branch: Branch
-    rows: Outputs
-    kind: tuple[str, list[int]]
+    outputs: Outputs
     settings: Settings
-    harmonics: dict = field(default_factory=dict)
-
-    def heights(self, points: list[Point]) -> np.ndarray:
-        """(n, m) amplitudes at points; NaN where one failed."""
-        X = np.full((len(points), len(self.rows.rows), self.equation.balance.H + 1), np.nan, dtype=complex)
-        for i, point in enumerate(points):
-            if point.converged:
-                X[i] = self.rows.at(point.detail)
-        return amplitude(X, *self.kind)
 
     def largest(self, j: int, heights: np.ndarray, high: np.ndarray,
                 points: list[Point] | None = None) -> tuple[arc.Measured, bool]:
@@ -117,10 +100,13 @@ class Output:
         top = int(np.nanargmax(np.where(high, heights, -np.inf)))
         metric = arc.metric_at(points[top], self.equation.weights)
 
-        def measure(point):
-            return self.measured([point], j, metric)[0]
+        def measured(these):
+            return self._measured(these, j, metric)
 
-        chains, resolved = self._chains(points, heights, high, measure, metric)
+        def measure(point):
+            return measured([point])[0]
+
+        chains, resolved = self._chains(points, heights, high, measured, metric)
         chain = max(chains, key=lambda chain: max(end.value for end in chain))
         highest = best = max(chain, key=lambda end: end.value)
         brackets = sorted(((arc.bound(a, b, metric), a, b) for chain in chains for a, b in pairwise(chain)
@@ -138,20 +124,20 @@ class Output:
             best, solved = found.best, found.solved
         return best, solved and resolved
 
-    def _chains(self, points, heights, high, measure, metric):
+    def _chains(self, points, heights, high, measured, metric):
         """([measured points, one after the other along the branch], whether their ripples are told apart): all that lie
         beside a `high` point."""
         near = [i for i in range(len(points) - 1) if (high[i] or high[i + 1]) and np.isfinite(heights[i:i + 2]).all()
                 and not points[i + 1].jump]
         wanted = sorted({int(np.nanargmax(np.where(high, heights, -np.inf))), *near, *(i + 1 for i in near)})
         runs = np.split(wanted, [k for k in range(1, len(wanted)) if wanted[k - 1] not in near])
-        chains = [[measure(with_tangent(self.equation.evaluate, points, i, metric)) for i in run] for run in runs]
+        chains = [measured([with_tangent(self.equation.evaluate, points, i, metric) for i in run]) for run in runs]
         highest = max((end for chain in chains for end in chain), key=lambda end: end.value).point
         balance, w = self.equation.balance_at(highest.parameter)
         if not balance.sampled(highest.x, w):
             return chains, True
         try:
-            return [self._resolved(chain, measure, metric) for chain in chains], True
+            return [self._resolved(chain, lambda point: measured([point])[0], metric) for chain in chains], True
         except TooManyRipples as many:
             self.branch.calls += many.calls
             return chains, False
@@ -161,21 +147,13 @@ class Output:
         self._enter(arc.Maximum(found[0], False, [end.point for end in found], calls))
         return found
 
-    def measured(self, points: list[Point], j: int, metric: Metric) -> list[arc.Measured]:
+    def _measured(self, points: list[Point], j: int, metric: Metric) -> list[arc.Measured]:
         """Amplitude of output j and its slope at solved points with their tangents."""
-        both = np.array([self._harmonics(point)[:, j] for point in points])
-        values, slopes = amplitude(both[:, 0], *self.kind), amplitude_slope(both[:, 0], both[:, 1], *self.kind)
+        values, slopes = self.outputs.amplitudes(points)[:, :, j]
+        for point in points:
+            point.detail.forget()
         return [arc.Measured(point, float(value), float(slope) / metric.norm(*point.tangent))
                 for point, value, slope in zip(points, values, slopes, strict=True)]
-
-    def _harmonics(self, point):
-        """(2, m, H+1) X of all outputs and its change along the tangent, made once a point."""
-        if id(point) not in self.harmonics:
-            detail = point.detail or self.equation.evaluate(point.x, point.parameter)
-            X = self.rows.at(detail)
-            self.harmonics[id(point)] = point, np.array([X, self.rows.at(detail.moved(*point.tangent)) - X])
-            detail.forget()
-        return self.harmonics[id(point)][1]
 
     def _enter(self, found) -> arc.Maximum:
         """Put the solved points of a maximum into the branch, where its ends still stand there."""
@@ -185,13 +163,6 @@ class Output:
             points[places[0]:places[1] + 1] = found.points
         self.branch.calls += found.calls
         return found
-
-
-def noise(branch: Branch, rows: np.ndarray) -> np.ndarray:
-    """(m,) amplitudes of the outputs, rows (m, r), that are rounding beside the motion of the whole model."""
-    point = max((p for p in branch.points if p.converged), key=lambda p: np.linalg.norm(p.detail.modal[:, 1:]))
-    motion = point.detail.balance.receptance.shapes @ point.detail.modal[:, 1:]
-    return DEFAULT.peak_noise * np.linalg.norm(rows, axis=1) * np.linalg.norm(motion)
 
 
 def _noise_of(curve, equation, points, rows):

@@ -23,10 +23,11 @@ from hbm.contact import ContactTable
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
-from hbm.curve.drawn import Slopes, refine_drawn
+from hbm.curve.drawn import refine_drawn
 from hbm.curve.equilibrium import check_carried, settle, with_residuals
 from hbm.curve.journal import Journal
 from hbm.curve.options import CurveKeywords, CurveOptions, curve_options
+from hbm.curve.outputs import Outputs
 from hbm.curve.starts import first_of, starts
 from hbm.curve.trace import record, trace
 from hbm.errors import InputError
@@ -182,16 +183,16 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
         check_carried(there, forces, w)
     equation, settings = Equation(case.balance(problem, options, w), parameter, hz), case.settings
     scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
-    slopes = Slopes(case.rows)
-    branch = trace(equation, scale * first, scale * last, settings, options.progress, slopes.note)
+    outputs = Outputs(case.rows)
+    branch = trace(equation, scale * first, scale * last, settings, options.progress, outputs.along)
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
         warnings.warn(f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3)
     if len(branch.points) > 2:
-        peak_points = refine_largest(equation, branch, case.rows, settings)
-        peak_points = refine_drawn(equation, branch, slopes, peak_points, settings)
-    change = stiffer_change(equation, branch, case.rows, settings)
+        peak_points = refine_largest(equation, branch, outputs, settings)
+        peak_points = refine_drawn(equation, branch, outputs, peak_points, settings)
+    change = stiffer_change(equation, branch, outputs, settings)
     residuals, energies, bad = settle(equation, branch.points, (scale * first, scale * last, *scale * at))
-    curve = record(branch, equation, (case.names, case.rows), options.contact, (peak_points, change),
+    curve = record(branch, equation, (case.names, outputs), options.contact, (peak_points, change),
                    time.perf_counter() - began)
     return with_residuals(replace(curve, energy_error=energies), residuals, bad, equation, branch.points)
 
@@ -220,7 +221,7 @@ def _solution(point, balance, hz, case, residual):
     if point.converged:
         u, forces = point.x.reshape(P, nd, balance.nh), point.detail.forces
         found |= {"harmonics": point.detail.outputs(case.rows),
-                  "contact_force": point.detail.contact_force(balance.rest),
+                  "contact_force": point.detail.contact_force(balance.own.rest),
                   "reaction": point.detail.balance.reaction_rows @ point.detail.modal,
                   "contact_motion": fourier.to_complex(u), "dissipated": fourier.work(forces.g, u),
                   **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True))}

@@ -315,13 +315,14 @@ def amplitude(X: np.ndarray, kind: str, orders: list[int]) -> np.ndarray:
     raise InputError(f"amplitude kind '{kind}' is unknown; {nearest(kind, KINDS)}")
 
 
-def amplitude_slope(X: np.ndarray, dX: np.ndarray, kind: str, orders: list[int]) -> np.ndarray:
-    """(...) derivative of that amplitude where the harmonics change by dX (..., H+1)."""
+def amplitude_along(X: np.ndarray, dX: np.ndarray, kind: str, orders: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """(that amplitude, its derivative), each (...), where the harmonics change by dX (..., H+1)."""
     if kind == "half_peak_to_peak":
-        return fourier.half_peak_to_peak_slope(X, dX)
+        return fourier.half_peak_to_peak_along(X, dX)
     if kind == "harmonic":
-        return np.sqrt(2) * fourier.rms_slope(_chosen(X, orders), _chosen(dX, orders))
-    return fourier.rms_slope(X, dX)
+        X, dX = _chosen(X, orders), _chosen(dX, orders)
+    share = np.sqrt(2) if kind == "harmonic" else 1.0
+    return share * fourier.rms(X), share * fourier.rms_slope(X, dX)
 
 
 def _chosen(X, orders):

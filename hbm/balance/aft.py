@@ -1,12 +1,19 @@
-"""Alternating frequency-time: the samples of a cycle, and where its sliders start."""
+"""Alternating frequency-time: the samples of a cycle, where its sliders start, and the contact forces over it."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from hbm import fourier
 from hbm.balance.settings import DEFAULT
 from hbm.errors import InputError
-from hbm.laws.records import ContactForces, SliderStart
+from hbm.laws.base import ContactLaw
+from hbm.laws.records import ContactForces, Contacts, SliderStart
 from hbm.validation import brief
+
+EPS = np.finfo(float).eps
 
 STARTS = ("zero_force", "zero_slider")
 
@@ -32,6 +39,52 @@ def slider_start(start, P: int, sliders: int) -> SliderStart:
     if w.shape != (P, sliders) or not np.isfinite(w).all():
         raise InputError(f"start: slider positions must be finite with shape ({P}, {sliders}), got {w.shape}")
     return SliderStart(w, False)
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Contacts and what their forces over a cycle are counted from.
+
+    springs : (P, nd) N/m - stuck springs of the linear system; rest : (P, nd) N - force at rest
+    start, grid : of `slider_start` and `sample_grid`
+    """
+
+    law: ContactLaw
+    contacts: Contacts
+    springs: np.ndarray
+    rest: np.ndarray
+    start: SliderStart
+    grid: Any
+
+    @cached_property
+    def beyond_rest(self) -> np.ndarray:
+        """(P, nd) N: what the stuck springs carry at rest beyond the force there."""
+        return self.law.stuck_force(self.contacts) - self.rest
+
+    @cached_property
+    def further_springs(self) -> np.ndarray | None:
+        """(P, nd) N/m: what the settings have beyond the springs of the linear system; None where they are these."""
+        further = self.law.stuck_stiffness(self.contacts) - self.springs
+        return further if further.any() else None
+
+    def forces(self, u: np.ndarray, omega: float) -> ContactForces:
+        """Contact forces at the relative motion u (P, nd, nh) m and omega rad/s, as the deviation from the force at
+        rest and the springs."""
+        forces = evaluate(self.law, self.contacts, u, self.start, self.grid, omega)
+        if self.beyond_rest.any():
+            forces.g[:, :, 0] += self.beyond_rest
+            # open at rest and through the cycle: nothing cancels, however wide the gap
+            away = (forces.shares[:, 2] >= 1 - EPS) & ~self.rest.any(axis=1)
+            forces.g[away] = -self.law.stuck_stiffness(self.contacts)[away, :, None] * u[away]
+        return forces if self.further_springs is None else forces.with_springs(self.further_springs, u)
+
+    def repeated(self, contacts: list[Contacts], rest: list[np.ndarray]) -> "Cycle":
+        """These contacts several times over, each time with settings and forces at rest of their own."""
+        n, at = len(contacts), np.tile(np.arange(len(self.contacts)), len(contacts))
+        settings = (np.concatenate(columns) for columns in zip(*(vars(one).values() for one in contacts), strict=True))
+        positions = np.tile(self.start.positions, (n, 1))
+        return replace(self, law=self.law.select(at), contacts=Contacts(*settings), rest=np.concatenate(rest),
+                       springs=np.tile(self.springs, (n, 1)), start=SliderStart(positions, self.start.from_position))
 
 
 def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: float) -> ContactForces:

@@ -117,7 +117,7 @@ def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping
     if period2[0] < -1e-10 * period2[-1]:
         dof = np.abs(shapes[:, 0]).argmax() + 1
         raise InputError(f"M is not positive: a motion mostly of dof {dof} has negative mass")
-    period2, shapes = period2[::-1], shapes[:, ::-1]
+    period2, shapes = period2[::-1], np.ascontiguousarray(shapes[:, ::-1])
     return of_modes(shapes, period2, None if C is None else shapes.T @ C @ shapes, given)
 
 

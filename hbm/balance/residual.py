@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from hbm import fourier
 from hbm.balance import aft
 from hbm.balance.memory import check_harmonics_fit
-from hbm.balance.newton import EPS, Linearisation
+from hbm.balance.newton import Linearisation
 from hbm.balance.receptance import Receptance
 from hbm.balance.reduced import reduced_receptance
 from hbm.balance.series import ContactReceptance, real_times
@@ -72,9 +72,8 @@ class HarmonicBalance:
         self.start = aft.slider_start(start, P, law.sliders)
         self.grid = aft.sample_grid(H, check_samples(samples, H) or law.default_samples(H))
         check_harmonics_fit(P, self.nd, H)
-        self.rest = problem.rest_force(problem.contacts)            # (P, nd) N, and what the stuck springs have beyond
-        self.beyond_rest = law.stuck_force(problem.contacts) - self.rest
-        self.stuck_stiffness = law.stuck_stiffness(problem.contacts)
+        self.springs = law.stuck_stiffness(problem.contacts)
+        self.own = self.cycle(problem.contacts)
         self.weights = np.tile(np.r_[DEFAULT.order_zero_weight, np.ones(self.nh - 1)], self.n_components)
         self.on_call: Callable[[], None] | None = None              # called at each evaluation
         self.cover = np.full(1 + P, np.inf)     # what its modes hold for: see `covering`
@@ -204,10 +203,11 @@ class HarmonicBalance:
     def _linearised(self, x, w, level, forces, derivative):
         """As `evaluate`, with the contact forces at x and the modes of this balance."""
         factors, rates = self.receptance.factors(w * np.arange(self.H + 1))
-        push, g = self.force_at(level), forces.g.reshape(-1, self.nh)
-        rows = np.flatnonzero(np.any(g != 0, axis=1))
-        if len(rows):
-            push = push - real_times(self.shapes[rows].T, fourier.to_complex(g[rows]))
+        push, g, shapes = self.force_at(level), forces.g.reshape(-1, self.nh), self.shapes
+        if len(g) > DEFAULT.few_components:          # the rows that move
+            rows = g.any(axis=1)
+            g, shapes = g[rows], shapes[rows]
+        push -= real_times(shapes.T, fourier.to_complex(g))
         modal = factors * push
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
         modal_rate = derivative(self, Terms(u, w, forces, push, factors, rates))
@@ -220,25 +220,17 @@ class HarmonicBalance:
         """(m, H+1) modal q under contact forces g (P, nd, nh) N on the bodies."""
         return t.factors * real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
 
+    def cycle(self, contacts: Contacts) -> aft.Cycle:
+        """The contacts of the problem, with these settings; their springs stay those of the problem."""
+        return aft.Cycle(self.problem.law, contacts, self.springs, self.problem.rest_force(contacts), self.start,
+                         self.grid)
+
     def contact_forces(self, u: np.ndarray, w: float, contacts: Contacts | None = None) -> ContactForces:
         """At the relative motion u (P, nd, nh), their g as the deviation from the force at rest and the stuck springs.
 
         contacts : other settings; the springs stay those of the problem, and their difference goes into the forces.
         """
-        law, own = self.problem.law, self.problem.contacts
-        given, rest, beyond_rest = own, self.rest, self.beyond_rest
-        if contacts is not None:
-            given, rest = contacts, self.problem.rest_force(contacts)
-            beyond_rest = law.stuck_force(given) - rest
-        forces = aft.evaluate(law, given, u, self.start, self.grid, w)
-        if beyond_rest.any():
-            forces.g[:, :, 0] += beyond_rest
-            # open at rest and through the cycle: nothing cancels, however wide the gap
-            away = (forces.shares[:, 2] >= 1 - EPS) & ~rest.any(axis=1)
-            forces.g[away] = -law.stuck_stiffness(given)[away, :, None] * u[away]
-        if contacts is not None and (stiffness := law.stuck_stiffness(given) - law.stuck_stiffness(own)).any():
-            forces = forces.with_springs(stiffness, u)
-        return forces
+        return (self.own if contacts is None else self.cycle(contacts)).forces(u, w)
 
     def sampled(self, x: np.ndarray, w: float) -> bool:
         """Whether the contact forces at x (n,) and w rad/s depend on the samples of the cycle."""
@@ -262,7 +254,7 @@ class HarmonicBalance:
 
     def regularisation(self, forces: ContactForces) -> np.ndarray:
         """(P nd,) N/m that Newton's matrix adds to the mean positions: a small share of the active stuck springs."""
-        return DEFAULT.regularisation * (self.stuck_stiffness * forces.active).ravel()
+        return DEFAULT.regularisation * (self.springs * forces.active).ravel()
 
 
 def _dense(B):

@@ -17,21 +17,35 @@ class ContactReceptance:
         few = len(shapes) <= DEFAULT.few_components
         self._rows = np.arange(len(shapes)) if few else np.empty(0, dtype=int)    # that the series is known for
         self._kept: dict[float, tuple] = {}      # by reach: low modes, matrices
+        self._last: tuple = ()                   # components, reach, low modes and the weights of `between`
 
     def between(self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, w: float) -> np.ndarray:
-        """(len(to), len(at), H+1) complex between components; factors (m, H+1) : of the modes at the orders of w."""
-        low, powers = self.terms(w, np.union1d(to, at))
-        left, right, factors = self.shapes[to][:, low], self.shapes[at][:, low], np.ascontiguousarray(factors[low])
-        G = np.empty((len(to), len(at), self.H + 1), dtype=complex)
-        rows = max(1, DEFAULT.products // max(right.size, 1))
-        for i in range(0, len(to), rows):
-            products, into = left[i:i + rows, None] * right, G[i:i + rows]
-            into[:] = real_times(products.reshape(into[..., 0].size, len(factors)), factors).reshape(into.shape)
-        if powers is not None:
-            x = np.power.outer(1j * w * np.arange(self.H + 1), np.arange(len(powers))).T
-            here = np.searchsorted(self._rows, to)[:, None], np.searchsorted(self._rows, at)
-            G += real_times(powers[:, here[0], here[1]].reshape(len(powers), -1).T, x).reshape(G.shape)
-        return G
+        """(len(to), len(at), H+1) complex between components; factors (m, H+1) : of the modes at the orders of w.
+
+        From one point of a branch to the next the same contacts act: what does not depend on w is kept.
+        """
+        known = to.tobytes(), at.tobytes(), self._reach(w)
+        if not self._last or self._last[0] != known:
+            low, powers = self.terms(w, np.union1d(to, at))
+            self._last = known, low, self._weights(to, at, low, powers)
+        _, low, weights = self._last
+        x = (1j * w * np.arange(self.H + 1)) ** np.arange(DEFAULT.series_terms)[:, None]
+        factors = np.concatenate([factors[low], x]) if weights.shape[1] > len(factors[low]) else factors[low]
+        return real_times(weights, factors).reshape(len(to), len(at), self.H + 1)
+
+    def _weights(self, to, at, low, powers):
+        """(len(to) len(at), low modes and terms of the series): products of shapes, and entries of the matrices."""
+        left, right = self.shapes[to][:, low], self.shapes[at][:, low]
+        products = (left[:, None] * right).reshape(len(to) * len(at), -1)
+        if powers is None:
+            return products
+        here = np.searchsorted(self._rows, to)[:, None], np.searchsorted(self._rows, at)
+        return np.hstack([products, powers[:, here[0], here[1]].reshape(len(powers), -1).T])
+
+    def _reach(self, w):
+        """rad/s up to which a series holds: a power of two, whatever came before, so that a curve that is continued
+        later has the same one."""
+        return 2.0 ** np.ceil(np.log2(w * max(self.H, 1)))
 
     def terms(self, w: float, rows: np.ndarray) -> tuple:
         """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for the others, between
@@ -45,8 +59,7 @@ class ContactReceptance:
             return slice(None), None
         if not np.isin(rows, self._rows).all():
             self._rows, self._kept = np.union1d(self._rows, rows), {}
-        # a power of two, whatever came before: a curve that is continued later has the same series
-        reach = 2.0 ** np.ceil(np.log2(w * max(self.H, 1)))
+        reach = self._reach(w)
         if reach not in self._kept:
             above = reach * DEFAULT.series_reach
             self._kept[reach] = (self._of_poles(np.abs(r.poles) > above) if r.poles.size else
@@ -74,7 +87,9 @@ class ContactReceptance:
 
 def real_times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """A @ B for complex B; a real A is not turned into a complex one."""
-    if np.iscomplexobj(A) or not np.iscomplexobj(B):
+    if A.dtype.kind == "c" or B.dtype.kind != "c":
         return A @ B
-    B = np.ascontiguousarray(B)
-    return np.ascontiguousarray(A @ B.view(float)).view(complex)
+    if not B.flags.c_contiguous:
+        B = np.ascontiguousarray(B)
+    found = A @ B.view(float)
+    return (found if found.flags.c_contiguous else np.ascontiguousarray(found)).view(complex)

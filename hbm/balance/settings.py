@@ -41,6 +41,7 @@ class BalanceSettings:
                                      # uneven stiffness K q itself is not known better
     most_rounding: float = 1e-7      # of the force scale, at most, that comes on top of the limit for it
     no_input: float = 1e-6           # of the apparent input: an input of that size is rounding
+    kept_at_once: int = 1 << 20      # entries of the derivatives, of points whose residuals are made at once
     more_steps: int = 8              # of Newton's method for a point above it
     light: float = 1e-10             # modal mass beside the largest, below which it is rounding
     stiff: float = 1e3               # contact springs beside the stiffest dof, above which rounding is estimated ...

@@ -79,6 +79,7 @@ class BranchTracer:
     begin, way, sense : of the parameter; settled : the last point at which it had moved noticeably
     sign : of the bordered determinant, forward along the branch; largest : weighted size of the unknowns so far
     stale, turns : points and folds since the last progress; gaps, attempts : gaps bridged and restarts tried
+    fruitless : restarts tried since the last progress; beyond : from where points ahead were looked for, and these
     """
 
     def __init__(self, evaluate: Evaluate, start: Point, end: float, weights: np.ndarray, settings: Settings,
@@ -88,7 +89,8 @@ class BranchTracer:
         self.begin, self.sense = start.parameter, np.sign(end - start.parameter)
         self.way = abs(end - start.parameter)
         self.largest = size(weights * start.x)
-        self.stale, self.turns, self.gaps, self.attempts, self.settled = 0, 0, 0, 0, start
+        self.gaps, self.attempts, self.settled = 0, 0, start
+        self.beyond: tuple[float, list[Point]] | None = None
         self.begin_at(start)
 
     @property
@@ -104,10 +106,19 @@ class BranchTracer:
     def begin_at(self, point: Point) -> None:
         """Start again, from a point that does not continue the points before."""
         self.step, self.order, self.lost, self.shortened = self.settings.first_step, 1, False, False
-        self.furthest, self.stale, self.turns = point, 0, 0
+        self.progressed(point)
         self.run = [heading(point, self.sense)]
         self.orientation = self.run[0].orientation
         self.branch.points[-1] = self.run[0]
+
+    def progressed(self, to: Point) -> None:
+        """The branch has come further than before."""
+        self.furthest, self.stale, self.turns, self.fruitless = to, 0, 0, 0
+
+    @property
+    def late(self) -> bool:
+        """Whether few points are left."""
+        return len(self.branch.points) >= self.settings.late * self.settings.max_points
 
     def resume(self, found: Point) -> None:
         """Continue from a solution found ahead."""
@@ -188,7 +199,7 @@ class BranchTracer:
 
     def makes_no_progress(self) -> bool:
         """Whether the branch folds again and again without progress, and may still be left."""
-        patience = self.settings.patience
+        patience = self.settings.patience * (1 if self.late else 2**self.fruitless)
         folds = self.stale > patience and self.turns >= 6 or self.stale > 3 * patience
         return folds and self.attempts < self.settings.max_restarts
 
@@ -207,7 +218,7 @@ class BranchTracer:
             self.turns += (new.parameter - before[1].parameter) * (before[1].parameter - before[0].parameter) < 0
         self.stale += 1
         if self.ahead(new.parameter, self.furthest.parameter) > self.settings.progress * self.range:
-            self.furthest, self.stale, self.turns = new, 0, 0
+            self.progressed(new)
 
     def _note_outside(self, new):
         out, known = self.outside(new.parameter), self.branch.outside

@@ -31,16 +31,20 @@ def bridge_gap(tracer: BranchTracer) -> None:
 def restart_ahead(tracer: BranchTracer, follow: Callable) -> None:
     """Leave a branch without progress: in steps of the parameter, else for a solution further ahead.
 
-    Each further restart goes twice as far. Where nothing is found ahead the branch is followed on.
+    Each further restart goes twice as far. Where nothing is found ahead the branch is followed on; a solution ahead
+    from which the way back was not found is kept for later.
     follow : the function of that name, by which a solution ahead is followed back
     """
     begin, taken_up = tracer.furthest, None
     goal = tracer.settings.restart_distance * 2.0 ** min(len(tracer.branch.restarts), 5)
     passed, at = _in_steps(tracer, begin, goal)
-    tracer.stale, tracer.turns, tracer.attempts = 0, 0, tracer.attempts + 1
+    tracer.stale, tracer.turns, tracer.attempts, tracer.fruitless = 0, 0, tracer.attempts + 1, tracer.fruitless + 1
     if at is None and tracer.restart:
-        at, _ = _solution_ahead(tracer, begin.parameter, (), (goal, 2 * goal, 4 * goal, 8 * goal), 0)
-        passed, taken_up = _back(tracer, at, passed, follow) if at else (passed, None)
+        left = (passed[-1] if passed else begin).parameter
+        if not _known_beyond(tracer, begin, left, goal):
+            at, _ = _solution_ahead(tracer, begin.parameter, (), (goal, 2 * goal, 4 * goal, 8 * goal), 0)
+            tracer.beyond = begin.parameter, _followed_back(tracer, at, left, follow) if at else []
+        passed, taken_up = _back(tracer, left, passed)
     if passed:
         tracer.branch.restarts.append((begin.parameter, (taken_up or passed[-1]).parameter))
         tracer.branch.points += passed[:-1]
@@ -61,26 +65,41 @@ def _in_steps(tracer, begin, goal):
     return passed, at
 
 
-def _back(tracer, found, passed, follow):
-    """`passed` and the points up to one found ahead, which is followed back as far as it progresses, and the last.
+def _known_beyond(tracer, begin, left, goal):
+    """Whether it is known what lies ahead: looked for from not far behind, and still ahead where there is something."""
+    if tracer.beyond is None:
+        return False
+    where, points = tracer.beyond
+    near = tracer.ahead(begin.parameter, where) < goal * tracer.length
+    return near and (not points or tracer.ahead(points[0].parameter, left) > 0)
 
-    Where a wide hole stays, a failed point marks it; while points are left for following the branch on, that is done
-    instead and nothing comes back.
-    """
+
+def _followed_back(tracer, found, left, follow):
+    """The points from one found ahead back towards `left`, in the direction of the band, the nearest one first."""
     settings = tracer.settings
-    left = (passed[-1] if passed else tracer.furthest).parameter
     back = follow(tracer.evaluate, found, left, tracer.weights,
                   replace(settings, max_points=settings.points_back, max_restarts=0, max_gaps=0, outside=0.0))
     tracer.branch.calls += back.calls
     good = [reverse(q) for q in back.points if q.converged]
     nearest = min(range(len(good)), key=lambda i: tracer.sense * good[i].parameter)
-    good[nearest] = replace(good[nearest], jump=True)
-    if tracer.ahead(good[nearest].parameter, left) <= settings.hole * tracer.way:
-        return passed + good[nearest::-1], good[nearest]
-    if len(tracer.branch.points) < 0.6 * settings.max_points:
+    return [replace(good[nearest], jump=True), *good[:nearest][::-1]]
+
+
+def _back(tracer, left, passed):
+    """`passed` and the points that lead on from beyond the place where the branch was left, and the first of these.
+
+    Where a wide hole stays, a failed point marks it; while points are left for following the branch on, that is done
+    instead and nothing comes back.
+    """
+    (_, good), settings = tracer.beyond, tracer.settings
+    if not good:
+        return passed, None
+    if tracer.ahead(good[0].parameter, left) <= settings.hole * tracer.way:
+        return passed + good, good[0]
+    if not tracer.late:
         return [], None
-    hole = failed(len(found.x), 0.5 * (left + good[nearest].parameter))
-    return passed + [hole] + good[nearest::-1], good[nearest]
+    hole = failed(len(good[0].x), 0.5 * (left + good[0].parameter))
+    return [*passed, hole, *good], good[0]
 
 
 def _solution_ahead(tracer, parameter, guesses, aheads=AHEAD, max_calls=60):

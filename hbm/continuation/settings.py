@@ -32,11 +32,13 @@ class Settings:
     calls_per_point: int = 12
     large: int = 400              # unknowns from which on the calls hold as they are
     progress_interval: int = 20   # residual calls without a new point after which progress is reported
+    start_calls: int = 120        # of damped Newton for a first point or a restart: where it converges it takes 80
     max_gaps: int = 3             # places without a solution before the branch counts as lost
     max_restarts: int = 12
     runaway: float = 1e12         # unknowns this many times those of the start, where stiff contacts may have stuck: no
                                   # bounded solution exists further on
-    patience: int = 250           # points without progress before the branch is left
+    patience: int = 250           # points without progress before the branch is left; twice as many each time in vain
+    late: float = 0.6             # share of the points from which on a wide hole is left rather than more points tried
     progress: float = 3e-3        # share of the range by which a branch must advance to be worth following
     outside: float = 0.5          # how far out of the band a branch is followed, relative to the parameter at its start
     last_step: float = 1e-4       # arc length below which the last Newton step is taken without evaluating again

@@ -7,59 +7,28 @@ point is solved where the tangents of both ends meet.
 
 import numpy as np
 
-from hbm import fourier
 from hbm.continuation.arc import lies_between, metric_at
 from hbm.continuation.branch import Branch
 from hbm.continuation.corrector import between
 from hbm.continuation.crossings import may_fold
-from hbm.continuation.point import Point
 from hbm.continuation.settings import Settings
-from hbm.curve.trace import Outputs
+from hbm.curve.outputs import Outputs
 from hbm.parameter import Equation
-from hbm.peaks import noise
 
 SHARES = np.array([0.25, 0.5, 0.75])[:, None, None]     # of an interval, where its error is looked at
 
 
-class Slopes:
-    """Harmonics of the outputs, rows (m, r), and their change by the parameter, of points {id: (point, (2, m, H+1))}.
-
-    They are noted as soon as a point is solved: later its matrices would have to be made once more.
-    """
-
-    def __init__(self, rows: np.ndarray):
-        self.outputs, self.known = Outputs(rows), dict[int, tuple[Point, np.ndarray]]()
-
-    def note(self, point: Point) -> None:
-        """Take a point up; one that failed, or knows no tangent, is left out."""
-        if point.converged and point.tangent is not None and point.detail is not None:
-            X = self.outputs.at(point.detail)
-            dX = self.outputs.at(point.detail.moved(*point.tangent)) - X
-            self.known[id(point)] = point, np.array([X, dX / (point.tangent[1] or np.nan)])
-
-    def table(self, points: list[Point], H: int) -> tuple[np.ndarray, np.ndarray]:
-        """Half peak to peak of the outputs at points, and its slopes by the parameter, (n, m) each; NaN if left out."""
-        X = np.full((2, len(points), len(self.outputs.rows), H + 1), np.nan, dtype=complex)
-        for i, point in enumerate(points):
-            if id(point) not in self.known:
-                self.note(point)
-            if id(point) in self.known:
-                X[:, i] = self.known[id(point)][1]
-        return fourier.half_peak_to_peak(X[0]), fourier.half_peak_to_peak_slope(*X)
-
-
-def refine_drawn(equation: Equation, branch: Branch, slopes: Slopes, marks: np.ndarray,
+def refine_drawn(equation: Equation, branch: Branch, outputs: Outputs, marks: np.ndarray,
                  settings: Settings) -> np.ndarray:
     """Insert points until half peak to peak of no output, linked by PCHIP, is off by more than `drawn_error`.
 
     Where the branch may fold between two points nothing is drawn by one function of the parameter: it stays as it is.
-    slopes : of the points, as far as they are noted; marks : (n, m) bool of the points. Returns the marks of the branch
-    as it is afterwards.
+    marks : (n, m) bool of the points. Returns the marks of the branch as it is afterwards.
     """
-    points, kept, H = branch.points, list(marks), equation.balance.H
-    values, rates = slopes.table(points, H)
+    points, kept = branch.points, list(marks)
+    values, rates = _drawn(outputs, points)
     scale = np.nanmax(values, axis=0, initial=0.0)
-    scale[scale <= noise(branch, slopes.outputs.rows)] = np.inf
+    scale[scale <= outputs.noise(points)] = np.inf
     failed: set[int] = set()                 # points behind which none could be solved
     for _ in range(settings.drawn_passes):
         p, inserted = np.array([point.parameter for point in points]), list[int]()
@@ -73,14 +42,21 @@ def refine_drawn(equation: Equation, branch: Branch, slopes: Slopes, marks: np.n
                 inserted.append(i)
                 points.insert(i + 1, new)
                 kept.insert(i + 1, np.zeros(marks.shape[1], dtype=bool))
-                slopes.note(new)
                 new.detail.forget()
             else:
                 failed.add(id(a))
         if not inserted:
             break
-        values, rates = slopes.table(points, H)
+        values, rates = _drawn(outputs, points)
     return np.array(kept)
+
+
+def _drawn(outputs, points):
+    """Half peak to peak at points, and its slopes by the parameter, (n, m) each; NaN where a point failed."""
+    values, slopes = outputs.amplitudes(points)
+    along = np.array([point.tangent[1] if point.tangent else np.nan for point in points])
+    along[along == 0] = np.nan
+    return values, slopes / along[:, None]
 
 
 def _coarse(p, values, slopes, tolerance):

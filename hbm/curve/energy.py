@@ -4,11 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm import fourier
 from hbm.balance.residual import HarmonicBalance
 from hbm.balance.series import real_times
 from hbm.balance.settings import DEFAULT
-from hbm.laws.records import ContactForces
 
 TINY = float(np.finfo(float).tiny)
 
@@ -32,14 +30,12 @@ class EnergyBalance:
 
 
 def energies(balance: HarmonicBalance, forces: dict, w: float, modal: np.ndarray,
-             contact: tuple[np.ndarray, ContactForces]) -> EnergyBalance:
-    """Of the modal motion (m, H+1) at w rad/s under forces {harmonic: (r,)}; contact : the relative motion (P, nd, nh)
-    and the forces of the law on it, whose work is that along the slip where the law tells it."""
-    orders, k, (u, found) = [k for k in forces if k], np.arange(balance.H + 1), contact
+             friction: np.ndarray) -> EnergyBalance:
+    """Of the modal motion (m, H+1) at w rad/s under forces {harmonic: (r,)}; friction : (P,) J of each contact."""
+    orders, k = [k for k in forces if k], np.arange(balance.H + 1)
     loss = modal.conj() * (balance.damping[:, None] * modal if balance.damping.ndim == 1 else balance.damping @ modal)
     at = np.flatnonzero(np.any([forces[order] != 0 for order in orders], axis=0)) if orders else np.empty(0, dtype=int)
     q = real_times(balance.receptance.shapes[at], modal[:, orders])
     power = np.array([forces[order][at] @ q[:, i].conj() for i, order in enumerate(orders)], dtype=complex)
     return EnergyBalance(float(np.pi * np.dot(orders, power.imag)), float(np.pi * w * k**2 @ loss.sum(axis=0).real),
-                         fourier.work(found.g, u) if found.work is None else found.work,
-                         float(np.pi * np.dot(orders, np.abs(power))))
+                         friction, float(np.pi * np.dot(orders, np.abs(power))))

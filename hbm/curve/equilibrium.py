@@ -5,9 +5,9 @@ a point is judged in N, by the plain equation
 
     r_k = [K - (k w)^2 M + i k w C] q_k + B' f_k(B q) - F_k,        k = 0..H
 
-over its force scale: the larger of the applied forces and of what the contacts add to the state of rest. Each dof has
-its own unit, by its stiffness at the frequency of the force. A stiff contact magnifies errors of the motion, and so its
-rounding: that bounds the stiffness which double precision can carry.
+over its force scale: the larger of the applied forces and of what the contacts add to the state of rest, of the orders
+k > 0 without the constant parts. Each dof has its own unit, by its stiffness at the frequency of the force. A stiff
+contact magnifies errors of the motion, and so its rounding: that bounds the stiffness which double precision can carry.
 
 Newton's method found q as the response to contact forces of its own. So r is by what the forces of the law on q differ
 from these, known at every point, and the error of that response, in proportion to q: this is measured, with the full
@@ -29,7 +29,6 @@ from hbm.continuation.point import Plane, Point, size
 from hbm.continuation.settings import DEFAULT as SETTINGS
 from hbm.curve.energy import EnergyBalance, energies
 from hbm.errors import InputError
-from hbm.laws.records import ContactForces
 from hbm.parameter import Equation
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
@@ -67,119 +66,186 @@ def settle(equation: Equation, points: list[Point],
 def _limit(equation, point):
     """Residual over the force scale that a point may have: where the terms of the equation of motion themselves are not
     known better, as of elements of very uneven stiffness, their rounding comes on top."""
-    kept = Kept(equation, point)
-    return DEFAULT.equilibrium + min(kept.rounding() / max(kept.scale(), TINY), DEFAULT.most_rounding)
+    kept = Kept(equation, [point])
+    return DEFAULT.equilibrium + min(float(kept.over_scale(kept.rounding())[0]), DEFAULT.most_rounding)
 
 
 def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray, np.ndarray]:
     """(n,) residual of the equation of motion over the force scale and (n,) error of the energy balance of each
     point; NaN where one was not found."""
     found, energy = np.full((2, len(points)), np.nan)
-    kept = {i: Kept(equation, point) for i, point in enumerate(points) if point.converged}
-    motion = {i: float(np.linalg.norm(one.modal)) for i, one in kept.items()}
-    measured = {min(kept), max(kept), max(motion, key=motion.__getitem__)} if kept else set()
-    share = np.max([kept[i].response_error() / max(motion[i], TINY) for i in measured], initial=0.0)
-    for i, one in kept.items():
-        error, scale = one.contact_error() + share * motion[i], one.scale()
-        found[i], energy[i] = error / scale if scale > 0 else float(error > 0), one.energy().error
+    solved = [i for i, point in enumerate(points) if point.converged]
+    if not solved:
+        return found, energy
+    runs = [Kept(equation, [points[i] for i in run]) for run in _alike(points, solved, equation.balance)]
+    motion = np.concatenate([_parts(run.modal) for run in runs])
+    share, last = np.zeros(2), len(solved) - 1
+    for k in {0, last, int(motion[:, 1].argmax())}:
+        error = Kept(equation, [points[solved[k]]]).response_error()[0]
+        share = np.maximum(share, error / np.maximum(motion[k], TINY))
+    found[solved] = np.concatenate([run.over_scale(run.contact_error() + share * _parts(run.modal)) for run in runs])
+    energy[solved] = [one.error for run in runs for one in run.energies()]
     return found, energy
 
 
-class Kept:
-    """What is kept of a point: modal (m, H+1) and its u (P, nd, nh) m, and the contact forces of Newton's method.
+def _alike(points, chosen, balance):
+    """Indices of points, in runs of one balance and no more of them than fit into memory at once."""
+    P, r = len(balance.problem.contacts), len(balance.problem.K)
+    most = max(1, DEFAULT.kept_at_once // max(P * (balance.nd * balance.nh)**2, r * balance.nh))
+    runs = [[chosen[0]]]
+    for i in chosen[1:]:
+        same = points[i].detail.balance is points[runs[-1][0]].detail.balance
+        if same and len(runs[-1]) < most:
+            runs[-1].append(i)
+        else:
+            runs.append([i])
+    return runs
 
-    h (P, nd, nh) N : these forces, less those at rest
+
+class Kept:
+    """What is kept of n points of one balance: modal (n, m, H+1) and its u (n, P, nd, nh) m, and the contact forces of
+    Newton's method.
+
+    w : (n,) rad/s; forces : {harmonic: (r,)} of each; contacts : settings of each, those of the problem or others
+    h (n, P, nd, nh) N : the contact forces, less those at rest
     """
 
-    def __init__(self, equation: Equation, point: Point):
-        detail, parameter, whole = point.detail, equation.parameter, equation.balance
-        there, self.forces = parameter.rebuild(whole.problem, whole.forces, point.parameter / parameter.scale)
-        self.balance, self.modal, self.g = detail.balance, detail.modal, detail.forces.g
-        self.problem, self.w = self.balance.problem, parameter.angular_frequency(2 * np.pi * equation.hz,
-                                                                                 point.parameter)
-        self.contacts = None if there is self.problem else there.contacts
-        own, u = self.problem.contacts, fourier.to_real(real_times(self.balance.shapes, self.modal))
+    def __init__(self, equation: Equation, points: list[Point]):
+        parameter, whole = equation.parameter, equation.balance
+        values = [point.parameter / parameter.scale for point in points]
+        there = [parameter.rebuild(whole.problem, whole.forces, value) for value in values]
+        self.balance, self.forces = points[0].detail.balance, [forces for _, forces in there]
+        self.problem, self.contacts = self.balance.problem, [problem.contacts for problem, _ in there]
+        self.modal = np.array([point.detail.modal for point in points])
+        self.g = np.array([point.detail.forces.g for point in points])
+        self.w = np.array([parameter.angular_frequency(2 * np.pi * equation.hz, point.parameter) for point in points])
+        u = fourier.to_real(_times(self.balance.shapes, self.modal))
         self.u = np.ascontiguousarray(u.reshape(self.g.shape))
-        self.h = self.g + self.problem.law.stuck_stiffness(own)[:, :, None] * self.u
+        self.h = self.g + self.balance.springs[:, :, None] * self.u
         self.unit = _units(self.problem, self.w)
 
-    def contact_error(self) -> float:
-        """Norm of the difference between the forces of the law on the motion and those of Newton's method."""
-        return _norm(self.unit, self._at_dofs(self.of_law.g - self.g))
+    def contact_error(self) -> np.ndarray:
+        """(n, 2) size of the difference between the forces of the law on the motion and those of Newton's method."""
+        return self._size(self._at_dofs(self.of_law[0] - self.g))
+
+    def energies(self) -> list[EnergyBalance]:
+        """Of a period of each point."""
+        points = zip(self.forces, self.w, self.modal, self.of_law[1], strict=True)
+        return [energies(self.balance, *point) for point in points]
 
     @cached_property
-    def of_law(self) -> ContactForces:
-        """Forces of the law on the motion."""
-        return self.balance.contact_forces(self.u, self.w, self.contacts)
+    def of_law(self) -> tuple[np.ndarray, np.ndarray]:
+        """Forces of the law on the motion, (n, P, nd, nh) N as `g`, and (n, P) J their work: of all points at once,
+        where the law does not depend on the frequency."""
+        first = self.balance.contact_forces(self.u[0], self.w[0], self.contacts[0])
+        if first.by_omega is not None:
+            found = [first, *map(self.balance.contact_forces, self.u[1:], self.w[1:], self.contacts[1:])]
+            return np.array([one.g for one in found]), np.array(list(map(_work, found, self.u)))
+        g, work, n = first.g[None], _work(first, self.u[0])[None], len(self.w) - 1
+        if n:
+            own, of, u = self.problem.contacts, self.contacts[1:], self.u[1:].reshape(-1, *self.u.shape[2:])
+            rest = [self.balance.own.rest if contacts is own else self.problem.rest_force(contacts) for contacts in of]
+            found = self.balance.own.repeated(of, rest).forces(u, self.w[0])
+            g, work = np.r_[g, found.g.reshape(n, *g.shape[1:])], np.r_[work, _work(found, u).reshape(n, -1)]
+        return g, work
 
-    def energy(self) -> EnergyBalance:
-        """Of a period."""
-        return energies(self.balance, self.forces, self.w, self.modal, (self.u, self.of_law))
-
-    def response_error(self) -> float:
-        """Norm of the residual of the equation of motion under the forces of Newton's method."""
-        problem, kw = self.problem, self.w * np.arange(self.balance.H + 1)
-        q = self.motion()
-        inner = real_times(problem.stiffness, q) - real_times(problem.M, q * kw**2) + 1j * kw * self.damping_force(q)
-        for one, reaction in zip(problem.held, self.balance.reaction_rows @ self.modal[:, 0].real, strict=True):
+    def response_error(self) -> np.ndarray:
+        """(n, 2) size of the residual of the equation of motion under the forces of Newton's method."""
+        problem, kw, q = self.problem, self._orders(), self.motion()
+        inner = _times(problem.stiffness, q) - _times(problem.M, q * kw**2) + 1j * kw * self.damping_force(q)
+        reactions = self.modal[:, :, 0].real @ self.balance.reaction_rows.T
+        for one, reaction in zip(problem.held, reactions.T, strict=True):
             if one.mean:
-                inner[:, 0] += one.row * reaction
-        return _norm(self.unit, inner + self._at_dofs(self.h) - self.applied())
+                inner[:, :, 0] += reaction[:, None] * one.row
+        return self._size(inner + self._at_dofs(self.h) - self.applied())
 
-    def rounding(self) -> float:
-        """Norm of what K q and M q may be off by rounding alone."""
-        kw, q = self.w * np.arange(self.balance.H + 1), np.abs(self.motion())
-        terms = real_times(abs(self.problem.stiffness), q) + real_times(abs(self.problem.M), q * kw**2)
-        return DEFAULT.terms * np.finfo(float).eps * _norm(self.unit, terms)
+    def rounding(self) -> np.ndarray:
+        """(n, 2) size of what K q and M q may be off by rounding alone."""
+        q = np.abs(self.motion())
+        terms = _times(abs(self.problem.stiffness), q) + _times(abs(self.problem.M), q * self._orders()**2)
+        return DEFAULT.terms * np.finfo(float).eps * self._size(terms)
 
-    def scale(self) -> float:
-        """Norm of the applied forces, or of the contact forces if that is larger."""
-        return max(_norm(self.unit, self.applied()), _norm(self.unit, self._at_dofs(self.h)))
+    def over_scale(self, error: np.ndarray) -> np.ndarray:
+        """(n,) errors (n, 2) over the force scale: the applied forces, or the contact forces if these are larger. What
+        vibrates is held against what vibrates alone: static forces, however large, say nothing of it."""
+        applied = self._size(self.applied())
+        scale = np.maximum(applied, self._size(self._at_dofs(self.h)))
+        scale[:, 0] = np.hypot(*scale.T)
+        scale[applied[:, 1] == 0, 1] = scale[applied[:, 1] == 0, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.linalg.norm(np.where(scale > 0, error / scale, error > 0), axis=1)
 
     def motion(self) -> np.ndarray:
-        """(r, H+1) q, m."""
-        return real_times(self.balance.receptance.shapes, self.modal)
+        """(n, r, H+1) q, m."""
+        return _times(self.balance.receptance.shapes, self.modal)
+
+    def _orders(self):
+        """(n, 1, H+1) rad/s of every order."""
+        return self.w[:, None, None] * np.arange(self.balance.H + 1)
 
     def _at_dofs(self, force):
-        """(r, H+1) B' of forces (P, nd, nh)."""
-        return real_times(self.problem.B.T, fourier.to_complex(force.reshape(-1, self.balance.nh)))
+        """(n, r, H+1) B' of forces (n, P, nd, nh)."""
+        return _times(self.problem.B.T, fourier.to_complex(force.reshape(len(force), -1, self.balance.nh)))
 
-    def applied(self):
-        """(r, H+1) N, the forces on the dofs, constant ones included."""
-        force = np.zeros((len(self.unit), self.balance.H + 1), dtype=complex)
-        for k, F in self.forces.items():
-            force[:, k] = F
+    def _size(self, force):
+        return _parts(force / self.unit[:, :, None])
+
+    def applied(self) -> np.ndarray:
+        """(n, r, H+1) N, the forces on the dofs, constant ones included."""
+        found = np.zeros((*self.unit.shape, self.balance.H + 1), dtype=complex)
+        for one, forces in zip(found, self.forces, strict=True):
+            for k, F in forces.items():
+                one[:, k] = F
         if self.problem.static is not None:
-            force[:, 0] += self.problem.static
-        return force
+            found[:, :, 0] += self.problem.static
+        return found
 
-    def damping_force(self, q):
-        """(r, H+1) C q; with damping ratios that of the modes."""
+    def damping_force(self, q: np.ndarray) -> np.ndarray:
+        """(n, r, H+1) C q; with damping ratios that of the modes."""
         problem, of = self.problem, self.balance.receptance
         if problem.damping_ratio is None:
-            return real_times(problem.C, q)
-        y = (2 * of.ratio * np.sqrt(of.mass * of.stiffness))[:, None] * self.modal[:len(of.mass)]
+            return _times(problem.C, q)
+        y = (2 * of.ratio * np.sqrt(of.mass * of.stiffness))[:, None] * self.modal[:, :len(of.mass)]
         # K phi = (k/m) M phi has no rounding of stiff springs; it does not hold for massless motions, nor mode by mode
         # where these stand for many more
-        heavy = (of.mass > DEFAULT.light * of.mass.max()) & (of.shapes.shape[1] >= len(q))
-        force = real_times(problem.M, real_times(of.modes[:, heavy], y[heavy] / of.mass[heavy, None]))
+        heavy = (of.mass > DEFAULT.light * of.mass.max()) & (of.shapes.shape[1] >= q.shape[1])
+        force = _times(problem.M, _times(of.modes[:, heavy], y[:, heavy] / of.mass[heavy, None]))
         if heavy.all():
             return force
-        light = real_times(of.modes[:, ~heavy], y[~heavy] / of.stiffness[~heavy, None])
-        return force + real_times(problem.stuck_stiffness, light)
+        light = _times(of.modes[:, ~heavy], y[:, ~heavy] / of.stiffness[~heavy, None])
+        return force + _times(problem.stuck_stiffness, light)
+
+
+def _work(forces, u):
+    """(P,) J of contact forces in a period, along the slip where the law tells it, else along the motion u."""
+    return fourier.work(forces.g, u) if forces.work is None else forces.work
+
+
+def _times(A, X):
+    """(n, k, H+1) products of a real or complex, dense or sparse matrix (k, m) with X (n, m, H+1), in one go."""
+    n, m, orders = X.shape
+    product = real_times(A, X.transpose(1, 0, 2).reshape(m, n * orders))
+    return product.reshape(A.shape[0], n, orders).transpose(1, 0, 2)
 
 
 def _units(problem, w):
-    """(r,) unit of force at each dof, by its stiffness at w rad/s without contact."""
-    stiffness = np.abs(problem.K.diagonal()) + w**2 * problem.M.diagonal()
-    return np.sqrt(np.maximum(stiffness, 1e-30 * stiffness.max()))
+    """(n, r) unit of force at each dof, by its stiffness at w (n,) rad/s without contact."""
+    stiffness = np.abs(problem.K.diagonal()) + w[:, None]**2 * problem.M.diagonal()
+    return np.sqrt(np.maximum(stiffness, 1e-30 * stiffness.max(axis=1, keepdims=True)))
+
+
+def _parts(X):
+    """(n, 2) norms of order 0 and of the others, of (n, r, H+1); the largest entry is taken out, so that nothing under-
+    or overflows."""
+    X = np.abs(X)
+    largest = np.maximum(X.max(axis=(1, 2), initial=0.0), TINY)[:, None]
+    square = (X / largest[:, :, None])**2
+    return largest * np.sqrt(np.stack([square[:, :, 0].sum(axis=1), square[:, :, 1:].sum(axis=(1, 2))], axis=1))
 
 
 def _norm(unit, force):
-    """Of forces (r, n) in their units; the largest entry is taken out, so that nothing under- or overflows."""
-    scaled = force / unit[:, None]
-    largest = float(np.abs(scaled).max())
-    return float(largest * np.linalg.norm(scaled / largest)) if largest > 0 else 0.0
+    """Of forces (r, n) in their units."""
+    return float(np.linalg.norm(_parts((force / unit[:, None])[None])))
 
 
 def _more_steps(equation, point, pinned) -> Iterator[Point]:
@@ -215,9 +281,9 @@ def with_residuals(curve: ForcedResponse, residuals: np.ndarray, bad: np.ndarray
     if not bad.any():
         return replace(curve, force_residual=residuals)
     worst = int(np.nanargmax(np.where(bad, residuals, 0.0)))
-    at = Kept(equation, points[worst])
-    problem = at.problem if at.contacts is None else at.problem.with_contacts(at.contacts)
-    reason = _too_stiff(problem, at.forces, at.w, at.motion(), DEFAULT.equilibrium)
+    at = Kept(equation, [points[worst]])
+    problem = at.problem if at.contacts[0] is at.problem.contacts else at.problem.with_contacts(at.contacts[0])
+    reason = _too_stiff(problem, at.forces[0], at.w[0], at.motion()[0], DEFAULT.equilibrium)
     ended = (f"{curve.ended}; {bad.sum()} point{'s' * int(bad.sum() > 1)} left out, as the forces do not balance to "
              f"{DEFAULT.equilibrium:g} of their scale: worst {residuals[worst]:.1e}, at "
              f"{equation.parameter.named(curve.parameter[worst])}; {reason or 'try other harmonics there'}")
@@ -256,7 +322,7 @@ def check_carried(problem: ContactProblem, forces: dict, w: float) -> None:
 def _too_stiff(problem, forces, w, q, allowed):
     """A sentence on the stiffest contact where rounding of the motion q (r, n) is more than allowed; else empty."""
     springs, B = problem.law.stuck_stiffness(problem.contacts).ravel(), abs(sp.csr_matrix(problem.B))
-    unit, rounding = _units(problem, w), np.finfo(float).eps * springs[:, None] * (B @ np.abs(q))
+    unit, rounding = _units(problem, np.array([w]))[0], np.finfo(float).eps * springs[:, None] * (B @ np.abs(q))
     scale = _norm(unit, np.array(list(forces.values())).T)
     if not (share := _norm(unit, B.T @ rounding)) > allowed * scale:
         return ""

@@ -29,11 +29,13 @@ def starts(balance: HarmonicBalance, w: float, settings: Settings, off_band: boo
 
     off_band : whether to come from other frequencies too, where the ways at w are exhausted
     """
-    yield solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights, settings)
+    def solved(x):
+        return solve_fixed(balance.evaluate, x, w, balance.weights, settings, settings.start_calls)
+    yield solved(balance.linear(w))
     for guess in (_raise_level, _integrate):
         x, calls = guess(balance, w, settings)
         if x is not None:
-            point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
+            point = solved(x)
             yield replace(point, iterations=calls + point.iterations)
         else:
             yield failed(len(balance.weights), w, calls)

@@ -1,18 +1,17 @@
 """From an equation to its branch between two values of the parameter, and from the branch to a curve."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from hbm import fourier
 from hbm.balance.named_motion import mostly
-from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.branch import Branch
 from hbm.continuation.budget import Budget, BudgetExceeded
 from hbm.continuation.follow import follow
 from hbm.continuation.point import failed, size
 from hbm.continuation.settings import Settings
+from hbm.curve.outputs import Outputs
 from hbm.curve.starts import first_of, starts
 from hbm.curve.unmoved import follow_unmoved, moves_contacts
 from hbm.parameter import Equation, Parameter
@@ -26,7 +25,7 @@ def trace(equation: Equation, first: float, last: float, settings: Settings,
           progress: Callable | None = None, note: Callable | None = None) -> Branch:
     """The branch from `first` to `last`, in units of the branch; progress(value, step, calls) or None.
 
-    note(point) : called for every point while its matrices are at hand, or None
+    note(point) : called for every point with its tangent, before the next one, or None: a journal knows these alone
     Of the branches from several solutions at `first`, the first one that does not leave the band for good.
     """
     budget = Budget(settings, progress, first / equation.parameter.scale, len(equation.weights))
@@ -55,7 +54,7 @@ def _first_staying(equation, first, last, settings, budget, found, note):
             before.detail.forget()          # what Newton needed there: too large to keep over a whole curve
         passed[:] = [point] if point.detail is not None else []
         budget.point(point.parameter / equation.parameter.scale, step, point.iterations)
-        if note:
+        if note and point.converged and point.tangent is not None:
             note(point)
 
     for begin in _starts(equation, first, settings, True):
@@ -82,34 +81,11 @@ def _same(a, b, weights) -> bool:
     return size(weights * (a.x - b.x)) <= 1e-6 * size(weights * b.x)
 
 
-class Outputs:
-    """Harmonics of the outputs, rows (m, r), of the points of a branch; their modal rows are made once a balance."""
-
-    def __init__(self, rows: np.ndarray):
-        self.rows, self._modal_rows = rows, rows
-        self._balance: HarmonicBalance | None = None
-
-    def at(self, detail: Any) -> np.ndarray:
-        """(m, H+1) complex, m, of a linearisation."""
-        if detail.balance is not self._balance:
-            self._balance = detail.balance
-            self._modal_rows = self.rows @ detail.balance.receptance.shapes
-        return self._modal_rows @ detail.modal
-
-    def of_branch(self, branch: Branch, H: int) -> np.ndarray:
-        """(n, m, H+1) complex, m; NaN where a point failed."""
-        X = np.full((len(branch.points), len(self.rows), H + 1), np.nan, dtype=complex)
-        for i, point in enumerate(branch.points):
-            if point.converged:
-                X[i] = self.at(point.detail)
-        return X
-
-
-def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray], contact: bool,
+def record(branch: Branch, equation: Equation, named: tuple[list, Outputs], contact: bool,
            checked: tuple[np.ndarray, tuple[float, float]], seconds: float) -> ForcedResponse:
-    """ForcedResponse of a branch; outputs : (names, rows (m, r)); contact : whether to keep the contact forces;
+    """ForcedResponse of a branch; named : (names, outputs); contact : whether to keep the contact forces;
     checked : peak_points, and what stiffer holds change: (held_change, held_reaction_change)."""
-    balance, parameter, (names, rows) = equation.balance, equation.parameter, outputs
+    balance, parameter, (names, outputs) = equation.balance, equation.parameter, named
     n, P = len(branch.points), len(balance.problem.contacts)
     shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
     reaction = np.full((n, len(balance.problem.held), balance.H + 1), np.nan, dtype=complex)
@@ -127,7 +103,7 @@ def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray],
     start = balance.given_start
     return ForcedResponse(
         frequency=parameter.frequencies(equation.hz, values), output_names=np.array(names, dtype=str),
-        harmonics=Outputs(rows).of_branch(branch, balance.H), parameter_name=parameter.name, parameter=values,
+        harmonics=outputs.harmonics(branch.points, balance.H), parameter_name=parameter.name, parameter=values,
         share_stick=shares[..., 0], share_slip=shares[..., 1], share_open=shares[..., 2], dissipated=work,
         converged=np.array([p.converged for p in branch.points]),
         iterations=np.array([p.iterations for p in branch.points]), ended=explain(branch, balance.problem, parameter),
@@ -138,7 +114,7 @@ def record(branch: Branch, equation: Equation, outputs: tuple[list, np.ndarray],
         held_change=checked[1][0], held_reaction_change=checked[1][1],
         held=np.array([one.name for one in balance.problem.held], dtype=str), reaction=reaction,
         unknowns=np.array([p.x for p in branch.points]), carrying=np.ones(P, dtype=bool),
-        force_orders=np.array(list(balance.forces), dtype=int), output_rows=rows,
+        force_orders=np.array(list(balance.forces), dtype=int), output_rows=outputs.rows,
         forces=np.array(list(balance.forces.values()), dtype=complex).reshape(-1, balance.problem.K.shape[0]),
         slider_start=np.empty((0, 0)) if isinstance(start, str) else np.asarray(start, dtype=float),
         orientation=np.array([p.orientation for p in branch.points]),

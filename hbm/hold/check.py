@@ -11,11 +11,11 @@ from hbm.continuation.branch import Branch
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.point import Point
 from hbm.continuation.settings import Settings
-from hbm.curve.trace import Outputs
+from hbm.curve.outputs import Outputs
 from hbm.parameter import Equation
 from hbm.peaks import Output
 from hbm.problem import ContactProblem
-from hbm.result import KINDS, ForcedResponse
+from hbm.result import ForcedResponse
 
 TINY = 1e-300
 
@@ -32,15 +32,15 @@ class Stiffer(NamedTuple):
     of_reaction: float = 0.0
 
 
-def stiffer_change(equation: Equation, branch: Branch, rows: np.ndarray, settings: Settings) -> Stiffer:
-    """What stiffer springs change at the highest amplitude of the outputs, rows (m, r)."""
+def stiffer_change(equation: Equation, branch: Branch, outputs: Outputs, settings: Settings) -> Stiffer:
+    """What stiffer springs change at the highest amplitude of the outputs."""
     problem = equation.balance.problem
     solved = [point for point in branch.points if point.converged]
     if all(one.mean for one in problem.held):
         return Stiffer()
     if not solved:
         return Stiffer(np.nan, np.nan)
-    heights = Output(equation, branch, Outputs(rows), (KINDS[0], []), settings).heights(solved)
+    heights = outputs.amplitudes(solved)[0]
     i, j = np.unravel_index(heights.argmax(), heights.shape)
     flanks = [solved[k] for k in _flanks(heights[:, j], int(i))]
     for steps in DEFAULT.stiffer_steps:
@@ -49,8 +49,8 @@ def stiffer_change(equation: Equation, branch: Branch, rows: np.ndarray, setting
             break
     else:
         return Stiffer(np.nan, np.nan)
-    output = Output(stiffer, Branch(again), Outputs(rows[[j]]), (KINDS[0], []), settings)
-    after = output.heights(again)[:, 0]
+    output = Output(stiffer, Branch(again), Outputs(outputs.rows[[j]]), settings)
+    after = output.outputs.amplitudes(again)[0][:, 0]
     top, height = again[int(after.argmax())], after.max()
     if len(again) == 3:
         best, _ = output.largest(0, after, np.full(3, True))

@@ -50,7 +50,7 @@ class SampledIntegrator:
         self.stuck = stuck_system(balance, w, settings)
         law, contacts, system, n = self.stuck.law, self.stuck.contacts, self.stuck.system, settings.samples
         self.size, self.smooth, self.h = self.stuck.motion, law.states == 0, 2 * np.pi / (w * n)
-        self.stiffness, self.constant = law.stuck_stiffness(contacts), self.stuck.balance.rest
+        self.stiffness, self.constant = law.stuck_stiffness(contacts), self.stuck.balance.own.rest
         self.W = np.empty((5, len(system.s)), complex)
         events.fill_weights(system.s, self.h, self.W)
         if not self.smooth:                              # the force is straight over a step

@@ -347,6 +347,28 @@ def stick_interval(u, N, contact, samples, breaks):
 
 
 @njit(cache=True)
+def sticks(x, law, p, places):
+    """Whether contact p surely sticks through the cycle, with its sliders at rest where they carry no force: the sum of
+    the amplitudes of its motion x (nd, nh) is too small for slip and lift-off."""
+    if law.count and law.mu[p] == 0:
+        return False
+    least = law.preload[p] - (law.kn[p] * reach(x[len(x) - 1]) if law.normal else 0.0)
+    for d in range(law.count):
+        if places[d] != 0 or law.kt[p] * reach(x[d]) > law.mu[p] * least:
+            return False
+    return least > 0
+
+
+@njit(cache=True)
+def reach(c):
+    """What the series with real coefficients c does not exceed."""
+    most = abs(c[0])
+    for k in range(1, len(c), 2):
+        most += np.sqrt(c[k] * c[k] + c[k + 1] * c[k + 1])
+    return most
+
+
+@njit(cache=True)
 def find_pieces(x, samples, law, start, found):
     """Fill the pieces of the periodic cycle of every contact, which components are active, and the shares of the cycle.
 
@@ -366,6 +388,9 @@ def find_pieces(x, samples, law, start, found):
     counts[:], active[:] = 0, False
     last = nd - 1                # the normal, where there is one
     for p in range(P):
+        if not start.from_position and sticks(x[p], law, p, start.positions[p]):
+            shares[p, 0], shares[p, 1], shares[p, 2] = 1.0, 0.0, 0.0
+            continue
         m = break_points(x[p], (tau, wave[p], rate[p]), law, p, N, b)
         breaks = Breaks(b.marks, b.kind, b.closed[:m], b.edges)
         opened = open_pieces(breaks, pieces[p, law.count], counts[p:p + 1, law.count])

@@ -31,7 +31,8 @@ def every_dof(problem):
 
 
 def largest_residual(curve, problem, force):
-    """Of the plain equation at every point, over the force or the contact's: from the harmonics of every dof alone."""
+    """Of the plain equation at every point, over the force or the contact's, of the vibration over what vibrates: from
+    the harmonics of every dof alone."""
     worst, contacts, law = 0.0, problem.contacts, problem.law
     for w, q in zip(2 * np.pi * curve.frequency[curve.converged], curve.harmonics[curve.converged], strict=True):
         u = np.ascontiguousarray(fourier.to_real(problem.B @ q).reshape(len(contacts), len(law.components), -1))
@@ -45,8 +46,10 @@ def largest_residual(curve, problem, force):
             applied[:, 0] = problem.static
         r = problem.K @ q - k**2 * (problem.M @ q) + 1j * k * (problem.C @ q) + contact - applied
         unit = 1 / np.sqrt(np.abs(np.diag(problem.K)) + w**2 * np.diag(problem.M))[:, None]
-        size, *scale = (np.linalg.norm(unit * a) for a in (r, applied, contact))
-        worst = max(worst, size / max(scale))
+        (mean, rest), *scales = ([np.linalg.norm(unit * a[:, part]) for part in (slice(1), slice(1, None))]
+                                 for a in (r, applied, contact))
+        of_mean, of_rest = np.max(scales, axis=0)
+        worst = max(worst, np.hypot(mean / np.hypot(of_mean, of_rest), rest / of_rest))
     return worst
 
 
