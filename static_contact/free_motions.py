@@ -131,8 +131,9 @@ def _lengths(model):
     out = np.ones(model.size)
     for body in set(model.body.tolist()):
         mine = model.body == body
-        at = model.position[mine & model.moves]
-        out[mine & np.isin(model.direction, ROTATIONS)] = np.ptp(at, axis=0).max(initial=0.0) or 1.0
+        turning = mine & np.isin(model.direction, ROTATIONS)
+        if turning.any():                       # a body of contact points alone has no nodes
+            out[turning] = np.ptp(model.position[mine & model.moves], axis=0).max(initial=0.0) or 1.0
     return out
 
 

@@ -14,6 +14,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from pathlib import Path
 
 import tipdamp
 from hbm.errors import InputError, shown
@@ -141,13 +142,15 @@ def _parser() -> argparse.ArgumentParser:
         added = verbs.add_parser(name, help=text, description=text)
         added.set_defaults(run=run)
         if on_study:
-            added.add_argument("study", help="study file (.toml)")
+            added.add_argument("study", nargs="+" if name == "inspect" else None, help="study file (.toml)" + (
+                ", or mesh files without a study, for which one is proposed" if name == "inspect" else ""))
             added.add_argument("--out", help="results folder (default: results/<study name> beside the study)")
             added.add_argument("--allow-outside", action="store_true", help="let the study's key `results` lead out of "
                                "its folder")
         return added
 
-    for name, text, run in [*((name, text, _one_stage) for name, text in STAGES.items()),
+    for name, text, run in [*((name, text, _inspect if name == "inspect" else _one_stage)
+                              for name, text in STAGES.items()),
                             ("run", "all stages, from the meshes to the report", _all_stages)]:
         stage = verb(name, text, run)
         stage.add_argument("--force", action="store_true", help="run even when nothing has changed")
@@ -208,6 +211,18 @@ def _opened(arguments):
         if path.is_file() and not study.holds(path):
             logging.getLogger("tipdamp").warning("%s is read from outside the study's folder: %s", key, path.resolve())
     return study, results_folder(study, arguments.out, arguments.allow_outside)
+
+
+def _inspect(arguments) -> int:
+    """Of a study; of meshes alone, the study that they propose."""
+    paths = [Path(name) for name in arguments.study]
+    if len(paths) == 1 and paths[0].suffix.lower() == ".toml":
+        arguments.study = arguments.study[0]
+        return _one_stage(arguments)
+    from tipdamp.proposal.write import write_proposal
+
+    print(write_proposal(paths))
+    return 0
 
 
 def _one_stage(arguments) -> int:

@@ -4,6 +4,7 @@ Process 0 runs the stage; the others `share` its work and write nothing.
 """
 
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from tipdamp import loads, ranks
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, materials
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
+from tipdamp.bodies.surfaces import surface_points
 from tipdamp.progress import Tick
 from tipdamp.stages.results import FullResult, FullSide
 from tipdamp.stages.stage import Stage
@@ -89,7 +91,8 @@ def _distributed(study, meshes, comm, extra):
         material, others = materials(study, mesh)
         clamp = study.blades.clamp if name == BLADES else ()
         parts.append(Part(mesh, material, name, clamp=clamp, free=name == DAMPER, other_materials=others))
-    return distributed_bodies(parts, comm, extra)
+    bodies, met = distributed_bodies(parts, comm, extra), surface_points(study, meshes)
+    return bodies if met is None else [replace(body, points=met.points[body.name].on(body)) for body in bodies]
 
 
 def line(store: Store) -> str:

@@ -1,0 +1,135 @@
+"""Contact candidates: where faces of the damper lie near faces of the blades that face them, patch by patch."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from modal.faces import boundary_faces, face_corners, face_keys, group_faces
+from modal.mesh import Mesh
+from static_contact.surfaces.facets import facets
+from static_contact.surfaces.pick import FacePick
+
+
+@dataclass(frozen=True)
+class ProposalSettings:
+    """What counts as a contact candidate."""
+
+    near: float = 0.1       # of the damper's median face size: farther faces do not touch; facets of a curve lie nearer
+    bend: float = 30.0      # degrees between neighbouring faces of one patch: beyond it an edge begins
+    small: float = 0.1      # of the largest patch: smaller ones are rims
+    covered: float = 0.6    # of the faces of a patch that a group must have: the plane of a side may go on beyond it
+    larger: float = 4.0     # times as many faces as the patch a group may have
+    round: float = 10.0     # degrees that the normals of a flat side may differ
+
+
+SETTINGS = ProposalSettings()
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A candidate. damper, blades : (f, 4) keys of the faces, as `faces.face_keys` of the user's node numbers
+    normal : (3,) mean, out of the damper; spread - degrees of a face from it; box : (2, 3) of its nodes, and area, in
+    the units of the mesh"""
+
+    damper: np.ndarray
+    blades: np.ndarray
+    normal: np.ndarray
+    spread: float
+    box: np.ndarray
+    area: float
+
+    @property
+    def flat(self) -> bool:
+        """Whether the side is flat rather than round."""
+        return self.spread <= SETTINGS.round
+
+
+def reach_of(damper: Mesh) -> float:
+    """Distance within which faces count as candidates, in the unit of the mesh."""
+    sizes = [f.size for f in facets(damper, boundary_faces(damper))]
+    return float(SETTINGS.near * np.median(np.concatenate(sizes)))
+
+
+def contact_patches(damper: Mesh, blades: Mesh, reach: float) -> list[Patch]:
+    """Candidates, the largest first."""
+    mine = _Faces(damper, FacePick(within=reach).faces(damper, blades))
+    theirs = _Faces(blades, FacePick(within=reach).faces(blades, damper))
+    if not len(mine.key):
+        return []
+    label = mine.pieces()
+    nearest = cKDTree(mine.centre).query(theirs.centre)[1] if len(theirs.key) else np.empty(0, int)
+    opposed = np.einsum("ij,ij->i", theirs.normal, mine.normal[nearest]) < -np.cos(np.radians(SETTINGS.bend))
+    met = np.where(opposed, label[nearest], -1)
+    found = []
+    for i in range(label.max() + 1):
+        own = label == i
+        normal = mine.area[own] @ mine.normal[own]
+        normal /= np.linalg.norm(normal)
+        spread = np.degrees(np.arccos(np.clip(mine.normal[own] @ normal, -1, 1))).max()
+        nodes = damper.position[damper.index(np.setdiff1d(mine.key[own], [-1]))]
+        found.append(Patch(mine.key[own], theirs.key[met == i], normal, float(spread),
+                           np.array([nodes.min(axis=0), nodes.max(axis=0)]), float(mine.area[own].sum())))
+    largest = max(p.area for p in found)
+    return sorted((p for p in found if p.area > SETTINGS.small * largest and len(p.blades)), key=lambda p: -p.area)
+
+
+def group_of(mesh: Mesh, faces: np.ndarray) -> str:
+    """The smallest group that has most of these faces (f, 4); '' where there is none."""
+    wanted, found = {tuple(k) for k in faces.tolist()}, {}
+    for name in mesh.groups:
+        if mesh.dimension.get(name, 0) in (0, 2):
+            own = {tuple(k) for block in group_faces(mesh, name) for k in face_keys(mesh.node[block]).tolist()}
+            if len(own & wanted) >= SETTINGS.covered * len(wanted) and len(own) <= SETTINGS.larger * len(wanted):
+                found[name] = len(own)
+    return min(found, key=lambda name: found[name], default="")
+
+
+class _Faces:
+    """Faces of a mesh with key, centre, normal and area of each."""
+
+    def __init__(self, mesh: Mesh, blocks: list[np.ndarray]) -> None:
+        parts = facets(mesh, blocks)
+        self.key = np.concatenate([face_keys(mesh.node[p.faces]) for p in parts] or [np.empty((0, 4), int)])
+        self.area, self.centre, self.normal = (np.concatenate([_sum(p, v) for p in parts] or [np.empty((0, w))])
+                                               for w, v in ((1, _one), (3, _centre), (3, _normal)))
+        self.area = self.area[:, 0]
+        self.centre /= np.maximum(self.area, 1e-300)[:, None]
+        self.normal /= np.maximum(np.linalg.norm(self.normal, axis=1), 1e-300)[:, None]
+        self.corners = [np.array(p.faces[:, :face_corners(p.faces.shape[1])]) for p in parts]
+
+    def pieces(self) -> np.ndarray:
+        """(f,) label of what hangs together over edges without a bend."""
+        rows, ends, first = [], [], 0
+        for block in self.corners:
+            edges = np.sort(np.stack([block, np.roll(block, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+            ends.append(edges)
+            rows.append(first + np.repeat(np.arange(len(block)), block.shape[1]))
+            first += len(block)
+        face = np.concatenate(rows)
+        _, edge = np.unique(np.concatenate(ends), axis=0, return_inverse=True)
+        order = np.argsort(edge.ravel(), kind="stable")
+        a, b = face[order[:-1]], face[order[1:]]
+        joined = np.diff(edge.ravel()[order]) == 0
+        joined &= np.einsum("ij,ij->i", self.normal[a], self.normal[b]) > np.cos(np.radians(SETTINGS.bend))
+        graph = sp.coo_matrix((np.ones(joined.sum()), (a[joined], b[joined])), shape=(first, first))
+        return sp.csgraph.connected_components(graph, directed=False)[1]
+
+
+def _sum(part, values):
+    out = np.zeros((len(part.faces), values(part).shape[1]))
+    np.add.at(out, part.face, part.area[:, None] * values(part))
+    return out
+
+
+def _one(part):
+    return np.ones((len(part.area), 1))
+
+
+def _centre(part):
+    return part.centre
+
+
+def _normal(part):
+    return part.normal

@@ -1,0 +1,149 @@
+"""Meshes without a study: which body is which, where they touch, how the damper lies."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from hbm.errors import InputError
+from modal.elements.cells import tables
+from modal.mesh import Mesh
+from modal.mesh_checks import parts
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.split import cut
+from tipdamp.proposal.patches import Patch, contact_patches, group_of, reach_of
+from tipdamp.readers.dispatch import read_mesh
+
+# parts of the names that pre-processors and people give to groups, by what they are for
+WORDS = {"clamp": "clamp|fix|encastre|root|spc|support|ground", "load_points": "load|pull",
+         "excitation": "excit|shaker|drive", "patches": "patch|tip|resp"}
+SNAP = 20.0          # degrees: a direction this near to an axis of coordinates is meant to be that axis
+
+
+@dataclass(frozen=True)
+class Side:
+    """A proposed contact side: name, candidate, group of either body or '' where none is that patch; matching - whether
+    the nodes of both lie at the same places."""
+
+    name: str
+    patch: Patch
+    blade: str
+    damper: str
+    matching: bool
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """files, meshes {body: ...} in the unit of the files; together - whether one file holds both bodies, cells - the
+    damper's group of cells in it, or ''; length - unit that fits the size; reach - within which faces are candidates;
+    axis, pull : (3,); groups {purpose: names that fit}."""
+
+    files: dict[str, Path]
+    meshes: dict[str, Mesh]
+    together: bool
+    cells: str
+    length: str
+    reach: float
+    sides: tuple[Side, ...]
+    axis: np.ndarray
+    pull: np.ndarray
+    groups: dict[str, list[str]]
+
+
+def propose(paths: list[Path]) -> Proposal:
+    """From one file with all bodies, or one of the blades and one of the damper, in any order.
+
+    Raises InputError for more files, and where no two bodies are found or nothing of them touches.
+    """
+    if len(paths) > 2:
+        raise InputError(f"{len(paths)} meshes: one file with all bodies is wanted, or one of the blades on their "
+                         "fixture and one of the damper; join the others to the blades in the pre-processor")
+    read = [read_mesh(path) for path in paths]
+    meshes, files, cells = _bodies(paths, read)
+    blades, damper = meshes[BLADES], meshes[DAMPER]
+    reach = reach_of(damper)
+    patches = contact_patches(damper, blades, reach)
+    if not patches:
+        raise InputError(f"no face of {damper.source} ({len(damper.node)} nodes) lies within {reach:.3g} of a face of "
+                         f"{blades.source} that faces it: are both in the same unit and place?")
+    axis, pull = _directions(patches)
+    size = float(np.ptp(np.concatenate([m.position for m in read]), axis=0).max())
+    groups = {what: sorted(name for name in meshes[DAMPER if what == "load_points" else BLADES].groups
+                           if re.search(words, name, re.IGNORECASE)) for what, words in WORDS.items()}
+    return Proposal(files, meshes, len(paths) == 1, cells, "mm" if size > 3 else "m", reach,
+                    _sides(patches, meshes, axis, pull), axis, pull, groups)
+
+
+def _bodies(paths, read):
+    """Meshes and files by body, and the damper's group of cells in a common file: the damper is the piece with a
+    group that sounds like a load, or the smallest."""
+    if len(read) == 2:
+        order = sorted((0, 1), key=lambda i: -_volumes(read[i]).sum())
+        return (dict(zip((BLADES, DAMPER), (read[i] for i in order), strict=True)),
+                dict(zip((BLADES, DAMPER), (paths[i] for i in order), strict=True)), "")
+    mesh = read[0]
+    count, label = parts(mesh)
+    if count < 2:
+        raise InputError(f"{mesh.source}: all its cells are connected: blades and damper cannot be told apart; "
+                         "separate their nodes, or write a study with cells = \"...\" in [damper]")
+    pulled = {int(i) for name, nodes in mesh.groups.items() if re.search(WORDS["load_points"], name, re.IGNORECASE)
+              for i in label[mesh.index(nodes)]}
+    chosen = pulled.pop() if len(pulled) == 1 else int(_volumes(mesh).argmin())
+    mine = {kind: label[cells[:, 0]] == chosen for kind, cells in mesh.cells.items()}
+    own = np.sort(np.concatenate([mesh.number[kind][m] for kind, m in mine.items()]))
+    cells = next((name for name, found in sorted(mesh.cell_groups.items()) if np.array_equal(np.sort(found), own)), "")
+    others = {kind: ~m for kind, m in mine.items()}
+    return ({BLADES: cut(mesh, others, mesh.source), DAMPER: cut(mesh, mine, mesh.source)},
+            {BLADES: paths[0], DAMPER: paths[0]}, cells)
+
+
+def _volumes(mesh):
+    """Volume of each connected piece."""
+    count, label = parts(mesh)
+    found = np.zeros(count)
+    for kind, cells in mesh.cells.items():
+        _, gradient, weight = tables(kind)
+        jacobian = np.einsum("qin,cnj->cqij", gradient, mesh.position[cells], optimize=True)
+        np.add.at(found, label[cells[:, 0]], np.linalg.det(jacobian) @ weight)
+    return found
+
+
+def _directions(patches):
+    """Axis of the damper, across the normals of its two largest sides; pull, into both."""
+    first = patches[0].normal
+    other = max((p.normal for p in patches), key=lambda n: np.linalg.norm(np.cross(first, n)))
+    along, into = np.cross(first, other), first + other
+    if np.linalg.norm(along) < 1e-3:                       # parallel sides: along the longest edge of the patch
+        along = np.eye(3)[np.ptp(patches[0].box, axis=0).argmax()]
+    axis = _snapped(along / np.linalg.norm(along))
+    axis = axis if axis[np.abs(axis).argmax()] > 0 else -axis
+    into = into - axis * (into @ axis)
+    return axis, _snapped(into / np.linalg.norm(into)) if np.linalg.norm(into) > 1e-3 else np.array([0.0, 0.0, 1.0])
+
+
+def _snapped(direction):
+    i = int(np.abs(direction).argmax())
+    near = np.degrees(np.arccos(min(abs(direction[i]), 1.0))) < SNAP
+    return np.sign(direction[i]) * np.eye(3)[i] if near else np.round(direction, 4)
+
+
+def _sides(patches, meshes, axis, pull):
+    """Named by where they lie across axis and pull: left and right for two of them."""
+    across = np.cross(axis, pull)
+    order = sorted(patches, key=lambda p: float(p.box.mean(axis=0) @ across))
+    names = ["left", "right"] if len(order) == 2 else [f"side_{i}" for i in range(1, len(order) + 1)]
+    found = []
+    for name, patch in zip(names, order, strict=True):
+        blade, damper = group_of(meshes[BLADES], patch.blades), group_of(meshes[DAMPER], patch.damper)
+        found.append(Side(name, patch, blade, damper, _match(meshes, patch)))
+    return tuple(found)
+
+
+def _match(meshes, patch):
+    """Whether every corner of the damper's faces lies on one of the blades'."""
+    ends = [meshes[body].position[meshes[body].index(np.setdiff1d(keys, [-1]))]
+            for body, keys in ((BLADES, patch.blades), (DAMPER, patch.damper))]
+    limit = 1e-6 * float(np.ptp(patch.box, axis=0).max())
+    return bool((cKDTree(ends[0]).query(ends[1])[0] <= limit).all())

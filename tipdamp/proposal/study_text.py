@@ -1,0 +1,101 @@
+"""A proposal as a commented study file; what cannot be guessed stands in it as "?", which is refused."""
+
+import numpy as np
+
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.proposal.propose import Proposal, Side
+
+ASK = '"?"'
+UNITS = {"m": ("Pa", "kg/m3"), "mm": ("MPa", "t/mm3")}
+STEEL = {"m": ("205e9", "7850"), "mm": ("205e3", "7.85e-9")}
+
+
+def study_text(found: Proposal, folder_of: dict[str, str]) -> str:
+    """folder_of {body: the name of its mesh file as the study has it}."""
+    (stress, density), E, rho = UNITS[found.length], *STEEL[found.length]
+    lines = ["# Proposed by tipdamp inspect from the meshes alone. Fill in what is \"?\", check the rest, then run",
+             "#   tipdamp inspect, and tipdamp run. All keys: tipdamp keys", "", "[units]",
+             f'length = "{found.length}"             # by the size of the meshes', 'force = "N"',
+             f'stress = "{stress}"', f'density = "{density}"', "", "[material]",
+             f"E = {ASK}                     # Young's modulus, {stress}; steel {E}",
+             f"nu = {ASK}                    # steel 0.3",
+             f"density = {ASK}               # {density}; steel {rho}", ""]
+    lines += [*_blades(found, folder_of[BLADES]), *_damper(found, folder_of[DAMPER]), *_contact(found)]
+    return "\n".join([*lines, *_response(found), ""])
+
+
+def _blades(found, file):
+    groups = found.groups["clamp"]
+    return ["[blades]", f'mesh = "{file}"', f"clamp = {_names(groups)}" + _of(
+        found, BLADES, "nodes that are fixed", not groups), ""]
+
+
+def _damper(found, file):
+    cells = [f'cells = "{found.cells}"'] if found.cells else []
+    if found.together and not cells:
+        cells = ["# the damper is what is connected to its load points; or name its group of cells: cells = \"...\""]
+    return ["[damper]", f'mesh = "{file}"', *cells, f"axis = {_vector(found.axis)}         # along both contact sides",
+            f"pull = {ASK}                  # N, total pull on the damper",
+            f"pull_direction = {_vector(found.pull)}         # into both sides", "load_points = "
+            + _names(found.groups["load_points"][:1]) + _of(found, DAMPER, "nodes that share the pull",
+                                                          not found.groups["load_points"]), ""]
+
+
+def _contact(found):
+    lines = ["[contact]", f"mu = {ASK}                    # friction coefficient",
+             'stiffness = "halfspace"      # or kn_per_area and kt_per_area of each side', ""]
+    for side in found.sides:
+        patch = side.patch
+        match = "match" if side.matching else "do not match: contact of surfaces"
+        lines += [f"# {len(patch.damper)} faces of the damper, {patch.area:.4g} {found.length}2, meet "
+                  f"{len(patch.blades)} of the blades; the nodes {match}",
+                  f"[contact.{side.name}]", f"blade = {_faces(found, side, side.blade)}",
+                  f"damper = {_faces(found, side, side.damper)}",
+                  f'shape = "{"flat" if patch.flat else "cylinder"}"              # normals within {patch.spread:.2g} '
+                  "degrees of their mean", _size(found, patch), ""]
+    return lines
+
+
+def _size(found, patch):
+    """Width of a flat side, radius of a round one, from its area and what its normals turn by."""
+    corners = np.array(np.meshgrid(*patch.box.T)).reshape(3, -1).T
+    width = patch.area / float(np.ptp(corners @ found.axis))
+    if patch.flat:
+        return f"width = {width:.4g}               # area over length"
+    return f"radius = {width / np.radians(2 * patch.spread):.4g}              # area over length and turn of normals"
+
+
+def _faces(found, side: Side, group: str) -> str:
+    """The group, or the faces by geometry."""
+    if group:
+        return f'"{group}"'
+    low, high = side.patch.box[0] - found.reach, side.patch.box[1] + found.reach
+    return (f"{{ within = {found.reach:.3g}, box = [{_vector(low)}, {_vector(high)}] }}")
+
+
+def _response(found):
+    excitation, patches = found.groups["excitation"], found.groups["patches"]
+    lines = ["[tune]", 'stations = "all"', "", "[respond]",
+             f"excitation = {_names(excitation[:1])}" + _of(found, BLADES, "the node that is excited", not excitation),
+             f"patches = {_names(patches[:2])}     # two groups of response nodes, blade 1 first",
+             'levels = "?"                # N, amplitudes of the excitation, such as [1, 5]',
+             'band = "?"                  # Hz, such as [700, 900]', "damping_ratio = 0.005"]
+    return ["# for the forced response complete these and take the marks off",
+            *(f"# {line}" if line else "#" for line in lines)]
+
+
+def _of(found, body, meaning, wanted):
+    names = ", ".join(sorted(found.meshes[body].groups)) or "none in the file"
+    return f"     # {meaning}" + (f"; groups: {names}" if wanted else "")
+
+
+def _names(groups):
+    return ASK if not groups else _name(groups[0]) if len(groups) == 1 else f"[{', '.join(map(_name, groups))}]"
+
+
+def _name(group):
+    return '"' + group.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def _vector(values):
+    return "[" + ", ".join(f"{v:.6g}" for v in np.asarray(values) + 0.0) + "]"
