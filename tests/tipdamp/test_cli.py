@@ -25,7 +25,8 @@ ROOT = Path(__file__).parents[2]
     ("reduce", 'clamp = "clamp"', 'clamp = "clmp"', "[blades] clamp[0]: asymmetric_blades.msh: no group 'clmp'; did "
                                                     "you mean 'clamp'"),
     ("reduce", 'blade = "contact_right"', 'blade = "contact_left"', "62 damper nodes in 'contact_right'"),
-    ("reduce", "asymmetric_blades.msh", "asymmetric_damper.msh", "no group 'clamp'"),
+    ("reduce", "asymmetric_blades.msh", "asymmetric_damper.msh", "mesh is the file of the [blades] too, and all its "
+                                                                 "cells are connected; name another file"),
     ("reduce", "[respond]", '[respond]\nexcitation = "tip"', "[respond] excitation: asymmetric_blades.msh: no group"),
     ("run", "band = [2300, 3300]", "band = [3300, 2300]", "the band is empty"),
 ])

@@ -84,7 +84,7 @@ def _connected(mesh, damper):
     count, label = parts(mesh)
     pieces = np.unique(label[mesh.index(mesh.group(damper.holds))])
     if len(pieces) == count:
-        raise InputError(f"{damper.where}: the file holds both bodies, and " + (
+        raise InputError(f"{damper.where}: mesh is the file of the [blades] too, and " + (
             "all its cells are connected" if count == 1 else f"'{shown(damper.holds)}' has nodes on every piece of it")
-            + "; tell them apart by groups of cells: cells = \"...\"")
+            + "; name another file, or the groups of cells of each body: cells = \"...\"")
     return {kind: np.isin(label[block[:, 0]], pieces) for kind, block in mesh.cells.items()}

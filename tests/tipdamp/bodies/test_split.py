@@ -66,8 +66,8 @@ def test_bodies_that_share_nodes(tmp_path):
     study = written(tmp_path, merged, ("modes = 3", 'modes = 3\ncells = "pin"'))
     pairs = matched_pairs(study, read_meshes(study))
     assert len(pairs) == 18 and np.array_equal(pairs.blade_node, pairs.damper_node)
-    with pytest.raises(InputError, match=r"corner.toml: \[damper\]: the file holds both bodies, and all its cells are "
-                       r'connected; tell them apart by groups of cells: cells = "..."'):
+    with pytest.raises(InputError, match=r"corner.toml: \[damper\]: mesh is the file of the \[blades\] too, and "
+                                         "all its cells are connected; name another file, or the groups of cells"):
         read_meshes(written(tmp_path, merged))
 
 
