@@ -9,12 +9,13 @@ import os
 import pickle
 import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from multiprocessing import connection, get_context
+from multiprocessing import connection, get_context, parent_process
 from types import ModuleType, TracebackType
 from typing import Any
 
@@ -194,6 +195,7 @@ def _serve(pipe):
     """What a process does until its pipe is closed: one task after the other."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)            # of the terminal: the process that uses this one decides
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+    threading.Thread(target=_end_with, args=(parent_process(),), daemon=True).start()
     logging.captureWarnings(True)
     logging.getLogger().handlers = [_Forwarded(pipe)]
     common = None
@@ -213,6 +215,13 @@ def _serve(pipe):
                 pipe.send(("failed", error))
     except (EOFError, ConnectionError):
         pass
+
+
+def _end_with(user):
+    """Terminate this process when the one that uses it has ended, however that ended: else one that is long at work
+    would notice nothing before its next report."""
+    connection.wait([user.sentinel])
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _reporter(pipe):

@@ -2,9 +2,12 @@
 
 import logging
 import os
+import signal
+import subprocess
 import sys
 import time
 import warnings
+from pathlib import Path
 
 import pytest
 
@@ -62,6 +65,46 @@ def test_an_error_is_raised_here_and_stops_the_others(caplog):
 def test_a_process_that_ends_unasked_is_named():
     with pytest.raises(ChildProcessError, match=r"ended unasked \(exit code 7\).*fewer --jobs"), Workers(2) as workers:
         list(workers.spread(fail, None, ["slow", "unasked"], lambda *_: None))
+
+
+def complain(_, __, ___):
+    logging.getLogger("hbm").warning("compiling")
+
+
+def test_what_several_processes_say_is_said_once(caplog):
+    with Workers(2) as workers:
+        list(workers.spread(complain, None, range(5), lambda *_: None))
+    assert caplog.text.count("compiling") == 1
+
+
+def sleep(folder, task, _):
+    """Long at work without a report."""
+    (folder / f"{task}.tmp").write_text(str(os.getpid()))
+    (folder / f"{task}.tmp").rename(folder / task)
+    time.sleep(600.0)
+
+
+def use(folder):
+    """What a process of its own does with two others."""
+    with Workers(2) as workers:
+        list(workers.spread(sleep, folder, ["a", "b"], lambda *_: None))
+
+
+def test_no_process_outlives_the_one_that_uses_it(tmp_path):
+    """SIGKILL while both are at work: they end long before their work."""
+    program = f"from pathlib import Path; from tests.tipdamp.test_workers import use; use(Path('{tmp_path}'))"
+    process = subprocess.Popen([sys.executable, "-c", program], cwd=Path(__file__).parents[2],
+                               env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])})
+    began = time.monotonic()
+    while not all((tmp_path / name).exists() for name in "ab"):
+        assert process.poll() is None and time.monotonic() - began < 300
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    theirs, began = [Path("/proc", (tmp_path / name).read_text()) for name in "ab"], time.monotonic()
+    while any((one / "exe").exists() for one in theirs):
+        assert time.monotonic() - began < 60
+        time.sleep(0.05)
 
 
 def test_number_of_jobs(monkeypatch, capsys, matrices_study):

@@ -17,7 +17,7 @@ from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.view import Study
 
-SAMPLES = 1024           # a period
+SAMPLES = 256            # a period: the loops are drawn with them, the energies do not depend on them
 
 
 def cycles(study: Study, store: Store, tick: Tick) -> list[str]:

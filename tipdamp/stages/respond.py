@@ -154,8 +154,8 @@ def line(store: Store) -> str:
     failed = sum(c.failed_points for c in _both_ways(found))
     back = f" ({curves} with those followed back)" if curves > len(found.responses) else ""
     missing = f", {peakless} without a peak" if (peakless := without_peak(found)) else ""
-    return (f"{len(found.responses)} curves{back}, {points} points, {failed} points failed, {partial} curves "
-            f"incomplete{missing}")
+    lacking = [f"{failed} points failed"] * (failed > 0) + [f"{partial} curves incomplete{missing}"] * (partial > 0)
+    return f"{len(found.responses)} curves{back}, {points} points, {', '.join(lacking) or 'all complete'}"
 
 
 def warnings(_: Study, store: Store) -> list[str]:

@@ -1,7 +1,7 @@
 """Figures as plain data: described once, drawn by `plotly` for the page and by `matplotlib` as PNG.
 
-A Figure holds panels, a panel holds items (Curve, Band, Marks, Line). Coordinates are in the units of the axis labels.
-NaN in a curve or band is a gap. Items of one name share one entry of the legend; an empty name has none. Names,
+A Figure holds panels, a panel holds items (Curve, Band, Marks, Tiles, Line). Coordinates are in the units of the axis
+labels. NaN in a curve or band is a gap. Items of one name share one entry of the legend; an empty name has none. Names,
 titles and labels are plain text: the backends escape what their own markup would read.
 """
 
@@ -57,6 +57,19 @@ class Marks:
 
 
 @dataclass(frozen=True)
+class Tiles:
+    """Cells in colour: values (m, n) around the places y (m,), x (n,), ascending, on the scale from 0 to `top`; NaN
+    stays blank. label - of the scale"""
+
+    x: np.ndarray
+    y: np.ndarray
+    values: np.ndarray
+    label: str
+    top: float
+    name: str = ""
+
+
+@dataclass(frozen=True)
 class Line:
     """A straight line across the panel at a value of its x or y axis.
 
@@ -73,12 +86,14 @@ class Line:
     left: bool = False
 
 
-Item = Curve | Band | Marks | Line
+Item = Curve | Band | Marks | Tiles | Line
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes; items - Curve, Band, Marks and Line, in the order of drawing."""
+    """One pair of axes; items - Curve, Band, Marks, Tiles and Line, in the order of drawing; whole_x, whole_y - of axes
+    that count: ticks at whole numbers alone;
+    y_names - instead of numbers at 0.45, 1.45, ..."""
 
     title: str
     x_label: str
@@ -87,6 +102,9 @@ class Panel:
     log_y: bool = False
     x_range: tuple | None = None
     y_range: tuple | None = None
+    whole_x: bool = False
+    whole_y: bool = False
+    y_names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -121,6 +139,14 @@ def outlines(band: Band) -> list[tuple[np.ndarray, np.ndarray]]:
     edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
     runs = [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1]
     return [(np.r_[x[r], x[r][::-1]], np.r_[low[r], high[r][::-1]]) for r in runs]
+
+
+def edges(places: np.ndarray) -> np.ndarray:
+    """(n+1,) borders of the cells around places (n,), half way between them."""
+    if len(places) == 1:
+        return np.array([places[0] - 0.5, places[0] + 0.5])
+    middle = 0.5 * (places[1:] + places[:-1])
+    return np.r_[2 * places[0] - middle[0], middle, 2 * places[-1] - middle[-1]]
 
 
 def level_colors(n: int) -> list[str]:

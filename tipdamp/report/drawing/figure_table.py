@@ -4,14 +4,16 @@ import csv
 from collections.abc import Iterator
 from pathlib import Path
 
-from tipdamp.report.drawing.figure import Band, Curve, Figure, Item, Line
+import numpy as np
+
+from tipdamp.report.drawing.figure import Band, Curve, Figure, Item, Line, Tiles
 
 HEAD = ("panel", "drawn as", "name", "x", "y", "y high", "label")
 
 
 def write(figure: Figure, path: Path) -> None:
     """Columns of HEAD after a line with the labels of the axes of each panel; a band has its lower and upper bound in y
-    and y high."""
+    and y high, tiles their value as label."""
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
         out.writerow(HEAD)
@@ -38,6 +40,10 @@ def _rows(item: Item) -> Iterator[tuple]:
     elif isinstance(item, Band):
         yield from (("band", name, f"{x:.9g}", f"{a:.9g}", f"{b:.9g}", "")
                     for x, a, b in zip(item.x, item.low, item.high, strict=True))
+    elif isinstance(item, Tiles):
+        yield from (("tiles", name, f"{x:.9g}", f"{y:.9g}", "", f"{v:.9g}")
+                    for y, row in zip(item.y, item.values, strict=True) for x, v in zip(item.x, row, strict=True)
+                    if np.isfinite(v))
     else:
         labels = item.labels or ("",) * len(item.x)
         yield from (("marks", name, f"{x:.9g}", f"{y:.9g}", "", plain(label))

@@ -1,6 +1,6 @@
 """The same figures drawn with matplotlib, as PNG."""
 
-from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Line, Marks, Panel, outlines
+from tipdamp.report.drawing.figure import INK, SEQUENCE, Band, Curve, Figure, Line, Marks, Panel, Tiles, edges, outlines
 from tipdamp.report.libraries import need
 
 DPI, PANEL_WIDTH, PIXELS_PER_INCH = 150, {1: 7.5, 2: 5.2, 3: 4.0}, 100
@@ -51,6 +51,11 @@ def _panel(axes, panel: Panel, handles):
         handle = _ITEM[type(item)](axes, item)
         if item.name and handle is not None:
             handles.setdefault(item.name, handle)
+    for axis, whole in ((axes.xaxis, panel.whole_x), (axes.yaxis, panel.whole_y)):
+        if whole:
+            axis.get_major_locator().set_params(integer=True)
+    if panel.y_names:
+        axes.set_yticks([0.45 + k for k in range(len(panel.y_names))], [_text(n) for n in panel.y_names], fontsize=8)
     if panel.x_range is not None:
         axes.set_xlim(*panel.x_range)
     if panel.y_range is not None:
@@ -93,7 +98,16 @@ def _line(axes, item: Line):
                   textcoords="offset points")
 
 
-_ITEM: dict = {Curve: _curve, Band: _band, Marks: _marks}
+def _tiles(axes, item: Tiles):
+    from matplotlib.colors import LinearSegmentedColormap
+
+    colors = LinearSegmentedColormap.from_list("levels", SEQUENCE)
+    mesh = axes.pcolormesh(edges(item.x), edges(item.y), item.values, cmap=colors, vmin=0.0, vmax=item.top,
+                           edgecolors="white", linewidth=0.8)
+    axes.figure.colorbar(mesh, ax=axes, label=_text(item.label), pad=0.02)
+
+
+_ITEM: dict = {Curve: _curve, Band: _band, Marks: _marks, Tiles: _tiles}
 
 
 def _text(text) -> str:

@@ -4,7 +4,7 @@ import html
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Line, outlines
+from tipdamp.report.drawing.figure import INK, SEQUENCE, Band, Curve, Figure, Line, Tiles, edges, outlines
 from tipdamp.report.libraries import need
 
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, "DejaVu Sans", sans-serif'
@@ -47,6 +47,9 @@ def _panel(out, panel, where, seen):
         if isinstance(item, Line):
             _line(out, item, where)
             continue
+        if isinstance(item, Tiles):
+            _tiles(out, item, where)
+            continue
         shown = bool(item.name) and item.name not in seen
         seen.add(item.name)
         legend = {"name": plain_text(item.name), "legendgroup": plain_text(item.name), "showlegend": shown}
@@ -54,11 +57,30 @@ def _panel(out, panel, where, seen):
             out.add_scatter(**trace, **(legend if k == 0 else {**legend, "showlegend": False}), **where)
     x = {"title_text": plain_text(panel.x_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.x_range}
     y = {"title_text": plain_text(panel.y_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.y_range}
+    for axis, whole in ((x, panel.whole_x), (y, panel.whole_y)):
+        axis.update({"tickformat": "d", "minor": {"ticks": ""}, **_whole_ticks(panel, axis is x)} if whole else {})
+    if panel.y_names:
+        y.update(tickvals=0.45 + np.arange(len(panel.y_names)), ticktext=[plain_text(n) for n in panel.y_names])
     if panel.log_y:
         y.update(type="log", exponentformat="power", dtick=1, minor={"ticks": "outside"},
                  range=None if panel.y_range is None else np.log10(panel.y_range))
     out.update_xaxes(**x, showgrid=True, gridcolor="#ececec", mirror=True, **where)
     out.update_yaxes(**y, showgrid=True, gridcolor="#ececec", mirror=True, **where)
+
+
+def _whole_ticks(panel, of_x):
+    """Distance of the ticks, 1 where there are few."""
+    values = [v for item in panel.items if not isinstance(item, Line) for v in np.asarray(item.x if of_x else item.y)]
+    return {"dtick": max(1, int(np.ptp(values)) // 10)} if values else {}
+
+
+def _tiles(out, item, where):
+    colors = [[k / (len(SEQUENCE) - 1), color] for k, color in enumerate(SEQUENCE)]
+    bar = {"title": {"text": plain_text(item.label), "side": "right", "font": {"size": 11.5}}, "thickness": 12,
+           "outlinewidth": 0, "tickfont": {"size": 11}}
+    out.add_heatmap(x=small(edges(item.x)), y=small(edges(item.y)), z=small(item.values), colorscale=colors, zmin=0.0,
+                    zmax=item.top, xgap=1, ygap=1, showscale=where["col"] == 1 and where["row"] == 1, colorbar=bar,
+                    hovertemplate="%{x:.5~g}, %{y:d}: %{z:.4~g}<extra></extra>", **where)
 
 
 def _traces(item) -> list[dict]:

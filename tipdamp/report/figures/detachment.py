@@ -41,9 +41,9 @@ def _history(results) -> Figure:
                "with another mode." + results.beside_paper("Corresponds to the tuning in section 8"))
     even = np.array([order == "least_loaded" or s.front - s.back in (0, 1) for s in tune.history])
     return Figure("tuning", "Tuning by detachment", caption, (
-        Panel("", STATIONS, "stuck frequency (Hz)", (*_sets(count, hz, even), *_met(tune, known)),
-              y_range=(low, high)),
-        Panel("", STATIONS, "energy-weighted MAC", tuple(_sets(count, mac, even)), y_range=(0, 1))))
+        Panel("", STATIONS, "stuck frequency (Hz)", (*_sets(count, hz, even), *_met(tune, known, count)),
+              y_range=(low, high), whole_x=True),
+        Panel("", STATIONS, "energy-weighted MAC", tuple(_sets(count, mac, even)), y_range=(0, 1), whole_x=True)))
 
 
 def _sets(count, values, even) -> Iterator[Item]:
@@ -55,14 +55,19 @@ def _sets(count, values, even) -> Iterator[Item]:
     yield Marks(count[order], values[order], "tracked mode", BLUE, size=5)
 
 
-def _met(tune, known) -> Iterator[Item]:
-    kept = tune.tuned_pairs
+def _met(tune, known, count) -> Iterator[Item]:
+    """The target over the sets that were tried, what was chosen and what is known; named in the legend, where nothing
+    is in their way."""
+    kept, part = tune.tuned_pairs, 1.0 if tune.graded is None else tune.graded.part
     if tune.scatter_hz:
         for edge in (-1, 1):
             yield Line("y", tune.target_hz + edge * tune.scatter_hz, color=VERMILION, dash="dot")
-    yield Line("y", tune.target_hz, f"target {tune.target_hz:g} Hz", VERMILION)
-    yield Marks(np.array([kept.front + kept.back]), np.array([tune.stuck_hz.tuned]), "chosen", VERMILION, "diamond",
-                size=11, labels=(f"{kept.front} + {kept.back}: {hertz(tune.stuck_hz.tuned)} Hz",))
+    yield Curve(np.array([count.min(), count.max()]), np.full(2, tune.target_hz), f"target {tune.target_hz:g} Hz",
+                VERMILION, "dash", 1.2)
+    graded = "" if tune.graded is None else f", of station {tune.graded.station} a part of {part:.3g}"
+    yield Marks(np.array([kept.front + kept.back - 1 + part]), np.array([tune.stuck_hz.tuned]),
+                f"chosen: {kept.front} + {kept.back}{graded}, {hertz(tune.stuck_hz.tuned)} Hz", VERMILION, "diamond",
+                size=11)
     if len(known):
         yield Marks(known[:, 0], known[:, 1], "reference", INK, "square", filled=False, size=9)
 

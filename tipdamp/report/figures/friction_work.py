@@ -4,7 +4,19 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import DARK, GREY, ORANGE, Band, Curve, Figure, Item, Line, Panel, level_colors
+from tipdamp.report.drawing.figure import (
+    DARK,
+    GREY,
+    ORANGE,
+    Band,
+    Curve,
+    Figure,
+    Item,
+    Line,
+    Panel,
+    Tiles,
+    level_colors,
+)
 from tipdamp.report.figures.axial import AXIAL, of_side, side_title
 from tipdamp.report.results import Case, Results
 from tipdamp.report.text import MICRO
@@ -22,6 +34,7 @@ def figures(results: Results) -> Iterator[Figure]:
                      f"Energy that friction takes in each period at the peak, H = {H}: sum over the rows of each "
                      "station, one line for each level.",
                      tuple(_work(results, side, H) for side in results.kept.sides), row_height=310)
+        yield _map(results, H)
         if len(results.cycles.pairs) <= MOST_PAIRS:
             yield _states(results, results.of_order(H)[-1])
 
@@ -43,17 +56,39 @@ def _work(results, side, H) -> Panel:
     return Panel(side_title(results, side), AXIAL, "friction work (µJ per period)", tuple(items))
 
 
+def _map(results, H) -> Figure:
+    """A panel for each side, at the largest level."""
+    one = max((c for c in results.cycles.curves if c.H == H), key=lambda c: c.Fe_N)
+    kept = results.kept.select(results.kept.carrying)
+    work = MICRO * np.array([one.friction_J[name] for name in results.cycles.pairs])
+    panels = []
+    for side in kept.sides:
+        mine, known = of_side(results.whole if results.whole is not None else kept, side), kept.side == side
+        stations, rows = np.unique(mine.station), np.unique(mine.row)
+        x = np.array([results.along(mine)[mine.station == s].mean() for s in stations])
+        values = np.full((len(rows), len(stations)), np.nan)
+        values[np.searchsorted(rows, kept.row[known]), np.searchsorted(stations, kept.station[known])] = work[known]
+        order = np.argsort(x)
+        panels.append(Panel(side_title(results, side), AXIAL, "row across the side", (
+            Tiles(x[order], rows.astype(float), values[:, order], "µJ per period", float(work.max()) or 1.0),),
+            whole_y=True))
+    return Figure("friction_map", "Friction work over the contact sides",
+                  f"Energy that friction takes in each pair in one period at the peak, Fe = {one.Fe_N:g} N, H = {H}: "
+                  "stations along the axis, rows across the side (0 is the lower edge). Blank: no kept pair.",
+                  tuple(panels), row_height=240)
+
+
 def _states(results, case: Case) -> Figure:
     curve, names = case.curve, results.cycles.pairs
     hz, items = curve.frequency, list[Item]()
     for row, _ in enumerate(names):
         floor = np.full(len(hz), float(row))
         slip, opened = (0.9 * share[:, row] for share in (curve.share_slip, curve.share_open))
-        items += [Line("y", row, names[row], GREY, "solid", left=True),
+        items += [Line("y", row, color=GREY, dash="solid"),
                   Band(hz, floor, floor + opened, "open", DARK, 1.0),
                   Band(hz, floor + opened, floor + opened + slip, "slip", ORANGE, 1.0)]
     panel = Panel(f"Fe = {case.Fe:g} N, H = {case.H}", "frequency (Hz)", "kept pair", tuple(items),
-                  x_range=tuple(results.study.respond.band), y_range=(-0.3, len(names) + 0.3))
+                  x_range=tuple(results.study.respond.band), y_range=(-0.3, len(names) + 0.3), y_names=tuple(names))
     return Figure("state_map", "States of the pairs over frequency",
                   "Share of the cycle in which each kept pair slips or is open, as the height of its row at the "
                   "largest level: an empty row sticks, a full one slips or is open all the time.", (panel,), columns=1,

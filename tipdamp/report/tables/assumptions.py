@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hbm.hold.rigid_motion import parse_motion
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import amount, force_along, listing, micro, number
@@ -35,6 +36,12 @@ def _load(results):
     if places:
         shares = ", ".join(f"{s:g}" for s in drive.shares) if drive.shares else "in equal parts"
         yield "pull acts at", f"{listing(f'{1e3 * v:.1f}' for v in places)} mm along the axis, {shares}"
+    for hold in drive.hold:
+        name, unit, _ = parse_motion(hold.motion)
+        spring = "1e-5 of what sticking pairs resist it with" if hold.stiffness is None else \
+            f"{hold.stiffness:g} {unit}/{'m' if unit == 'N' else 'rad'}"
+        yield f"held: {name} of the damper", ("its mean, rigidly; the vibration along it is free" if hold.mean else
+                                              f"by a spring of {spring}")
     if "material" in study:
         m = study.material
         yield "material", f"E = {m.E / 1e9:g} GPa, nu = {m.nu:g}, density {m.density:g} kg/m³"
