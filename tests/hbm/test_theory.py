@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from hbm import ForcedResponse
+
 ROOT = Path(__file__).parents[2]
 THEORY = ROOT / "docs" / "theory"
 
@@ -17,6 +19,18 @@ def test_the_examples_run(page, examples):
     names = {}
     for block in blocks:
         exec(compile(block, page, "exec"), names)
+
+
+def test_the_whole_route_from_python(tmp_path, monkeypatch):
+    """docs/python.md, block by block: the energies balance, integration finds the orbit again, the file is there."""
+    monkeypatch.chdir(tmp_path)
+    names, text = {}, (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "python.md", "exec"), names)
+    assert all(curve.complete and curve.energy_error.max() < 1e-6 for curve in names["curves"].values())
+    assert names["energy"].friction.sum() > 0.1 * names["energy"].input and names["energy"].error < 1e-6
+    assert names["found"].stable and names["found"].difference < 1e-2
+    assert ForcedResponse.load("curve.npz") == names["curve"]
 
 
 @pytest.mark.parametrize("page", ["harmonic_balance", "time_integration"])
