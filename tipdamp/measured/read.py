@@ -52,7 +52,7 @@ def _read(path: Path, settings: Measured) -> list[tuple[Frf, list[str]]]:
     return [_from_columns(settings, columns) for columns in read(path, settings.columns)]
 
 
-def _from_universal(settings, stated, hz, response, source, label):
+def _from_universal(settings, stated, hz, response, source, label, to_si):
     if stated and settings.quantity not in (FROM_FILE, stated):
         raise InputError(f"{source}: holds the {stated}, the study says {settings.quantity}")
     quantity = stated if settings.quantity == FROM_FILE else settings.quantity
@@ -60,7 +60,8 @@ def _from_universal(settings, stated, hz, response, source, label):
         raise InputError(f"{source}: does not say what was measured; state quantity = "
                          f"{', '.join(map(repr, QUANTITIES))}")
     places = tuple(f"point {k}" for k in range(1, len(hz) + 1))
-    factor, per_newton = _unit(settings, quantity) if settings.unit else (_labelled(label, quantity, source), True)
+    factor, per_newton = (_unit(settings, quantity) if settings.unit else
+                          (_labelled(label, quantity, source) if label else to_si, True))
     if not per_newton:
         raise InputError(f"{source}: a frequency response function is per newton; unit = '{settings.unit}/N'")
     level = _level(settings, source)
@@ -69,12 +70,12 @@ def _from_universal(settings, stated, hz, response, source, label):
 
 
 def _labelled(label, quantity, source):
-    """Factor to SI by the label of the units in the file; an empty one is SI."""
+    """Factor to SI by the label of the units in the file."""
     units, name = QUANTITIES[quantity][1], label.replace("^", "").replace("**", "").removesuffix(PER_NEWTON)
-    if name and name not in units:
+    if name not in units:
         raise InputError(f"{source}: its values are labelled '{label}'; state unit = one of "
                          f"{', '.join(u + PER_NEWTON for u in units)}")
-    return units[name] if name else 1.0
+    return units[name]
 
 
 def _clipped(hz, response):

@@ -1,4 +1,4 @@
-"""Frequency response functions from universal files, dataset 58 (SDRC; read by pyuff)."""
+"""Frequency response functions from universal files, dataset 58 in the units of dataset 164 (SDRC; read by pyuff)."""
 
 from pathlib import Path
 from typing import Any
@@ -7,13 +7,14 @@ import numpy as np
 
 from hbm.errors import InputError
 
+FUNCTION, UNITS, FACTOR = 58, 164, "factor to SI"
 FRF_TYPE, FORCE = 4, 13                    # func_type and specific data type of dataset 58
 MOTIONS = {8: "receptance", 11: "mobility", 12: "accelerance"}
 
 
-def from_universal(path: Path, records: tuple[int, ...]) -> list[tuple[str, np.ndarray, np.ndarray, str, str]]:
+def from_universal(path: Path, records: tuple[int, ...]) -> list[tuple[str, np.ndarray, np.ndarray, str, str, float]]:
     """[(quantity or '' where the file does not say, hz (n,), response (n,) in the units of the file, source,
-    label of these units or '')].
+    label of these units or '', factor to SI by dataset 164 before it, 1 without one)].
 
     records - positions from 1 among the datasets 58; default: all, which must be of one response and reference
     Raises InputError with what the file holds.
@@ -28,7 +29,7 @@ def from_universal(path: Path, records: tuple[int, ...]) -> list[tuple[str, np.n
         listing = "; ".join(f"{k}: {place}" for k, place in list(places.items())[:12])
         raise InputError(f"{path}: holds responses of several places ({listing}); choose by records = [...]")
     return [(_quantity(path, k, d), np.asarray(d["x"], dtype=float), np.asarray(d["data"]), f"{path}, dataset {k}",
-             _label(d)) for k, d in chosen.items()]
+             _label(d), d[FACTOR]) for k, d in chosen.items()]
 
 
 def _datasets(path) -> list[dict[str, Any]]:
@@ -36,11 +37,19 @@ def _datasets(path) -> list[dict[str, Any]]:
 
     try:
         file = pyuff.UFF(str(path))
-        found = [file.read_sets(int(k)) for k in np.flatnonzero(np.asarray(file.get_set_types()) == 58)]
+        found, factor = [], 1.0
+        for k, kind in enumerate(file.get_set_types()):
+            if kind == UNITS:                        # of the datasets that follow; per force
+                units = file.read_sets(k)
+                factor = units["force"] / units["length"]
+            elif kind == FUNCTION:
+                found.append({**file.read_sets(k), FACTOR: factor})
     except Exception as error:  # pyuff raises plain Exception on damaged files
         raise InputError(f"{path}: not a readable universal file: {error}") from None
     if not found:
         raise InputError(f"{path}: no dataset 58 (function at nodal dof)")
+    if not all(np.isfinite(d[FACTOR]) and d[FACTOR] > 0 for d in found):
+        raise InputError(f"{path}: dataset 164 has no positive factors of length and force")
     for k, d in enumerate(found, 1):
         if "x" not in d or "data" not in d or len(d["x"]) != len(d["data"]):
             raise InputError(f"{path}: dataset {k} is cut off")

@@ -41,6 +41,30 @@ def curve_result(settings: Respond, kept: ContactTable, problem: ContactProblem,
         energy_error=worst(curve.energy_error))
 
 
+def peak_shape(curve: ForcedResponse, case: CurveResult) -> np.ndarray:
+    """(m,) complex, m: the outputs at the peak, their part at the frequency of the force; empty without a peak."""
+    if case.peak_hz is None:
+        return np.empty(0)
+    solved = np.flatnonzero(curve.converged)
+    at = solved[np.abs(curve.frequency[solved] - case.peak_hz) <= 1e-9 * case.peak_hz]
+    if not len(at):
+        return np.empty(0)
+    return curve.harmonics[at[curve.amplitude()[at].max(axis=1).argmax()], :, 1]
+
+
+def with_macs(found: Sequence[CurveResult], shapes: Sequence[np.ndarray]) -> list[CurveResult]:
+    """The curves with the MAC of the shape at their peak and that at the next lower level of the same H."""
+    done = list(found)
+    for H in {one.H for one in found}:
+        order = sorted((i for i, one in enumerate(found) if one.H == H), key=lambda i: found[i].Fe_N)
+        for before, i in zip(order, order[1:], strict=False):
+            a, b = shapes[before], shapes[i]
+            if len(a) and len(b):
+                mac = abs(np.vdot(a, b)) ** 2 / max(np.vdot(a, a).real * np.vdot(b, b).real, np.finfo(float).tiny)
+                done[i] = done[i].model_copy(update={"mac": float(mac)})
+    return done
+
+
 def worst(errors: np.ndarray) -> float:
     """Largest of the errors (n,) that are known; NaN where none is."""
     return float(np.max(errors, where=np.isfinite(errors), initial=0.0)) if np.isfinite(errors).any() else float("nan")

@@ -15,7 +15,7 @@ from static_contact.roll_springs import with_springs
 from tipdamp import friction
 from tipdamp.curves import Case, Curves, forget, sweep
 from tipdamp.progress import Ticker
-from tipdamp.stages.curve_facts import curve_result
+from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
 from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, ratio
 from tipdamp.stages.response_results import CurveResult, Peak, RespondResult
 from tipdamp.stages.results import TuneResult
@@ -25,6 +25,7 @@ from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study, every_key
 from tipdamp.workers import Workers
 
+SAME_MODE = 0.5          # MAC of two peaks, below which they are not of one mode
 BALANCED = 1e-6          # of the input: larger errors of the energy balance are warned of
 POINTS = 801             # of the linear stuck response
 # of `assembled`
@@ -53,10 +54,11 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
     cases = [[Case(Fe, H, way) for way in ways] for H in settings.harmonics for Fe in settings.levels]
     _make([case for both in cases for case in both], assembly.curves, tick, workers)
-    found, difference = [], {}
+    found, shapes, difference = list[CurveResult](), [], {}
     for there, *back in cases:
         curve, *others = map(assembly.curves.load, (there, *back))
         found.append(curve_result(settings, assembly.kept, assembly.curves.problem, there, (curve, *others)))
+        shapes.append(peak_shape(curve, found[-1]))
         # the damping is that of all kept pairs stuck: the linear response is the same where none is open at rest
         alike = assembly.curves.problem.law.components == ALL_SPRINGS and (assembly.kept.preload > 0).all()
         if not found[-1].slipping_pairs and alike and curve.converged.any():
@@ -65,7 +67,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         hz = np.linspace(*settings.band, POINTS)
         np.savez(path, frequency=hz, response=assembly.linear(settings, hz, 1.0),
                  output_names=np.array(list(assembly.curves.rows)))
-    RespondResult(responses=tuple(found), law=settings.law, zeta=settings.damping_ratio,
+    RespondResult(responses=tuple(with_macs(found, shapes)), law=settings.law, zeta=settings.damping_ratio,
                   stuck_difference=difference).save(store)
     return [case.file for both in cases for case in both]
 
@@ -165,7 +167,7 @@ def warnings(_: Study, store: Store) -> list[str]:
     found = RespondResult.load(store).responses
     stuck = TuneResult.load(store).stuck_modes_hz.tuned if any(map(_at_an_end, found)) else ()
     return [*(text for kind in (_incomplete, _unsolved, _hold) for c in found for text in kind(c)),
-            *_unbalanced(found), *(text for c in found for text in _without_resonance(c, stuck))]
+            *_unbalanced(found), *_another_mode(found), *(text for c in found for text in _without_resonance(c, stuck))]
 
 
 def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
@@ -196,6 +198,16 @@ def _unsolved(case):
         if one is not None and one.unsolved:
             yield (f"the peak of the curve Fe = {case.Fe_N:g} N, H = {case.H}{way}, {_micro(one.peak_m, one.peak_hz)}: "
                    f"{one.unsolved}")
+
+
+def _another_mode(found):
+    for one in found:
+        if one.mac is not None and one.mac < SAME_MODE:
+            below = max((c for c in found if c.H == one.H and c.Fe_N < one.Fe_N), key=lambda c: c.Fe_N)
+            at = _micro(one.peak_m, one.peak_hz)
+            yield (f"the peak at Fe = {one.Fe_N:g} N, H = {one.H}, {at}, is that of another "
+                   f"mode than at {below.Fe_N:g} N, {_micro(below.peak_m, below.peak_hz)}: the MAC of their shapes is "
+                   f"{one.mac:.2f}; heights and frequencies of the two are no trend")
 
 
 def _hold(case):

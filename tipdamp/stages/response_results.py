@@ -44,6 +44,7 @@ class BackCurve(Peak):
 
 class CurveResult(Peak):
     """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names`;
+    mac - of the outputs at the peak with those at the peak of the next lower level;
     energy_error - of input = damping + friction over a period, relative to the input, the largest of its points;
     back - None where the band was followed one way; held {motion: ...}; held_change, held_reaction_change -
     see ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
@@ -61,6 +62,7 @@ class CurveResult(Peak):
     origin: str
     start: str
     energy_error: Number = None
+    mac: Number = None
     back: BackCurve | None = None
     held: dict[str, HeldForce] = {}
     held_change: Number = 0.0

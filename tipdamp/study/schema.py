@@ -371,7 +371,7 @@ class Measured(Section):
     quantity: Annotated[Literal["from_file", "receptance", "mobility", "accelerance"], Key(
         CHOICE, "displacement, velocity or acceleration per force; universal files say it themselves")] = "from_file"
     unit: Annotated[str, Key(TEXT, "of the measured motion: m, mm, um, m/s, mm/s, m/s2, mm/s2 or g, with /N where it "
-                             "is per newton; universal files: default SI")] = ""
+                             "is per newton; universal files: default SI, or the units of their dataset 164")] = ""
     records: Annotated[tuple[int, ...], Key(COUNTS, "which datasets 58 of a universal file, counted from 1; default: "
                                             "all, as repeats", low=1, high=100000)] = ()
     level: Annotated[float | None, Key(NUMBER, "amplitude of the force, N, needed where no column holds it; the curve "

@@ -208,6 +208,26 @@ def test_units_by_their_label(tmp_path):
         read_one(other, quantity=None, unit=None)
 
 
+def test_units_by_dataset_164(tmp_path):
+    """Of the functions that follow it: mm and mN, then inch and pound force; a label or the study overrides it."""
+    import pyuff
+
+    def declared(**factors):
+        return pyuff.prepare_164(units_code=9, units_description="own", temp_mode=1, temp=1.0, temp_offset=0.0,
+                                 **factors)
+    path = tmp_path / "run.unv"
+    pyuff.UFF(str(path)).write_sets(declared(length=1e3, force=1e3), mode="add")
+    universal(path, X, motion=8)
+    pyuff.UFF(str(path)).write_sets(declared(length=39.37007874, force=0.2248089431), mode="add")
+    universal(path, X, motion=8)
+    universal(path, X, motion=8, ordinate_axis_units_lab="um")
+    found, _ = read_measured([path], settings(quantity=None, unit=None))
+    for frf, factor in zip(found, (1.0, 0.0254 / 4.4482216, 1e-6), strict=True):
+        np.testing.assert_allclose(frf.response, factor * X, rtol=1e-5)
+    inch = read_one(path, quantity="receptance", unit="mm/N", records=[2])[0]
+    np.testing.assert_allclose(inch.response, 1e-3 * X, rtol=1e-5)
+
+
 def test_repeats_at_different_levels(tmp_path):
     files = [text_file(tmp_path, rows(HZ, np.abs(X), np.full(len(HZ), level), head=""), f"run_{level}.csv")
              for level in (1, 20)]

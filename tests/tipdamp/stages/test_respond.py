@@ -8,20 +8,24 @@ import pytest
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
 from hbm.continuation.settings import Settings
-from hbm.laws import SHIPPED
+from hbm.laws import SHIPPED, Contacts, Jenkins1D
 from hbm.model import ReducedModel
+from hbm.problem import ContactProblem
 from hbm.response import follow_band, forced_response
 from hbm.result import ForcedResponse
 from tests.hbm.cases import jenkins, load
+from tests.tipdamp.report.files import table
 from tests.tipdamp.rig_study import read, text
 from tipdamp import curves
 from tipdamp.cli import main
+from tipdamp.curves import Case
 from tipdamp.stages import model_inputs as terms
 from tipdamp.stages import respond
-from tipdamp.stages.curve_facts import peak_of
+from tipdamp.stages.curve_facts import curve_result, peak_of, peak_shape, with_macs
 from tipdamp.stages.model_inputs import excitation, in_patch, outputs
 from tipdamp.stages.response_results import RespondResult
 from tipdamp.store import Store
+from tipdamp.study.schema import Respond
 from tipdamp.study.study import load_study
 
 
@@ -138,6 +142,47 @@ def test_damping_per_mode_and_one_way(variant):
                  ("damping_ratio = 0.022", f"damping_ratio = {ratios}"))
     two = read(folder, "respond.json")["responses"][0]
     assert two["back"] is None and two["peak_m"] != pytest.approx(one["peak_m"], rel=1e-4)
+
+
+def two_blades(Fe):
+    """Two uncoupled blades; the first one's friction melts its peak away as the level rises, the second has none."""
+    pairs = Contacts([0.0], [0.3], [1.0], [1.0])
+    problem = ContactProblem(np.eye(2), np.diag([0.02, 0.03]), np.diag([1.0, 4.0]), np.array([[1.0, 0.0]]),
+                             Jenkins1D(), pairs)
+    return problem, follow_band(problem, Fe * np.array([1.0, 1.0]), (0.1, 0.5), harmonics=1,
+                                outputs={"left:1": [1.0, 0.0], "right:2": [0.0, 1.0], "both:1": [1.0, 1.0]})
+
+
+def test_a_curve_without_any_solved_point(tmp_path):
+    """Nothing of it is known; said in the line and in the warnings."""
+    problem, curve = two_blades(1.0)
+    none = replace(curve, converged=np.zeros_like(curve.converged), complete=False, reached_end=False, ended="no start",
+                   harmonics=np.full_like(curve.harmonics, np.nan),
+                   energy_error=np.full_like(curve.energy_error, np.nan))
+    settings = Respond(levels=[1.0], band=[0.1, 0.5], damping_ratio=0.01, patches=["left", "right"])
+    found = curve_result(settings, table(), problem, Case(1.0, 1, (0.1, 0.5)), (none, none))
+    assert found.peak_m is found.at_least_m is found.energy_error is None and not len(peak_shape(none, found))
+    store = Store(tmp_path)
+    RespondResult(responses=[found], law={"name": "Jenkins1D"}, zeta=(0.01,)).save(store)
+    assert "2 curves incomplete, 2 without a peak" in respond.line(store)
+    said = [text for text in respond.warnings(None, store) if "no peak, no point solved; no start" in text]
+    assert len(said) == 2
+
+
+def test_a_peak_of_another_mode_is_named(tmp_path):
+    """Blade 1 is highest at the low level; slip damps it, so that blade 2 is at the high one."""
+    settings = Respond(levels=[1.0], band=[0.1, 0.5], damping_ratio=0.01, patches=["both", "right"])
+    found, shapes = [], []
+    for Fe in (0.01, 0.02, 0.75):
+        problem, curve = two_blades(Fe)
+        found.append(curve_result(settings, table(), problem, Case(Fe, 1, (0.1, 0.5)), (curve,)))
+        shapes.append(peak_shape(curve, found[-1]))
+    found = with_macs(found, shapes)
+    assert found[0].mac is None and found[1].mac == pytest.approx(1.0) and found[2].mac < respond.SAME_MODE
+    store = Store(tmp_path)
+    RespondResult(responses=found, law={"name": "Jenkins1D"}, zeta=(0.01,)).save(store)
+    said = [text for text in respond.warnings(None, store) if "another mode" in text]
+    assert len(said) == 1 and said[0].startswith("the peak at Fe = 0.75 N, H = 1, ") and "than at 0.02 N, " in said[0]
 
 
 def test_a_peak_that_is_not_solved_is_named(tmp_path):
