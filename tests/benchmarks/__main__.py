@@ -16,8 +16,8 @@ import time
 
 from tests.benchmarks.record import ROOT
 
-RUNS = ("speed", "curves", "point_floor", "force_residuals", "rig", "robustness", "robustness_integration", "calculix",
-        "calculix_modes", "cost_floor", "growth", "hundreds", "jobs")
+RUNS = ("speed", "curves", "kills", "point_floor", "force_residuals", "rig", "robustness", "robustness_integration",
+        "calculix", "calculix_modes", "cost_floor", "growth", "hundreds", "jobs")
 
 
 def main():

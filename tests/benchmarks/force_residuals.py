@@ -14,8 +14,8 @@ from hbm.response import follow_band
 from tests.benchmarks.record import one_thread, record
 from tests.benchmarks.robustness import BAND, draw
 from tests.hbm.cases import duffing, duffing_peak, load, unilateral
+from tests.hbm.curve.test_equilibrium import every_dof, largest_residual
 from tests.hbm.oscillator import FORCE, oscillator
-from tests.hbm.test_equilibrium import every_dof, largest_residual
 
 
 def smooth(count=40):
@@ -39,14 +39,15 @@ def contacts(count):
 
 
 def residuals(cases):
-    """Figures of cases: points, the largest residual, and points that were left out."""
-    found = {"curves": 0, "points": 0, "not_solved": 0, "worst": 0.0, "said": []}
+    """Figures of cases: points, the largest residual and error of the energy balance, and points that were left out."""
+    found = {"curves": 0, "points": 0, "not_solved": 0, "worst": 0.0, "energy": 0.0, "said": []}
     for problem, force, band, H in cases:
         curve = follow_band(problem, force, band, harmonics=H, outputs=every_dof(problem))
         found["curves"] += 1
         found["points"] += int(curve.converged.sum())
         found["not_solved"] += int((~curve.converged).sum())
         found["worst"] = max(found["worst"], largest_residual(curve, problem, force))
+        found["energy"] = max(found["energy"], float(np.nanmax(curve.energy_error)))
         if "left out" in curve.ended:
             found["said"].append(curve.ended)
     return found

@@ -53,7 +53,7 @@ def _panel(axes, panel: Panel, handles):
             handles.setdefault(item.name, handle)
     for axis, whole in ((axes.xaxis, panel.whole_x), (axes.yaxis, panel.whole_y)):
         if whole:
-            axis.get_major_locator().set_params(integer=True)
+            axis.get_major_locator().set_params(integer=True, min_n_ticks=1)
     if panel.y_names:
         axes.set_yticks([0.45 + k for k in range(len(panel.y_names))], [_text(n) for n in panel.y_names], fontsize=8)
     if panel.x_range is not None:
