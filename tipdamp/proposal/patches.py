@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from modal.faces import boundary_faces, face_corners, face_keys, group_faces
 from modal.mesh import Mesh
-from static_contact.surfaces.facets import facets
+from static_contact.surfaces.facets import Surface, facets
 from static_contact.surfaces.pick import FacePick
 
 
@@ -48,7 +48,7 @@ class Patch:
 
 def reach_of(damper: Mesh) -> float:
     """Distance within which faces count as candidates, in the unit of the mesh."""
-    sizes = [f.size for f in facets(damper, boundary_faces(damper))]
+    sizes = [f.size for f in facets(Surface(damper, boundary_faces(damper)))]
     return float(SETTINGS.near * np.median(np.concatenate(sizes)))
 
 
@@ -90,7 +90,7 @@ class _Faces:
     """Faces of a mesh with key, centre, normal and area of each."""
 
     def __init__(self, mesh: Mesh, blocks: list[np.ndarray]) -> None:
-        parts = facets(mesh, blocks)
+        parts = facets(Surface(mesh, blocks))
         self.key = np.concatenate([face_keys(mesh.node[p.faces]) for p in parts] or [np.empty((0, 4), int)])
         self.area, self.centre, self.normal = (np.concatenate([_sum(p, v) for p in parts] or [np.empty((0, w))])
                                                for w, v in ((1, _one), (3, _centre), (3, _normal)))
