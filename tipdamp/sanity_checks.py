@@ -16,6 +16,7 @@ from modal.mesh_checks import parts
 from static_contact.pairing import offsets
 from static_contact.stiffness.contact_side import side_stiffness
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.surfaces import length_text
 from tipdamp.loads import pull_vector
 from tipdamp.pair_checks import LARGEST_MU
 from tipdamp.stages.results import InspectResult
@@ -128,6 +129,7 @@ def _stiffness(study, inspected):
 
 def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> Iterator[str]:
     """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of neighbouring nodes."""
+    yield from _gap_warnings(study, pairs.select(pairs.on_surface))
     pairs = pairs.select(~pairs.on_surface)
     apart = offsets(pairs, meshes[BLADES], meshes[DAMPER])
     for name in pairs.sides:
@@ -141,6 +143,20 @@ def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]
             yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'are apart'}, most at blade node "
                    f"{pairs.blade_node[i]} ({np.round(pairs.position[i], 5).tolist()} m): {apart[i]:.3g} m, "
                    f"{abs(apart[i]) / size:.2g} of the distance of neighbouring nodes; {how}: [contact] distance")
+
+
+def _gap_warnings(study, points):
+    """Surfaces that lie apart, as those of a round side do beside its line of contact."""
+    for name in points.sides:
+        mine = np.flatnonzero(points.side == name)
+        far = mine[points.gap[mine] > 0.1 * np.sqrt(points.area[mine])]
+        if len(far):
+            i = far[points.gap[far].argmax()]
+            shown = length_text(study.length_unit)
+            yield (f"side '{name}': {len(far)} of {len(mine)} contact points have gaps of more than a tenth of their "
+                   f"size, up to {shown(points.gap[i])} at point {points.damper_node[i]}; they carry nothing until "
+                   "they close, and take their share of a stiffness of the whole side (kn_total, a model): kn_per_area "
+                   "is that of each point")
 
 
 def damping_warnings(study: Study) -> Iterator[str]:

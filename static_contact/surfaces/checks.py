@@ -26,9 +26,9 @@ def check_overlap(side: Side, met: Overlap, blade: Surface, damper: Surface, clo
               f"{sum(map(len, blade.faces))} blade faces of '{side.blade}'")
     factor = _unit_factor(blade.mesh.position, damper.mesh.position) if met.covered < COVERED else None
     if factor:
-        its, theirs = (shown(np.ptp(surface.mesh.position, axis=0).max()) for surface in (damper, blade))
-        raise InputError(f"{counts} do not meet: the damper is {its} in size, the blades {theirs}, and {factor:g} "
-                         "times its coordinates would lie at the blades: the files are in different units of length; "
+        its, theirs = (shown(np.ptp(one.mesh.position, axis=0).max()) for one in (damper, blade))
+        raise InputError(f"{counts} do not meet: the damper is {its} in size, the blades {theirs}; {factor:g} times "
+                         "its coordinates would lie at the blades: the two files are in different units of length; "
                          "export both in that of [units]")
     if not len(met.vertex):
         raise InputError(f"{counts} {_why_apart(blade, damper, shown, settings)}")

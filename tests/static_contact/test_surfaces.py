@@ -217,8 +217,8 @@ def test_bad_surfaces():
     refused("are 25 degrees off being parallel", turn=np.array([[1, 0, 0], [0, c, -s], [0, s, c]]))
     refused(r"penetrate by more than 0.1 of a face's size around 24 of 24 points, most by 3 mm at .* \"closed\"",
             move=(0, 0, -0.003))
-    refused("the damper is 1e.05 mm in size, the blades 100 mm, and 0.001 times its .*different units", scale=1e3)
-    refused("the damper is 0.1 mm in size, the blades 100 mm, and 1000 times its .*different units", scale=1e-3)
+    refused("the damper is 1e.05 mm in size, the blades 100 mm; 0.001 times its .*different units", scale=1e3)
+    refused("the damper is 0.1 mm in size, the blades 100 mm; 1000 times its .*different units", scale=1e-3)
     low, its, high, theirs = stacked("tetra10", "hexahedron20", move=(0, 0, -0.003))
     closed, *_ = surface_contact([facing(SIDE, high, theirs, low, its)], axis=(1, 0, 0), pull=(0, 0, 1), closed=True)
     assert not closed.gap.any()

@@ -1,0 +1,69 @@
+"""Blades and a wedge damper whose meshes do not match, from files to a report; and the matching meshes taken as
+surfaces, beside the same taken as pairs of nodes."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hbm.contact import ContactTable
+from tests.conftest import changed
+from tipdamp.cli import main
+from tipdamp.store import Store
+
+pytestmark = pytest.mark.slow
+
+pytest.importorskip("dolfinx")
+FOLDER = Path(__file__).parents[1] / "reference" / "platform-wedge"
+# of 60 N between flats at 30 and 45 degrees to the pull
+BALANCE = {"left": 60 * np.sin(np.radians(45)) / np.sin(np.radians(75)),
+           "right": 60 * np.sin(np.radians(30)) / np.sin(np.radians(75))}
+
+
+def run(folder, name, meshes, *changes, verbs=("run",)):
+    """Results of unlike.toml with some meshes and changes, under a name of its own."""
+    for body in ("blades", "damper"):
+        shutil.copy(FOLDER / f"{meshes}_{body}.msh", folder)
+    text = (FOLDER / "unlike.toml").read_text(encoding="utf-8").replace("unlike_", f"{meshes}_")
+    path = folder / f"{name}.toml"
+    path.write_text(changed(text, *changes), encoding="utf-8")
+    for verb in verbs:
+        assert main([verb, str(path), "--quiet"]) == 0
+    return Store(folder / "results" / name)
+
+
+def test_from_unlike_meshes_to_a_report(tmp_path):
+    """Side forces of the balance, frequencies over the free one and the peak of the matching meshes."""
+    store = run(tmp_path, "unlike", "unlike", ("pull = 60", 'pull = 60\nhold = "y"'),
+                ("levels = [0.1, 1, 3]", "levels = [3]"))
+    sides = store.read_json("preload.json")["sides"]
+    for name, force in BALANCE.items():
+        assert sides[name]["sum_N"] == pytest.approx(force, rel=1e-6) and sides[name]["balance_error"] < 1e-8
+    free = store.read_json("reduce.json")["free_modes_hz"][0]
+    assert store.read_json("tune.json")["stuck_hz"]["full_area"] / free == pytest.approx(855.16 / 824.3, rel=3e-3)
+    up = store.read_json("summary.json")["responses"][0]
+    assert up["complete"] and up["back"]["peak_m"] == pytest.approx(up["peak_m"], rel=1e-6)
+    assert up["peak_hz"] / free == pytest.approx(823.62 / 824.3, rel=3e-4)
+    assert up["peak_m"] == pytest.approx(3.1395e-3, rel=0.02)
+    pairs = ContactTable.load(store.path("preload.csv"))
+    left = pairs.select(pairs.side == "left")
+    assert pairs.on_surface.all() and left.kn / left.area == pytest.approx(np.full(len(left), 102e6 / left.area.sum()))
+    assert left.area.sum() == pytest.approx(36e-3 * 4.6188e-3, rel=1e-4)
+    assert (store.folder / "report.html").is_file() and (store.folder / "figures" / "preload.png").is_file()
+
+
+def test_matching_meshes_as_surfaces_and_as_nodes(tmp_path):
+    """One pair of meshes taken both ways: stuck frequency within 0.1 %, the centres of the side forces within 2 % of
+    the width of the flats."""
+    verbs = ("reduce", "preload", "tune")
+    nodes = run(tmp_path, "nodes", "coarse", ("[contact]", '[contact]\nshares = "tributary"'), verbs=verbs)
+    surfaces = run(tmp_path, "surfaces", "coarse", ("[contact]", '[contact]\nmethod = "surfaces"'), verbs=verbs)
+    hz = [store.read_json("tune.json")["stuck_hz"]["full_area"] for store in (nodes, surfaces)]
+    assert hz[1] == pytest.approx(hz[0], rel=1e-3)
+    tables = [ContactTable.load(store.path("preload.csv")) for store in (nodes, surfaces)]
+    assert len(tables[0]) == 102 and not tables[0].on_surface.any() and tables[1].on_surface.all()
+    for side in BALANCE:
+        one, two = (t.select(t.side == side) for t in tables)
+        centre = [np.average(t.position, axis=0, weights=np.maximum(t.preload, 0)) for t in (one, two)]
+        assert np.linalg.norm(centre[1] - centre[0]) < 0.02 * 4.6e-3
