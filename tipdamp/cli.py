@@ -281,6 +281,8 @@ def _run(arguments, name, study, store, workers):
     from tipdamp.stages import run
 
     before = run.changed(name, study, store)
+    if not arguments.quiet and (arguments.force or before or store.record(name) is None):
+        _expect(name, study, store)
     how = run.run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet, workers=workers,
                         locked=arguments.verb == "run")
     record = store.record(name)
@@ -291,6 +293,30 @@ def _run(arguments, name, study, store, workers):
         print(f"made again: since the last run {', '.join(before[:8])}{more} changed", flush=True)
     for warning in run.stage_of(name).warnings(study, store):
         print(f"warning: {shown(warning, 4000)}", flush=True)
+    if name == "inspect":
+        _forecast(study, store)
+
+
+def _expect(name, study, store):
+    """What a stage that takes more than a minute is estimated to cost, before it begins."""
+    from tipdamp.forecast import SETTINGS, estimate
+    from tipdamp.stages.results import InspectResult
+
+    with suppress(InputError):
+        _, costs = estimate(study, InspectResult.load(store))
+        if name in costs and max(costs[name].seconds, costs[name].at_most) > SETTINGS.short:
+            print(f"{name:8s}   estimate  {costs[name].text}", flush=True)
+
+
+def _forecast(study, store):
+    """What all stages are estimated to cost, and what will be slow."""
+    from tipdamp.forecast import advice, estimate
+    from tipdamp.stages.results import InspectResult
+
+    size, costs = estimate(study, InspectResult.load(store))
+    print(f"{'':21s}estimate: {'; '.join(f'{stage} {cost.text}' for stage, cost in costs.items())}", flush=True)
+    for warning in advice(size, costs):
+        print(f"warning: {warning}", flush=True)
 
 
 def _partial(store) -> int:

@@ -60,7 +60,8 @@ def _meshes(study, store, tick):
     warnings += [*friction_warnings(study), *pair_checks.warnings(pairs, angles)]
     warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
     moduli = side_materials(study, meshes, pairs)
-    return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings, side_moduli=moduli),
+    return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings, side_moduli=moduli,
+                                                  columns=_columns(study, meshes, pairs)),
                       Inspected(meshes, pairs, places_on(meshes, pairs), angles))
 
 
@@ -84,6 +85,12 @@ def _assembled(study, meshes, pairs, bodies, tick):
                                             "moving_mass_kg": body.mass(), "rigid_modes": check_support(body)})
         warnings += mesh_warnings(study, body.name, meshes[body.name], body.mass().max())
     return found, warnings
+
+
+def _columns(study, meshes, pairs):
+    """{body: master dofs and contact shapes} that it will be reduced to."""
+    return {name: 3 * (len(np.unique(nodes)) + int(pairs.on_surface.sum()))
+            for name, nodes in master_nodes(study, meshes, pairs).items()}
 
 
 def _with_page(study, store, result, shown):

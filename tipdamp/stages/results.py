@@ -49,11 +49,13 @@ class SideCheck(Record):
 
 
 class InspectResult(Result):
-    """inspect.json. pairs {side: number}; side_moduli {side: E, nu of the blade, E, nu of the damper}."""
+    """inspect.json. pairs {side: number}; columns {body: master dofs and contact shapes}; side_moduli {side: E, nu of
+    the blade, E, nu of the damper}."""
     file: ClassVar[str] = "inspect.json"
     bodies: dict[str, InspectedBody]
     pairs: dict[str, int] = {}
     side_moduli: dict[str, tuple[float, float, float, float]] = {}
+    columns: dict[str, int] = {}
     pair_checks: dict[str, SideCheck] = {}
     pictures: Texts = ()
 

@@ -1,0 +1,66 @@
+"""The forecast: order of magnitude of measured runs, growth with what makes a study large, and advice."""
+
+import numpy as np
+import pytest
+
+from tests.tipdamp import corner_study
+from tests.tipdamp.rig_study import read
+from tipdamp.cli import main
+from tipdamp.forecast import COMMON, Cost, Machine, Size, advice, estimate, forecast, measured
+from tipdamp.stages.results import InspectResult
+from tipdamp.store import Store
+from tipdamp.study.study import load_study
+
+# the wedge under platforms, 51 pairs a side: 4 s for reduce were measured; and the same with 518 pairs
+SMALL = Size({"blades": (9513, 360, 40), "damper": (2604, 306, 20)}, 102, (1,) * 6)
+LARGE = Size({"blades": (43000, 1605, 40), "damper": (12000, 1605, 20)}, 518, (1,) * 6)
+
+
+def test_many_pairs_are_warned_of():
+    """518 pairs: hours of forced response should all of them slip, and what helps; a small study is passed."""
+    costs = forecast(LARGE, COMMON)
+    said = list(advice(LARGE, costs))
+    assert any("respond is estimated to take" in one and "518 pairs make 3210 masters: keep every second station" in one
+               for one in said)
+    assert costs["respond"].at_most > 3600 > 60 > forecast(SMALL, COMMON)["reduce"].seconds
+    assert 0.5 < forecast(SMALL, COMMON)["reduce"].seconds < 40
+    assert list(advice(SMALL, forecast(SMALL, COMMON))) == []
+
+
+def test_memory_is_warned_of():
+    need = {"reduce": Cost(1.0, 1e16)}
+    assert "reduce is estimated to need 10000000.0 GB" in next(advice(LARGE, need))
+
+
+@pytest.mark.parametrize("more, stage, factor", [
+    ({"pairs": 1036}, "respond", 7.9), ({"curves": (3,) * 6}, "respond", 12), ({"curves": (1,) * 12}, "respond", 1.9),
+    ({"bodies": {"blades": (86000, 1605, 40), "damper": (24000, 1605, 20)}}, "reduce", 1.9)])
+def test_more_costs_more(more, stage, factor):
+    """Factors of the condensed system grow with the cube of its unknowns, 3 (2 H + 1) a slipping pair."""
+    one, other = (forecast(size, COMMON)[stage] for size in (LARGE, Size(**{**vars(LARGE), **more})))
+    assert max(other.at_most, other.seconds) > factor * max(one.at_most, one.seconds) and other.bytes >= one.bytes
+
+
+def test_a_slower_machine_takes_longer():
+    slow = Machine(COMMON.factor * 10, COMMON.solve * 10, COMMON.flops / 10)
+    for stage, cost in forecast(LARGE, slow).items():
+        assert cost.seconds > 5 * forecast(LARGE, COMMON)[stage].seconds
+
+
+def test_the_yardstick_is_a_machine():
+    found = measured()
+    assert found.factor > 0 and found.solve > 0 and found.flops > 1e7 and found.dofs == 3 * 15**3
+
+
+def test_inspect_says_it(tmp_path, capsys):
+    """A line of all stages; the sizes are in inspect.json: 9 + 9 pairs, 18 nodes on the blades and 15 on the damper,
+    since the cube's two faces share an edge."""
+    study = corner_study.write(tmp_path)
+    assert main(["inspect", str(study), "--quiet"]) == 0
+    out = capsys.readouterr().out
+    assert "estimate: reduce about " in out and "; respond about " in out and "is estimated to" not in out
+    columns = read(tmp_path / "results" / "corner", "inspect.json")["columns"]
+    assert columns == {"blades": 54, "damper": 45}
+    size, costs = estimate(load_study(study), InspectResult.load(Store(tmp_path / "results" / "corner")))
+    assert size.pairs == 18 and size.curves == (5, 5) and set(costs) == {"reduce", "preload", "tune", "respond"}
+    assert np.isfinite([cost.seconds for cost in costs.values()]).all() and size.reduced == 99 + 8
