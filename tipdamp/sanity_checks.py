@@ -27,6 +27,9 @@ from tipdamp.study.view import Study
 SIZE = {"blades": (5e-3, 5.0), "damper": (1e-3, 1.0)}
 MASS = {"blades": (1e-3, 1e3), "damper": (1e-5, 10.0)}
 LARGE_DAMPING = 0.2
+# percent by which a bar with one and two layers of linear cells is too stiff in bending; quadratic ones: 3 and 2
+# [tests/modal/test_bending.py]
+LOCKING = {"tetra": (284, 84), "hexahedron": (56, 16), "wedge": (55, 16)}
 
 
 def mesh_warnings(study: Study, name: str, mesh: Mesh, mass: float | None = None) -> list[str]:
@@ -40,6 +43,7 @@ def mesh_warnings(study: Study, name: str, mesh: Mesh, mass: float | None = None
         sizes = sorted(np.bincount(label).tolist(), reverse=True)
         found.append(f"{name}: the mesh consists of {pieces} pieces that share no node (of "
                      f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes)")
+    found += _locking(name, mesh)
     found += _wave_speed(study) if name == "blades" else []
     return found + _size(study, name, mesh) + ([] if mass is None else _mass(name, mass))
 
@@ -54,6 +58,15 @@ def friction_warnings(study: Study) -> Iterator[str]:
     mu = study.contact.mu
     if mu is not None and mu > LARGEST_MU:                     # None: a table of pairs says it
         yield f"[contact] mu = {mu:g} is above {LARGEST_MU:g}: is it mu, or in percent?"
+
+
+def _locking(name, mesh):
+    total = sum(map(len, mesh.cells.values()))
+    for kind, percent in LOCKING.items():
+        if kind in mesh.cells:
+            yield (f"{name}: {len(mesh.cells[kind])} of {total} cells are linear ({kind}) and lock in bending: with one "
+                   f"layer through the thickness a bar is {percent[0]} % too stiff, with two {percent[1]} %, of quadratic "
+                   "ones 3 and 2 %; use quadratic cells")
 
 
 def _wave_speed(study):

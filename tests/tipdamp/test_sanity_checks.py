@@ -34,11 +34,12 @@ def test_material_in_another_unit(tmp_path, capsys, old, new):
 
 def test_range_of_wave_speed(tmp_path, capsys):
     _, _, warnings = inspect(corner_study.write(tmp_path), capsys)
-    assert len(warnings) == 1 and "2 pieces" in warnings[0]  # two blades without a common foot
+    assert ["cells are linear (hexahedron) and lock in bending" in w for w in warnings] == [False, True, True]
+    assert "2 pieces" in warnings[0]  # two blades without a common foot
     soft = [("E = 207e9", "E = 3e9\nwave_speed = [500, 7000]"), ("density = 7850", "density = 1200"),
             ("band = [20000, 40000]", "band = [2000, 4000]")]
     _, _, warnings = inspect(corner_study.write(tmp_path, change=soft), capsys)
-    assert len(warnings) == 1
+    assert len(warnings) == 3
 
 
 def test_contact_stiffer_than_two_half_spaces(tmp_path, capsys):
