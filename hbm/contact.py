@@ -15,12 +15,13 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from hbm.errors import InputError, nearest
+from hbm.errors import InputError, nearest, shown
 from hbm.validation import brief
 
 GROUND = "ground"
 
 _TEXT = ("side", "blade_body", "damper_body")
+_FORMULA = ("=", "+", "-", "@")        # with which a cell begins that a spreadsheet computes
 _WHOLE = ("station", "row", "blade_node", "damper_node")
 _VECTOR = {"position": ("x", "y", "z"), "t1": ("t1x", "t1y", "t1z"), "t2": ("t2x", "t2y", "t2z"),
            "n": ("nx", "ny", "nz")}
@@ -81,6 +82,11 @@ class ContactTable:
         self._check_values()
 
     def _check_values(self):
+        for name in _TEXT:
+            for text in dict.fromkeys(vars(self)[name].tolist()):
+                if text[:1] in _FORMULA or not text.isprintable():
+                    raise InputError(f"contact table: {name} '{shown(text)}': must be a printable name that does not "
+                                     f"begin with {' '.join(_FORMULA)}, as the formulas of a spreadsheet do")
         for name, low, high in (("kn", 0, np.inf), ("kt", 0, np.inf), ("mu", 0, np.inf), ("weight", 0, 1),
                                 ("area", 0, np.inf), ("gap", -np.inf, np.inf), ("preload", -np.inf, np.inf)):
             values = vars(self)[name]

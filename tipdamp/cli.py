@@ -12,6 +12,7 @@ import resource
 import signal
 import sys
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -24,6 +25,7 @@ from tipdamp.report.libraries import MissingLibrary
 from tipdamp.stages import STAGES
 
 LEAST_ADDRESSES = 1_000_000_000     # bytes of address space, into which the libraries fit
+LONGEST_LINE = 4000              # letters of a message
 KEPT = "finished stages and curves are kept, and what running curves have; run the same command to continue"
 
 
@@ -70,10 +72,14 @@ def _main(argv):
     over_ranks = vars(arguments).get("full", False)
     if ranks.count() > 1 and (ranks.number() or not over_ranks):
         return _beside(arguments) if over_ranks else _alone(arguments)
-    logging.basicConfig(format="%(message)s")  # before the libraries that put their names in front
+    logging.basicConfig()  # before the libraries that put their names in front
+    for handler in logging.getLogger().handlers:
+        handler.setFormatter(_OneLine())
     logging.getLogger().setLevel(logging.WARNING)  # compilers of forms and kernels log on the root logger
     try:
-        return arguments.run(arguments)
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_, **__: logging.getLogger("tipdamp").warning("%s", message)
+            return arguments.run(arguments)
     except MissingLibrary as error:
         return _complain(str(error), 4)
     except InputError as error:
@@ -128,8 +134,15 @@ def _beside(arguments) -> int:
 
 
 def _complain(text: str, code: int) -> int:
-    print(f"tipdamp: {text}", file=sys.stderr)
+    print(f"tipdamp: {shown(text, LONGEST_LINE)}", file=sys.stderr)
     return code
+
+
+class _OneLine(logging.Formatter):
+    """Names from files may hold line breaks and escapes of terminals."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return shown(super().format(record), LONGEST_LINE)
 
 
 def _parser() -> argparse.ArgumentParser:

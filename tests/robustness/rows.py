@@ -40,6 +40,11 @@ def row(number: str, fault: str, asked: str, slow: bool = False) -> Callable:
     return enter
 
 
+def in_order() -> list[Row]:
+    """By the number of the catalogue, those beside it at the end."""
+    return sorted(ROWS, key=lambda r: (r.number[0] == "x", int("".join(filter(str.isdigit, r.number))), r.number))
+
+
 class Said(NamedTuple):
     code: int
     out: str

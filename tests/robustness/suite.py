@@ -1,6 +1,7 @@
 """All rows, in the order of the catalogue."""
 
-from tests.robustness import matrices, meshes, studies
-from tests.robustness.rows import ROWS
+from tests.robustness import hostile, matrices, meshes, runtime, solver, studies
+from tests.robustness.rows import in_order
 
-__all__ = ["ROWS", "matrices", "meshes", "studies"]
+FILES = (meshes, matrices, studies, solver, runtime, hostile)
+ROWS = in_order()

@@ -1,5 +1,7 @@
 """Reduced matrices from anywhere, in the place of meshes: read and checked against the pairs."""
 
+import warnings
+
 import numpy as np
 
 from hbm.contact import ContactTable, relative_motion
@@ -21,7 +23,9 @@ def given_model(study: Study) -> tuple[ReducedModel, ContactTable]:
     """The model and pairs that [model] and [contact] name, checked against each other."""
     matrices = study.file(study.model.matrices)
     try:
-        model = ReducedModel.load(matrices)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")              # of a K that is indefinite: `check_stiffness` refuses it
+            model = ReducedModel.load(matrices)
     except InputError:
         raise
     except ValueError as error:          # numpy reads no pickled objects

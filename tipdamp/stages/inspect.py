@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hbm.errors import InputError
+from hbm.errors import InputError, shown
 from modal.mesh import DIMENSION
 from tipdamp import loads, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
@@ -119,7 +119,7 @@ def line(store: Store) -> str:
             continue
         size = " x ".join(f"{1e3 * (high - low):.4g}" for low, high in zip(*b.box_m, strict=True))
         cells = ", ".join(f"{n} {kind}" for kind, n in b.cells.items())
-        groups = ", ".join(f"{group} ({n})" for group, n in b.groups.items())
+        groups = ", ".join(f"{shown(group)} ({n})" for group, n in b.groups.items())
         lines.append(f"{name}: {b.nodes} nodes, {cells}, {b.free_dofs} free dofs, {size} mm, moving mass "
                      f"{b.moving_mass_kg[0]:.4g} kg, {b.rigid_modes} rigid modes; groups (nodes): {groups}")
     lines += [f"to look at: {store.path(name)}" for name in found.pictures]
