@@ -37,7 +37,9 @@ def pickled(folder):
 def tagged(folder):
     study = folder / "study.yaml"
     study.write_text(f"a: !!python/object/apply:os.system ['touch {folder}/ran']\n")
-    yield refused(study, "not a valid TOML file")
+    yield refused(study, "mesh files of type .* are not read")
+    (folder / "study.yaml").rename(folder / "study.toml")
+    yield refused(folder / "study.toml", "not a valid TOML file")
     assert not (folder / "ran").exists()
 
 
