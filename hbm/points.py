@@ -17,7 +17,8 @@ from hbm.errors import InputError
 class ContactPoints:
     """n contact points of one body.
 
-    number : (n,) int - above every node number of the body's mesh, so that a contact table can name either
+    number : (n,) int - above every node number of the body's mesh, or of a node that is a contact point itself, so that
+        a contact table can name either
     position : (n, 3) m
     motion : (3n, size) CSR - x, y, z of each point in turn, from the dofs of the Body or the ReducedModel
     """
@@ -65,9 +66,9 @@ def check_points(where: str, points: ContactPoints, size: int, nodes: np.ndarray
     if points.motion.shape[1] != size or not np.isfinite(points.motion.data).all():
         raise InputError(f"{where}: the motion of the contact points is {points.motion.shape}, must be finite and have "
                          f"a column for each of the {size} dofs")
-    if len(points.number) and len(nodes) and points.number.min() <= nodes.max():
-        raise InputError(f"{where}: contact point {points.number.min()} has the number of a node: points are numbered "
-                         f"above {nodes.max()}")
+    if len(both := np.intersect1d(points.number, nodes)):
+        raise InputError(f"{where}: contact point {both[0]} has the number of a node: points are numbered above "
+                         f"{nodes.max()}")
 
 
 def motion_of(numbers: ArrayLike, dofs: Callable[[int], np.ndarray], points: ContactPoints | None,

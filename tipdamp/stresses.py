@@ -1,11 +1,14 @@
 """Displacement and stress of whole bodies: under the preload, from the motion of their masters ([preload] stress), and
 of a vibration, from all reduced dofs ([respond] stress)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
 
+from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.body import Body
@@ -14,6 +17,7 @@ from modal.elasticity import Material
 from modal.mesh import Mesh
 from modal.reduction import Reduction
 from modal.stress import alternating_stress, half_range, nodal_stress, von_mises
+from static_contact.full.assembled import AssembledBodies
 from tipdamp import loads
 from tipdamp.bodies import DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, materials
@@ -27,23 +31,40 @@ EQUAL = 1e-6             # relative distance of frequencies whose modes may be m
 SAME = 1e-5              # of the largest coupling: more is not the stored model
 
 
-def keep_stress(study: Study, store: Store, model: ReducedModel, q: np.ndarray, tick: Tick) -> list[str]:
-    """stress_blades.vtu and stress_damper.vtu of the displacement q (r,) m at rest; the names of what was written.
+class Rest(NamedTuple):
+    """displacement : (r,) m; force : (P, 3) N - t1, t2, n of the pairs."""
+
+    displacement: np.ndarray
+    pairs: ContactTable
+    force: np.ndarray
+
+
+def keep_stress(study: Study, store: Store, model: ReducedModel, rest: Rest, tick: Tick) -> list[str]:
+    """stress_blades.vtu and stress_damper.vtu at rest; the names of what was written.
 
     The bodies are assembled again: beyond the masters the reduced model knows the static shape only as Psi, which costs
     a back-solve for each of them, and one back-solve with q given on the masters is exact for loads inside as well.
     """
     meshes, files = read_meshes(study), []
-    for i, body in enumerate(assemble_bodies(study, meshes, lambda *_: None)):
+    bodies = assemble_bodies(study, meshes, lambda *_: None)
+    contact = contact_forces(bodies, rest.pairs, rest.force)
+    for i, body in enumerate(bodies):
         tick(0.4 + 0.3 * i, f"stresses of the {body.name}")
         mesh = meshes[body.name]
-        shape = static_shape(body, model, q, body_load(study, body, mesh))
+        shape = static_shape(body, model, rest.displacement, body_load(study, body, mesh) - contact[body.name])
         own, others = materials(study, mesh)
         what = loads.rest_name(study).removeprefix("the ")
         fields = {f"displacement (m), {what}": shape,
                   f"von Mises stress (Pa), {what}": von_mises(nodal_stress(mesh, own, shape, others))}
         files += write_shapes(store, f"stress_{body.name}.vtu", mesh, fields)
     return files
+
+
+def contact_forces(bodies: Sequence[Body], pairs: ContactTable, force: np.ndarray) -> dict[str, np.ndarray]:
+    """{body: (d,) N} what the pairs take off its free dofs, K u + B' f = load; force (P, 3) N along t1, t2, n."""
+    whole = relative_motion(AssembledBodies(list(bodies)), pairs).T @ force.ravel()
+    ends = np.cumsum([body.dofs for body in bodies])
+    return {body.name: whole[end - body.dofs:end] for body, end in zip(bodies, ends, strict=True)}
 
 
 def body_load(study: Study, body: Body, mesh: Mesh) -> np.ndarray:
@@ -147,13 +168,22 @@ def whole_body(study: Study, model: ReducedModel, part: Reduction, mesh: Mesh) -
 
 def with_modes_of(model: ReducedModel, part: Reduction) -> Reduction:
     """A body that was reduced again, with the fixed-interface modes of the model: their signs, and the mixture of equal
-    ones, are chosen anew each time. They follow from the coupling with the masters in the mass matrix, `M_BM`; a mode
-    without coupling does not move. Raises InputError where the model is of another body."""
-    own, b = np.flatnonzero(model.body == part.body.name), len(part.boundary)
+    ones, are chosen anew each time. They follow from the coupling with the masters in the mass matrix, `M_BM`, and from
+    the motion of the contact points, contact shapes from that alone; a mode with neither does not move. Raises
+    InputError where the model is of another body."""
+    own, b, c = np.flatnonzero(model.body == part.body.name), len(part.boundary), part.contact_shapes
     made, stored = part.model.M[:b, b:], model.M[np.ix_(own[:b], own[b:])]
     if made.shape == stored.shape:
-        turned, apart = np.zeros((made.shape[1],) * 2), np.abs(np.diff(part.omega)) > EQUAL * part.omega[1:]
-        for alike in np.split(np.arange(len(turned)), np.flatnonzero(apart) + 1):
+        turned = np.zeros((made.shape[1],) * 2)
+        if c:
+            motions = [one.points[part.body.name].motion[:, columns].toarray()
+                       for one, columns in ((part.model, np.arange(b, part.model.size)), (model, own[b:]))]
+            turned[:c, :c] = np.linalg.lstsq(motions[0][:, :c], motions[1][:, :c], rcond=None)[0]
+            size = [np.abs(block).max(initial=1e-300) for block in (made, motions[0])]
+            made, stored = (np.vstack([mass / size[0], motion / size[1]])
+                            for mass, motion in zip((made, stored), motions, strict=True))
+        apart = np.abs(np.diff(part.omega[c:])) > EQUAL * part.omega[c + 1:]
+        for alike in np.split(np.arange(c, len(turned)), np.flatnonzero(apart) + 1):
             U, _, V = np.linalg.svd(made[:, alike].T @ stored[:, alike])         # nearest rotation [Schoenemann 1966]
             turned[np.ix_(alike, alike)] = U @ V
         if np.abs(made @ turned - stored).max(initial=0.0) <= SAME * np.abs(stored).max(initial=0.0):

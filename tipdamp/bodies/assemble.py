@@ -3,9 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError
+from hbm.points import ContactPoints
 from modal.body import Body
 from modal.elasticity import Material
 from modal.mesh import Mesh
@@ -50,9 +52,26 @@ def _material(section: schema.Material | schema.OtherMaterial) -> Material:
     return Material(section.E, section.nu, section.density)
 
 
+def with_points(body: Body, pairs: ContactTable, masters: np.ndarray) -> Body:
+    """The body with those nodes of its pairs as contact points that are no masters."""
+    nodes = np.concatenate([numbers[(bodies == body.name) & ~pairs.on_surface] for bodies, numbers in (
+        (pairs.blade_body, pairs.blade_node), (pairs.damper_body, pairs.damper_node))])
+    nodes = np.setdiff1d(nodes, masters)
+    if not len(nodes):
+        return body
+    order = np.argsort(body.node)
+    place = body.position[order[np.searchsorted(body.node, nodes, sorter=order)]]
+    motion = body.motion_of(body.name, nodes)
+    points = ContactPoints(nodes, place, motion)
+    if (known := body.points) is not None:
+        points = ContactPoints(np.r_[known.number, nodes], np.vstack([known.position, place]),
+                               sp.vstack([known.motion, motion]))
+    return replace(body, points=points)
+
+
 def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, np.ndarray]:
-    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto: pairs of nodes, excitation
-    and response. InputError where one of them is clamped."""
+    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto: excitation and response, and
+    pairs of nodes unless they are to be contact points. InputError where one of them is clamped."""
     pairs = pairs.select(~pairs.on_surface)          # contact points bring shapes of their own
     on_blades = pairs.blade_body != GROUND
     nodes = {f"[contact.{s}] the pairs": pairs.blade_node[on_blades & (pairs.side == s)] for s in pairs.sides}
@@ -65,5 +84,7 @@ def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> 
             if len(both := np.intersect1d(mine, held)):
                 raise InputError(f"{study.path}: {what}: node {both[0]} of the blades is clamped by group '{group}' "
                                  f"and cannot move ({len(both)} such nodes)")
-    return {BLADES: np.concatenate([np.empty(0, dtype=np.int64), *nodes.values()]),
-            DAMPER: pairs.damper_node[pairs.damper_body != GROUND]}
+    damper = pairs.damper_node[pairs.damper_body != GROUND]
+    if study.contact.reduction == "contact_points":
+        nodes, damper = {what: mine for what, mine in nodes.items() if what.startswith("[respond]")}, damper[:0]
+    return {BLADES: np.concatenate([np.empty(0, dtype=np.int64), *nodes.values()]), DAMPER: damper}

@@ -7,6 +7,7 @@ import numpy as np
 from hbm.contact import ContactTable
 from hbm.model import ReducedModel
 from modal.body import Body
+from modal.contact_shapes import holding_nodes
 from modal.craig_bampton import assemble, craig_bampton
 from modal.mesh import Mesh
 from modal.reduction import Reduction as BodyReduction
@@ -14,7 +15,7 @@ from modal.truncation import Truncation, join
 from static_contact.reduction_error import enough_modes, own_error
 from tipdamp import loads
 from tipdamp.bodies import BLADES, CHECK_BELOW_HZ, DAMPER
-from tipdamp.bodies.assemble import assemble_bodies, master_nodes
+from tipdamp.bodies.assemble import assemble_bodies, master_nodes, with_points
 from tipdamp.bodies.pair import matched_pairs
 from tipdamp.bodies.read import read_meshes
 from tipdamp.progress import Tick
@@ -45,7 +46,8 @@ class ReducedBodies:
         """Numbers of dofs and modes."""
         return Reduction(dofs=sum(p.body.dofs for p in self.parts), masters=sum(len(p.boundary) for p in self.parts),
                          modes={p.body.name: len(p.mode_omega) for p in self.parts},
-                         load_modes={p.body.name: p.load_modes for p in self.parts})
+                         load_modes={p.body.name: p.load_modes for p in self.parts},
+                         contact_shapes={p.body.name: p.contact_shapes for p in self.parts})
 
     @property
     def highest_hz(self) -> dict[str, float]:
@@ -64,7 +66,10 @@ def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
     loads.check(study, meshes)
     pairs = matched_pairs(study, meshes)
     masters = master_nodes(study, meshes, pairs)
-    bodies = assemble_bodies(study, meshes, tick, masters)
+    touching = {BLADES: pairs.blade_node, DAMPER: pairs.damper_node}
+    bodies = assemble_bodies(study, meshes, tick, {name: np.union1d(masters[name], touching[name]) for name in masters})
+    masters |= {body.name: holding_nodes(body) for body in bodies if not len(masters[body.name])}
+    bodies = [with_points(body, pairs, masters[body.name]) for body in bodies]
     side_moduli = side_materials(study, meshes, pairs)
     pull = loads.unit_pull(study, bodies[1], meshes[DAMPER])
     forces = {body.name: {case: loads.case_forces(study, case, body, meshes[body.name]) for case in study.loads}

@@ -60,7 +60,9 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     files = ["preload_friction.csv"] if study.preload.friction else []
     files += [case.file for case in cases.values()]
     if study.preload.stress:
-        files += stresses.keep_stress(study, store, model, found.displacement, tick)
+        tangential = found.tangential if study.preload.friction else np.zeros((len(pairs), 2))
+        rest = stresses.Rest(found.displacement, pairs, np.column_stack([tangential, found.force]))
+        files += stresses.keep_stress(study, store, model, rest, tick)
     tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
     return [*files, *keep_preload(store, {"pull": pulled, **tables}, study.contact.normal == "hard")]
 

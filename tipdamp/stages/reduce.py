@@ -73,8 +73,10 @@ def line(store: Store) -> str:
     """Size of the model and its free frequencies."""
     found = ReduceResult.load(store)
     modes = ", ".join(f"{name.replace('_', ' ')} {hz:.1f} Hz" for name, hz in found.free_hz.items())
-    return (f"{found.reduction.dofs} dofs to {found.reduction.masters} masters + "
-            f"{sum(found.reduction.modes.values())} modes; free: " + (modes or f"{found.free_modes_hz[0]:.1f} Hz"))
+    shapes = sum(found.reduction.contact_shapes.values())
+    kept = f"{found.reduction.masters} masters + " + f"{shapes} contact shapes + " * bool(shapes)
+    return (f"{found.reduction.dofs} dofs to {kept}{sum(found.reduction.modes.values())} modes; free: "
+            + (modes or f"{found.free_modes_hz[0]:.1f} Hz"))
 
 
 def warnings(_: Study, store: Store) -> tuple[str, ...]:

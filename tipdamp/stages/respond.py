@@ -8,12 +8,16 @@ import numpy as np
 
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
+from hbm.hold import spring
+from hbm.interface import InterfaceReduction
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.result import ForcedResponse
 from static_contact.roll_springs import with_springs
 from tipdamp import friction
 from tipdamp.curves import Case, Curves, forget, sweep
+from tipdamp.interface import doubts, facts_of, in_words, shapes_of
+from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Ticker
 from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
 from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, ratio
@@ -35,16 +39,20 @@ ALL_SPRINGS = ("t1", "t2", "n")      # of the linear response: laws with fewer h
 
 @dataclass(frozen=True)
 class Assembly:
-    """What vibrates: the model with its roll springs, the kept pairs, and the curves of the study."""
+    """What vibrates: the model with its roll springs, the kept pairs, their forces at rest (P, 3) N along t1, t2, n,
+    the curves of the study, and the shapes that the response is in, None for all dofs."""
 
     model: ReducedModel
     kept: ContactTable
+    rest: np.ndarray
     curves: Curves
+    interface: InterfaceReduction | None
 
     def linear(self, settings: Respond, hz: np.ndarray, level: float) -> np.ndarray:
         """(n, outputs) m: response with all kept pairs stuck that are in contact at rest."""
         closed = self.kept.select(self.kept.preload > 0)
-        return linear_response(self.model, closed, level * self.curves.force, hz, ratio(settings.damping_ratio),
+        model = self.model if self.interface is None else self.interface.model
+        return linear_response(model, closed, level * self.curves.force, hz, ratio(settings.damping_ratio),
                                self.curves.rows)
 
 
@@ -68,7 +76,8 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         np.savez(path, frequency=hz, response=assembly.linear(settings, hz, 1.0),
                  output_names=np.array(list(assembly.curves.rows)))
     RespondResult(responses=tuple(with_macs(found, shapes)), law=settings.law, zeta=settings.damping_ratio,
-                  stuck_difference=difference).save(store)
+                  stuck_difference=difference, interface=facts_of(study, assembly.interface, found, pair_names(
+                      assembly.kept, slice(None)))).save(store)
     return [case.file for both in cases for case in both]
 
 
@@ -114,17 +123,25 @@ def assembled(study: Study, store: Store) -> Assembly:
     model, table = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
     model = with_springs(model, table, declared_springs(study, table, table.preload > 0))
     kept = table.select(table.carrying)
-    static, start, law = None, None, study.respond.law.make()
+    static, start, law, force = None, None, study.respond.law.make(), excitation(study, model)
+    tangential = np.zeros((len(kept), 2))
     if study.preload.friction:
         tangential = friction.load(store.path("kept_friction.csv"), table)[table.carrying]
         tangential[:, law.sliders:] = 0.0              # a tangent that the law does not know carries no friction
         static, sliders = friction.start(model, kept, tangential)
         start = sliders[:, :law.sliders]
-    problem, _ = contact_problem(model, kept, law, static=static,
-                                 damping_ratio=ratio(study.respond.damping_ratio))
-    problem = replace(problem, held=held_motions(study, model, kept))
-    curves = Curves(problem, excitation(study, model), outputs(study, model), start, store, study.respond.samples)
-    return Assembly(model.with_stiffness(problem.stiffness), kept, curves)
+    rows, held = outputs(study, model), held_motions(study, model, kept)
+    largest = max(study.respond.levels) * force
+    shapes = shapes_of(study, model, kept, law, [largest] if static is None else [largest, static])
+    small = model
+    if shapes is not None:
+        small, force, rows = shapes.model, force @ shapes.basis, {name: r @ shapes.basis for name, r in rows.items()}
+        static = None if static is None else static @ shapes.basis
+    problem, _ = contact_problem(small, kept, law, static=static, damping_ratio=ratio(study.respond.damping_ratio))
+    curves = Curves(replace(problem, held=held), force, rows, start, store, study.respond.samples)
+    rest = np.column_stack([tangential, np.maximum(kept.preload, 0.0)])
+    whole = model.with_stiffness(spring.with_springs(model.K, [one for one in held if not one.mean]))
+    return Assembly(whole, kept, rest, curves, shapes)
 
 
 def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedResponse, level: float) -> float:
@@ -157,16 +174,19 @@ def line(store: Store) -> str:
     back = f" ({curves} with those followed back)" if curves > len(found.responses) else ""
     missing = f", {peakless} without a peak" if (peakless := without_peak(found)) else ""
     lacking = [f"{failed} points failed"] * (failed > 0) + [f"{partial} curves incomplete{missing}"] * (partial > 0)
-    return f"{len(found.responses)} curves{back}, {points} points, {', '.join(lacking) or 'all complete'}"
+    return f"{len(found.responses)} curves{back}, {points} points, {', '.join(lacking) or 'all complete'}" + in_words(
+        found.interface)
 
 
 def warnings(_: Study, store: Store) -> list[str]:
     """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends; for each that
     is largest at an end of the band, or whose peak is not solved; and for each on which what holds a motion is not
     soft."""
-    found = RespondResult.load(store).responses
+    whole = RespondResult.load(store)
+    found = whole.responses
     stuck = TuneResult.load(store).stuck_modes_hz.tuned if any(map(_at_an_end, found)) else ()
     return [*(text for kind in (_incomplete, _unsolved, _hold) for c in found for text in kind(c)),
+            *doubts(whole.interface),
             *_unbalanced(found), *_another_mode(found), *(text for c in found for text in _without_resonance(c, stuck))]
 
 

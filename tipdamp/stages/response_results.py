@@ -70,14 +70,27 @@ class CurveResult(Peak):
     hold_doubts: Texts = ()
 
 
+class InterfaceFacts(Record):
+    """Interface reduction: pairs, and those followed; dofs of the model and shapes in their place; response_error -
+    estimate; frequency_error - bound of the stuck frequencies; not_followed - pairs that slip all the same."""
+    pairs: int
+    followed: int
+    dofs: int
+    shapes: int
+    response_error: float
+    frequency_error: float
+    not_followed: Texts = ()
+
+
 class RespondResult(Result):
     """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest difference from the
-    linear stuck response over its peak} of the curves on which no pair slips."""
+    linear stuck response over its peak} of the curves on which no pair slips; interface - its reduction."""
     file: ClassVar[str] = "respond.json"
     responses: tuple[CurveResult, ...]
     law: LawChoice
     zeta: Numbers
     stuck_difference: dict[str, float] = {}
+    interface: InterfaceFacts | None = None
 
 
 # ---- measured --------------------------------------------------------------------------------------------------

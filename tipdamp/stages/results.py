@@ -63,11 +63,13 @@ class InspectResult(Result):
 # ---- reduce ----------------------------------------------------------------------------------------------------
 
 class Reduction(Record):
-    """Size of the reduction; modes {body: fixed-interface modes}, load_modes {body: static shapes of loads}."""
+    """Size of the reduction; modes {body: fixed-interface modes}, load_modes {body: static shapes of loads},
+    contact_shapes {body: static shapes of forces on contact points}."""
     dofs: int
     masters: int
     modes: dict[str, int]
     load_modes: dict[str, int] = {}
+    contact_shapes: dict[str, int] = {}
 
 
 class FreeResponse(Record):

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbm.contact import relative_motion
 from hbm.cycles import whole_motion
 from hbm.result import ForcedResponse
 from modal.mesh import Mesh
@@ -17,7 +16,7 @@ from tipdamp.stages.respond import READS, Assembly, assembled
 from tipdamp.stages.response_results import PeakStress, RespondResult, StressPlace, StressResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
-from tipdamp.stresses import VibrationStress, WholeBody, body_load, whole_body
+from tipdamp.stresses import VibrationStress, WholeBody, body_load, contact_forces, whole_body
 from tipdamp.study.view import Study
 from tipdamp.visualization import write_shapes
 
@@ -47,6 +46,8 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
         if point is None:
             continue
         q, files, places = whole_motion(curve, assembly.curves.problem, point), list[str](), list[StressPlace]()
+        if assembly.interface is not None:
+            q = assembly.interface.basis @ q
         for one in bodies:
             name, mesh = one.whole.part.body.name, one.whole.mesh
             fields = one.whole.vibration(one.shape, q[assembly.model.body == name],
@@ -65,20 +66,14 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
 
 def _at_rest(study: Study, assembly: Assembly, tick: Tick) -> list[AtRest]:
     """The bodies, reduced again, under their loads and the contact forces of the kept pairs at rest."""
-    model, kept, problem = assembly.model, assembly.kept, assembly.curves.problem
-    normal = np.zeros((len(kept), 3))
-    normal[:, 2] = np.maximum(kept.preload, 0.0)
-    contact = relative_motion(model, kept).T @ normal.ravel()
-    if problem.static is not None:
-        contact = contact + problem.static                   # friction forces at rest
     reduced = reduced_model(study, lambda share, what: tick(0.8 * (share or 0.0), what))
+    contact = contact_forces([part.body for part in reduced.parts], assembly.kept, assembly.rest)
     found = []
     for part in reduced.parts:
         tick(0.85, f"the {part.body.name} at rest")
-        mesh, own = reduced.meshes[part.body.name], np.flatnonzero(model.body == part.body.name)
-        force = body_load(study, part.body, mesh)
-        force[part.boundary] -= contact[own[:len(part.boundary)]]
-        whole = whole_body(study, model, part, mesh)
+        mesh = reduced.meshes[part.body.name]
+        force = body_load(study, part.body, mesh) - contact[part.body.name]
+        whole = whole_body(study, assembly.model, part, mesh)
         found.append(AtRest(whole, *whole.at_rest(force)))
     return found
 

@@ -40,6 +40,9 @@ def check_study(study: Study) -> None:
         raise InputError(f"{path}: [contact] mu is missing: {Contact.data_sheets()['mu'].text}")
     if "model" in study and not contact.pairs:
         raise InputError(f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV")
+    if "model" in study and "reduction" in contact.model_fields_set:
+        raise InputError(f"{path}: [contact] reduction is of meshes, and the study gives matrices ([model]): leave it "
+                         "out")
     for name in ("preload", "respond"):
         if "model" in study and name in study and vars(study)[name].stress:
             raise InputError(f"{path}: [{name}] stress needs meshes, and the study gives matrices ([model]): leave it "
@@ -59,6 +62,9 @@ def check_study(study: Study) -> None:
         check_respond(f"{path}: [respond]", study.respond)
         if study.preload.friction:
             check_sliders(f"{path}: [respond]", study.respond)
+        if study.respond.interface == "reduced" and study.driver.hold:
+            raise InputError(f"{path}: [respond] interface = 'reduced' beside hold: holds act on all dofs; "
+                             "leave one of the two out")
     for name, side in study.sides.items():
         check_side(f"{path}: [contact.{name}]", side, contact)
     check_loads(study)

@@ -181,6 +181,10 @@ class Contact(Section):
     shares: Annotated[Literal["equal", "tributary"], Key(
         CHOICE, "nodes of a side share its whole stiffness, from a model or given: 'equal', or by 'tributary' area, "
         "which gives end nodes half. Of kn and kt per node the whole is their number times the value")] = "equal"
+    reduction: Annotated[Literal["craig_bampton", "contact_points"], Key(
+        CHOICE, "what the nodes of the pairs are in the reduced bodies: 'craig_bampton': masters, three dofs each; "
+        "'contact_points': no dofs, but the static shapes of forces on them, which are as exact in statics")
+    ] = "craig_bampton"
     normal: Annotated[Literal["springs", "hard"], Key(
         CHOICE, "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)")] = "springs"
 
@@ -350,6 +354,12 @@ class Respond(Section):
                                        low=8, high=65536)] = None
     damping_ratio: Annotated[Numbers, Key(RATIOS, "zeta of the stuck modes: one value, or one per mode from the lowest "
                                           "(the last one holds for all above)", low=0, high=0.9999)]
+    interface: Annotated[Literal["auto", "whole", "reduced"], Key(
+        CHOICE, "dofs of the response: 'whole': all of the reduced model; 'reduced': the shapes that the forces excite "
+        "with every pair stuck, and the static shapes of the pairs that are followed; 'auto': 'reduced' from 201 pairs "
+        "on, unless a motion is held")] = "auto"
+    followed: Annotated[int, Key(COUNT, "pairs that are followed with interface = 'reduced', those nearest to slip: "
+                                 "what slips or lifts off should be among them", low=1, high=5000)] = 64
     both_ways: Annotated[bool, Key(FLAG, "follow every curve from the other end too and compare the peaks")] = True
     stress: Annotated[bool, Key(FLAG, "write mean and alternating stress of blades and damper at the peak of blade 1, "
                                 "for the curves of the largest H: vibration_*.vtu and a table of the largest places; "

@@ -6,12 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.linalg as sl
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from hbm.contact import relative_motion
+from hbm.contact import ContactTable, relative_motion
 from hbm.model import ReducedModel
 from static_contact.full.assembled import AssembledBodies
+from static_contact.reduction_error import stuck_error_bound
+from static_contact.stuck_assembly import stuck_rows
 from tests.tipdamp import corner_study
 from tipdamp.bodies.assemble import assemble_bodies
 from tipdamp.bodies.read import read_meshes
@@ -53,6 +56,42 @@ def test_loaded_nodes_against_the_full_model(tmp_path):
     assert same == full and facts["load_modes"] == {"blades": 0, "damper": 1} and facts["modes"]["damper"] == 3
     assert kept == pytest.approx(full, rel=1e-8)
     assert abs(without / full - 1) > 1e-3
+
+
+def stuck(study):
+    """Frequencies of all pairs stuck, Hz, and their error bound."""
+    found = reduced_model(study, lambda *_: None)
+    pairs = found.pairs.replace(kn=np.full(len(found.pairs), 1e6), kt=np.full(len(found.pairs), 1e6))
+    rows = stuck_rows(found.model, pairs)
+    hz = np.sqrt(sl.eigh(found.model.K + rows.T @ rows, found.model.M, eigvals_only=True)[:6]) / (2 * np.pi)
+    return hz, stuck_error_bound(found.model, found.truncation, pairs, hz)
+
+
+def test_contact_nodes_as_points(tmp_path):
+    """Shapes of contact forces in the place of masters: the same preload, and frequencies within their bounds."""
+    change = [("modes = 5", "modes = 12"), ("modes = 3", "modes = 8"),
+              (corner_study.TEXT[corner_study.TEXT.index("[respond]"):], ""),
+              ("[contact]", "[preload]\nstress = true\n[contact]")]
+    meshio = pytest.importorskip("meshio")
+    preload, hz, stress = {}, {}, {}
+    for name in ("craig_bampton", "contact_points"):
+        (tmp_path / name).mkdir()
+        path = corner_study.write(tmp_path / name, change=[*change, ("mu = 0.3", f'mu = 0.3\nreduction = "{name}"')])
+        for stage in ("reduce", "preload"):
+            assert main([stage, str(path), "--quiet"]) == 0
+        store = results_folder(study := load_study(path), None)
+        preload[name] = ContactTable.load(store.path("preload.csv")).preload
+        stress[name] = meshio.read(store.path("stress_damper.vtu")).point_data
+        hz[name] = stuck(study)
+        size = store.read_json("reduce.json")["reduction"]
+        assert size["contact_shapes"] == ({"blades": 0, "damper": 0} if name == "craig_bampton" else
+                                          {"blades": 54, "damper": 39})
+    assert preload["contact_points"] == pytest.approx(preload["craig_bampton"], rel=0,
+                                                      abs=1e-9 * preload["craig_bampton"].max())
+    field, found = (next(field for key, field in stress[name].items() if "Mises" in key) for name in preload)
+    assert found == pytest.approx(field, rel=0, abs=1e-7 * field.max())
+    (one, bound), (two, other) = hz.values()
+    assert (np.abs(one / two - 1) <= bound + other).all() and max(bound.max(), other.max()) < 0.1
 
 
 def test_the_same_model_without_dolfinx_petsc_and_gmsh(tmp_path):

@@ -1,0 +1,169 @@
+"""Interface reduction: a model of hundreds of pairs in the few shapes that a forced response needs.
+
+With all closed pairs stuck, K_s = K + B' K_c B, the contact acts on the vibration by what some pairs do beyond their
+springs: those that slip or lift. Kept are, in the energy of K_s,
+
+    the static shapes of the forces and of unit forces on the followed pairs, those nearest to slip or lift-off,
+    and of their moments (w^2 K_s^-1 M)^j the directions that matter up to the highest frequency,
+
+a block Krylov space with deflation [Bai, Su 2005], in the place of the constraint modes of all pairs: their
+characteristic modes [Castanier, Tan, Pierre 2001] would not hold what single points do. The motion of every pair is
+kept in these shapes; forces on followed pairs move them exactly in statics.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import ArrayLike
+
+from hbm.balance.reduced import Space, StuckMatrices
+from hbm.balance.restraint import stiff_factor
+from hbm.contact import GROUND, ContactTable, relative_motion
+from hbm.laws.base import ContactLaw
+from hbm.laws.records import Contacts
+from hbm.model import ReducedModel
+from hbm.points import ContactPoints
+
+
+@dataclass(frozen=True)
+class InterfaceSettings:
+    """Of the interface reduction."""
+
+    followed: int = 64          # pairs whose own compliance is kept
+    static: float = 1e-9        # of a unit force: less follows from the other ones
+    moment: float = 2e-3        # of a static shape: directions of its moments that are smaller are left out
+    moments: int = 12           # at most
+    grid: int = 41              # frequencies of the band at which the nearness to slip is seen, beside its resonances
+    steps: int = 81             # factors on the motion by which pairs are ranked
+    checks: tuple = (0.2, 0.5, 0.8, 1.0)        # shares of the highest frequency where the error is estimated
+
+
+SETTINGS = InterfaceSettings()
+
+
+@dataclass(frozen=True)
+class InterfaceReduction:
+    """model - of modal dofs alone, with a contact point for each node of the pairs; basis : (r, m) - q = basis q_m
+    followed : (P,) bool; response_error - estimate of the error of the response to forces and followed pairs, of its
+    energy; frequency_error - largest possible error of the stuck frequencies up to the end of the band."""
+
+    model: ReducedModel
+    basis: np.ndarray
+    followed: np.ndarray
+    response_error: float
+    frequency_error: float
+
+
+def reduce_interface(model: ReducedModel, pairs: ContactTable, law: ContactLaw, forces: Sequence[np.ndarray],
+                     band: Sequence[float], harmonics: int, damping_ratio: ArrayLike | None = None,
+                     settings: InterfaceSettings = SETTINGS) -> InterfaceReduction | None:
+    """The model in the shapes that its response takes, all pairs kept.
+
+    pairs : those that carry; forces : (r,) N, at their largest; band : Hz; harmonics : highest order
+    damping_ratio : as of the response, for the nearness to slip alone; None: 1 %
+    None where that makes nothing smaller, where stuck pairs leave a motion free, and where the law does not tell what
+    sticks surely.
+    """
+    contacts = Contacts(pairs.kn * pairs.weight, pairs.kt * pairs.weight, pairs.mu, pairs.preload)
+    rows = [["t1", "t2", "n"].index(c) for c in law.components]
+    B = relative_motion(model, pairs)[(3 * np.arange(len(pairs))[:, None] + rows).ravel()].toarray()
+    k = (law.stuck_stiffness(contacts) * (pairs.preload > 0)[:, None]).ravel()
+    K = model.K + (B.T * k) @ B
+    factor = stiff_factor(K)
+    if factor is None:
+        return None
+    ratio = 0.01 if damping_ratio is None else float(np.max(damping_ratio))
+    system = StuckMatrices(model.M, K, None, ratio, *factor)
+    top = 2 * np.pi * max(band)
+    loads = np.column_stack([part for f in forces for part in (np.real(f), np.imag(f)) if np.any(part)])
+    space = Space(system, system.force(loads / np.linalg.norm(loads, axis=0)))
+    grow(space, space.force, top, settings)
+    followed = nearest_to_slip(space, law, contacts, B, loads, np.array(band), settings)
+    if followed is None:
+        return None
+    columns = B[np.repeat(followed, len(rows))].T
+    grow(space, system.force(columns), top * harmonics, settings)
+    basis = space.basis
+    if basis.shape[1] > model.size // 2:
+        return None
+    errors = estimated(space, np.hstack([space.force, system.force(columns)]), top, settings)
+    V = system.motion(basis)
+    points = {body: _points(model, pairs, body, V) for body in
+              dict.fromkeys([*pairs.blade_body.tolist(), *pairs.damper_body.tolist()]) if body != GROUND}
+    made = ReducedModel.from_matrices(*(_projected(V, matrix) for matrix in (model.M, model.K, model.C)), body="modes",
+                                      points=points, loads={name: V.T @ f for name, f in model.loads.items()},
+                                      provenance=model.provenance)
+    return InterfaceReduction(made, V, followed, *errors)
+
+
+def grow(space: Space, block: np.ndarray, top: float, settings: InterfaceSettings) -> None:
+    """Take in the columns (r, n) of a block and the directions of their moments at `top` rad/s that matter."""
+    block = block / np.linalg.norm(block, axis=0)
+    for j in range(settings.moments + 1):
+        for _ in range(2):
+            block = block - space.basis @ (space.basis.T @ block)
+        Q, R = la.qr(block, mode="economic", check_finite=False)
+        U, size, _ = la.svd(R)
+        good = size > (settings.moment if j else settings.static)
+        if not good.any():
+            return
+        new = Q @ U[:, good]
+        space.add(new)
+        block = top**2 * space.system.times(space.system.M, new * size[good])
+
+
+def nearest_to_slip(space: Space, law: ContactLaw, contacts: Contacts, B: np.ndarray, loads: np.ndarray,
+                    band: np.ndarray, settings: InterfaceSettings) -> np.ndarray | None:
+    """(P,) bool: the pairs that stick surely up to the smallest multiple of the stuck response to the loads (r, n);
+    None where the law does not know of any."""
+    receptance = space.receptance()
+    own = receptance.frequencies
+    hz = np.r_[np.linspace(band.min(), band.max(), settings.grid), own[(own > band.min()) & (own < band.max())]]
+    factors = receptance.factors(2 * np.pi * hz)[0]
+    shapes, push = B @ receptance.shapes, receptance.shapes.T @ loads
+    amplitude = sum(np.abs(shapes @ (factors * one[:, None])).max(axis=1) for one in push.T)
+    amplitude = amplitude.reshape(len(contacts), -1)
+    sticks = np.sum([law.sticks_surely(contacts, factor * amplitude) for factor in np.logspace(-4, 4, settings.steps)],
+                    axis=0)
+    if not sticks.any():
+        return None
+    found = np.zeros(len(contacts), dtype=bool)
+    found[np.argsort(sticks, kind="stable")[:settings.followed]] = True
+    return found
+
+
+def estimated(space: Space, columns: np.ndarray, top: float, settings: InterfaceSettings) -> tuple[float, float]:
+    """(error of the response to columns (r, n) up to `top` rad/s, of the frequencies below it).
+
+    The residual of the undamped response is orthogonal to the basis: w^2 P y, P = (1 - V V') M V. A frequency is as far
+    from a true one as the residual of its shape lets it be                                        [Weinstein 1934].
+    """
+    (mass,), products = space.projected(), space.products[0]
+    outside = products - space.basis @ (space.basis.T @ products)
+    period2, modes = la.eigh(mass)
+    push = modes.T @ (space.basis.T @ (columns / np.linalg.norm(columns, axis=0)))
+    left = outside @ modes
+    response = 0.0
+    for w in top * np.array(settings.checks):
+        gain = 1 / (1 - w**2 * period2 + 2j * space.system.ratio * w * np.sqrt(np.maximum(period2, 0)))
+        y = gain[:, None] * push
+        response = max(response, float((w**2 * np.linalg.norm(left @ y, axis=0) / np.linalg.norm(y, axis=0)).max()))
+    low = period2 > 1 / top**2
+    frequency = np.linalg.norm(left[:, low], axis=0) / (2 * period2[low])
+    return response, float(frequency.max(initial=0.0))
+
+
+def _projected(V, matrix):
+    if matrix is None:
+        return None
+    small = V.T @ matrix @ V
+    return (small + small.T) / 2
+
+
+def _points(model, pairs, body, V):
+    """Every node of the pairs on a body as a contact point on the new dofs."""
+    numbers = np.unique(np.concatenate([node[bodies == body] for bodies, node in (
+        (pairs.blade_body, pairs.blade_node), (pairs.damper_body, pairs.damper_node))]))
+    return ContactPoints(numbers, np.zeros((len(numbers), 3)), model.motion_of(body, numbers) @ V)

@@ -1,0 +1,66 @@
+"""The interface reduction of a study: whether the response is in few shapes of many pairs, and how good these are."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.interface import InterfaceReduction, InterfaceSettings, reduce_interface
+from hbm.laws.base import ContactLaw
+from hbm.model import ReducedModel
+from tipdamp.stages.model_inputs import ratio
+from tipdamp.stages.response_results import CurveResult, InterfaceFacts
+from tipdamp.study.view import Study
+
+AUTOMATIC = 200          # pairs up to which all dofs are kept, unless the study says otherwise
+ERROR = 0.01             # estimate above which it is warned of
+NOT_MADE = InterfaceFacts(pairs=0, followed=0, dofs=0, shapes=0, response_error=0.0, frequency_error=0.0)
+
+
+def shapes_of(study: Study, model: ReducedModel, kept: ContactTable, law: ContactLaw,
+              forces: Sequence[np.ndarray]) -> InterfaceReduction | None:
+    """The response's own shapes where the study wants them and they are fewer; forces (r,) N at their largest."""
+    settings = study.respond
+    wanted = settings.interface == "reduced" or (
+        settings.interface == "auto" and len(kept) > AUTOMATIC and not study.driver.hold)
+    if not wanted:
+        return None
+    return reduce_interface(model, kept, law, forces, settings.band, max(settings.harmonics),
+                            ratio(settings.damping_ratio), InterfaceSettings(followed=settings.followed))
+
+
+def facts_of(study: Study, found: InterfaceReduction | None, curves: Sequence[CurveResult],
+             names: Sequence[str]) -> InterfaceFacts | None:
+    """Size and errors, and the pairs (P names) that slip on a curve and are not followed; None of all dofs, with
+    followed = 0 against the study's wish."""
+    if found is None:
+        return NOT_MADE if study.respond.interface == "reduced" else None
+    known = {name for name, mine in zip(names, found.followed, strict=True) if mine}
+    slipping = dict.fromkeys(name for curve in curves for name in curve.slipping_pairs)
+    return InterfaceFacts(pairs=len(found.followed), followed=int(found.followed.sum()), dofs=len(found.basis),
+                          shapes=found.basis.shape[1], response_error=found.response_error,
+                          frequency_error=found.frequency_error,
+                          not_followed=tuple(name for name in slipping if name not in known))
+
+
+def doubts(facts: InterfaceFacts | None) -> Iterator[str]:
+    """What may be wrong with the response in these shapes, or with the study's wish for them."""
+    if facts is None:
+        return
+    if not facts.followed:
+        yield ("[respond] interface = 'reduced' makes nothing smaller here, and all dofs are kept: lower followed, or "
+               "leave it out")
+    if facts.not_followed:
+        yield (f"interface reduction: {len(facts.not_followed)} pairs slip or lift off that are not followed (first: "
+               f"{facts.not_followed[0]}): raise [respond] followed above {facts.followed}, or set interface = 'whole'")
+    if max(facts.response_error, facts.frequency_error) > ERROR:
+        yield (f"interface reduction: the response is known to {facts.response_error:.1e} and the stuck frequencies "
+               f"to {facts.frequency_error:.1e} only: raise [respond] followed, or set interface = 'whole'")
+
+
+def in_words(facts: InterfaceFacts | None) -> str:
+    """For the summary; empty without reduction."""
+    if facts is None or not facts.followed:
+        return ""
+    error = max(facts.response_error, facts.frequency_error)
+    return f"; {facts.pairs} pairs in {facts.shapes} shapes for {facts.dofs} dofs, error {error:.0e}"
