@@ -24,8 +24,9 @@ class NamedMotion:
         """How to hold it."""
         if not self.motion:
             return "give that motion a stiffness that restrains it"
-        study = "[damper] or [model] of a study, and " if self.body == "damper" else ""
-        return f"hold it: hold = {self.motion} in {study}Hold({self.motion}, body='{self.body}') in Python"
+        own = f"Hold({self.motion}, body='{self.body}')"
+        return f"hold it: hold = {self.motion} in [damper] or [model] of a study (in Python: hold = {own})" \
+            if self.body == "damper" else f"hold it: hold = {own} in Python"
 
     def __str__(self) -> str:
         return self.text

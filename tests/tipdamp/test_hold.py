@@ -82,6 +82,7 @@ def test_a_run_with_its_reaction(tmp_path, capsys):
     i = int(np.flatnonzero(curve.frequency == force["hz"])[0])
     assert force["mean"] == pytest.approx(curve.reaction[i, 0, 0].real) and force["unit"] == "N" and force["spring"]
     page = (folder / "report.html").read_text()
+    assert "held: slide along y of the damper" in page
     assert "Force on what holds the damper" in page and "With a spring ten times as stiff" in page
     (path).write_text(path.read_text().replace('hold = "y"', 'hold = { motion = "y", mean = true }'))
     for stage in ("preload", "tune", "respond"):

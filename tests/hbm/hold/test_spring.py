@@ -190,8 +190,14 @@ def test_bodies_that_cannot_move_so():
 
 
 def test_normals_that_hold_already():
-    with pytest.warns(UserWarning, match="hold = 'z': contact normals face the slide along z of the damper by 0.57"):
+    """Said where they are called, by either function."""
+    with pytest.warns(UserWarning, match="hold = 'z': contact normals face the slide along z of the damper by 0.57"
+                      ) as one:
         contact_problem(MODEL, PAIRS, DryFriction2T(), damping_ratio=0.01, hold=Hold("z"))
+    with pytest.warns(UserWarning, match="hold = 'z': contact normals face") as other:
+        forced_response(MODEL, PAIRS, DryFriction2T(), TIP, (930, 932), damping_ratio=0.01, hold=Hold("z"), harmonics=1,
+                        outputs={"tip": TIP})
+    assert {said.filename for said in (*one, *other)} == {__file__}
 
 
 def test_normals_that_a_combined_motion_passes():
