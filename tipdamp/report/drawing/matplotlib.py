@@ -30,6 +30,8 @@ def draw(figure: Figure, path) -> None:
         if handles:
             out.legend(handles.values(), [_text(n) for n in handles], loc="lower center", ncols=legend_columns,
                        frameon=False, fontsize=9)
+        out.get_layout_engine().execute(out)
+        out.set_layout_engine(None)                # else all is laid out and drawn twice
         out.savefig(path, format="png")
 
 
