@@ -8,8 +8,6 @@ from hbm.balance.residual import HarmonicBalance
 from hbm.balance.series import real_times
 from hbm.balance.settings import DEFAULT
 
-TINY = float(np.finfo(float).tiny)
-
 
 @dataclass(frozen=True)
 class EnergyBalance:
@@ -26,7 +24,7 @@ class EnergyBalance:
         """Of the balance input = damping + friction, relative to the input, or to a small share of the apparent one
         where that is larger: a system that takes nothing is balanced to rounding."""
         left = abs(self.input - self.damping - self.friction.sum())
-        return left / max(abs(self.input), DEFAULT.no_input * self.apparent, TINY)
+        return left / max(abs(self.input), DEFAULT.no_input * self.apparent, np.finfo(float).tiny)
 
 
 def energies(balance: HarmonicBalance, forces: dict, w: float, modal: np.ndarray,

@@ -17,8 +17,6 @@ from hbm.peaks import Output
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
 
-TINY = 1e-300
-
 
 class Stiffer(NamedTuple):
     """What ten times the stiffness of the springs changes: the largest relative change of the highest amplitude and, as
@@ -55,7 +53,7 @@ def stiffer_change(equation: Equation, branch: Branch, outputs: Outputs, setting
     if len(again) == 3:
         best, _ = output.largest(0, after, np.full(3, True))
         top, height = best.point, best.value
-    return _compared(equation, (solved[i], top), height / max(heights[i, j], TINY))
+    return _compared(equation, (solved[i], top), height / max(heights[i, j], np.finfo(float).tiny))
 
 
 def _compared(equation, points, ratio) -> Stiffer:
@@ -65,9 +63,10 @@ def _compared(equation, points, ratio) -> Stiffer:
     force = np.linalg.norm([np.linalg.norm(F) for F in equation.balance.forces.values()])
     excitation = np.array([force * np.abs(one.motion).max() for one in equation.balance.problem.held])
     follows = (after > DEFAULT.follows * before) & (after > DEFAULT.no_reaction * excitation)
-    beside = (change / np.maximum(np.maximum(before, excitation), TINY)).max(where=~follows, initial=0.0)
-    return Stiffer(float(max(abs(ratio - 1), beside)), float((change / np.maximum(after, TINY)).max(where=follows,
-                                                                                                    initial=0.0)))
+    beside = change / np.maximum(np.maximum(before, excitation), np.finfo(float).tiny)
+    own = change / np.maximum(after, np.finfo(float).tiny)
+    return Stiffer(float(max(abs(ratio - 1), beside.max(where=~follows, initial=0.0))),
+                   float(own.max(where=follows, initial=0.0)))
 
 
 def hold_in_words(curve: ForcedResponse, problem: ContactProblem) -> Iterator[str]:
