@@ -93,7 +93,7 @@ def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: floa
     Of many contacts those that stick surely are passed over: they are springs, by their largest distance from where the
     sliders start.
     """
-    x = np.ascontiguousarray(x)
+    x = np.require(x, requirements=("C", "W"))       # read-only, as of a curve: kernels would be compiled once more
     P = len(contacts)
     moves = np.ones(P, dtype=bool)
     if P > DEFAULT.few_contacts and not start.from_position and not start.positions.any():

@@ -55,7 +55,8 @@ def difference(one, other):
     for path in sorted(one.glob("responses/Fe_*.npz")):
         a, b = ForcedResponse.load(path), ForcedResponse.load(other / "responses" / path.name)
         for x, y in ((a.frequency, b.frequency), (a.harmonics, b.harmonics), (a.dissipated, b.dissipated)):
-            worst = max(worst, float(np.nanmax(np.abs(x - y)) / np.nanmax(np.abs(x)))) if x.shape == y.shape else np.inf
+            largest = np.nanmax(np.abs(x)) or 1.0               # nothing is dissipated where no pair slips
+            worst = max(worst, float(np.nanmax(np.abs(x - y)) / largest)) if x.shape == y.shape else np.inf
     return worst
 
 

@@ -86,6 +86,21 @@ def test_energy_tells_slip_from_harmonics():
     assert np.nanmax(curve.energy_error) > 1e-3 and curve.force_residual.max() < 1e-8
 
 
+class Watching(DryFriction2T):
+    """Kernels are compiled anew for arrays that cannot be written to, as those of a curve."""
+
+    def harmonics(self, contacts, x, start, grid, omega):
+        assert x.flags.writeable and x.flags.c_contiguous
+        return super().harmonics(contacts, x, start, grid, omega)
+
+
+def test_kernels_are_compiled_once():
+    problem, force, _, _ = CASES["C8"]
+    watched = replace(problem, law=Watching())
+    curve, i = peak_of(watched, force, (900, 910), 1)
+    assert len(contact_cycles(curve, watched, i, n=16).time) == 17
+
+
 def test_a_system_that_takes_nothing_is_balanced():
     """Neither damping nor friction: the input is rounding, and so is the error."""
     problem = replace(jenkins(), C=np.zeros((1, 1)))
