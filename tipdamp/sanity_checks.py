@@ -64,9 +64,9 @@ def _locking(name, mesh):
     total = sum(map(len, mesh.cells.values()))
     for kind, percent in LOCKING.items():
         if kind in mesh.cells:
-            yield (f"{name}: {len(mesh.cells[kind])} of {total} cells are linear ({kind}) and lock in bending: with one "
-                   f"layer through the thickness a bar is {percent[0]} % too stiff, with two {percent[1]} %, of quadratic "
-                   "ones 3 and 2 %; use quadratic cells")
+            yield (f"{name}: {len(mesh.cells[kind])} of {total} cells are linear ({kind}) and lock in bending: with "
+                   f"one layer through the thickness a bar is {percent[0]} % too stiff, with two {percent[1]} %, of "
+                   "quadratic ones 3 and 2 %; use quadratic cells")
 
 
 def _wave_speed(study):
