@@ -24,10 +24,15 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
     model.mat holds the dof table too: body, node, direction, position, load_names and loads (r, k), group_names and
     group_nodes. `from_files` needs dofs.csv beside Matrix Market alone.
     The dof table has a line per row of the matrices: body, node, direction, x, y, z (m), a column `load NAME` (N) for
-    each load and a column `group NAME`, 1 on its nodes. Raises InputError for another kind.
+    each load and a column `group NAME`, 1 on its nodes. Raises InputError for another kind, and where the model has
+    contact points, which npz alone holds.
     """
     if kind not in KINDS:
         raise InputError(f"export to '{kind}' is unknown; {nearest(kind, KINDS)}")
+    if model.points and kind != "npz":
+        count = sum(len(points.number) for points in model.points.values())
+        raise InputError(f"export to '{kind}': the model has {count} contact points, whose motions {kind} does not "
+                         "hold; export to 'npz'")
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     if kind == "npz":

@@ -8,6 +8,7 @@ import scipy.sparse as sp
 
 from hbm.contact import GROUND, relative_motion
 from hbm.errors import InputError
+from hbm.io.matrices_out import write_model
 from hbm.model import ReducedModel
 from hbm.points import ContactPoints
 from tests.hbm.small_rig import small_rig
@@ -79,6 +80,15 @@ def test_points_survive_files_and_cuts(mixed, tmp_path):
         part = mixed.part(name)
         assert list(part.points) == [name]
         assert np.array_equal(part.points[name].motion.toarray(), points.motion[:, mixed.body == name].toarray())
+
+
+def test_export_keeps_points_or_is_refused(mixed, tmp_path):
+    """A file without the motions of the points would read as a model without contact."""
+    assert write_model(mixed, tmp_path, "npz") and ReducedModel.load(tmp_path / "model.npz").points
+    for kind in ("mat", "mtx"):
+        with pytest.raises(InputError, match=f"export to '{kind}': the model has 3 contact points.*export to 'npz'"):
+            write_model(mixed, tmp_path / kind, kind)
+        assert not (tmp_path / kind).exists()
 
 
 def test_points_that_do_not_fit(mixed):
