@@ -32,5 +32,6 @@ class Budget:
         self.calls, self.since = self.calls + 1, self.since + 1
         if self.progress and self.since % self.settings.progress_interval == 0:
             self.progress(self.value, 0.0, self.since)
-        if self.calls > self.most + self.settings.calls_per_point * self.points:
+        most = self.most if self.points else min(self.most, self.settings.max_first_calls)
+        if self.calls > most + self.settings.calls_per_point * self.points:
             raise BudgetExceeded

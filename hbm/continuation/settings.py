@@ -30,6 +30,7 @@ class Settings:
     max_calls: int = 2000         # of the residual from 400 unknowns on, (400/n)^2 times as many below; and for each
                                   # point as many more as the next line says
     calls_per_point: int = 12
+    max_first_calls: int = 20000  # until a first point is found, however few the unknowns
     large: int = 400              # unknowns from which on the calls hold as they are
     progress_interval: int = 20   # residual calls without a new point after which progress is reported
     start_calls: int = 120        # of damped Newton for a first point or a restart: where it converges it takes 80

@@ -160,10 +160,12 @@ class Kept:
         return self._size(inner + self._at_dofs(self.h) - self.applied())
 
     def rounding(self) -> np.ndarray:
-        """(n, 2) size of what K q and M q may be off by rounding alone."""
+        """(n, 2) size of what K q and M q may be off by rounding alone, and of the contact forces the orders k > 0 by
+        that of the mean, with which a sampled cycle mixes them."""
         q = np.abs(self.motion())
-        terms = _times(abs(self.problem.stiffness), q) + _times(abs(self.problem.M), q * self._orders()**2)
-        return DEFAULT.terms * np.finfo(float).eps * self._size(terms)
+        terms = self._size(_times(abs(self.problem.stiffness), q) + _times(abs(self.problem.M), q * self._orders()**2))
+        terms[:, 1] += self._size(self._at_dofs(self.h))[:, 0]
+        return DEFAULT.terms * np.finfo(float).eps * terms
 
     def over_scale(self, error: np.ndarray) -> np.ndarray:
         """(n,) errors (n, 2) over the force scale: the applied forces, or the contact forces if these are larger. What

@@ -1,16 +1,21 @@
 """Every stored point solves the plain equation of motion, or says why not; contacts stiffer than double precision."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from hbm import fourier
+from hbm.continuation.settings import Settings
+from hbm.curve.equilibrium import force_residuals
 from hbm.errors import InputError
 from hbm.laws import Contacts, DryFriction2T, Jenkins1D
-from hbm.parameter import ModelParameter
+from hbm.parameter import Equation, Frequency, ModelParameter
 from hbm.problem import ContactProblem, contact_problem
 from hbm.response import follow_band, follow_parameter, solve_at
 from hbm.testing import forces, total_force
-from tests.hbm.cases import beam, duffing, load, unilateral, with_damping_matrix
+from tests.hbm.cases import beam, duffing, load, solve, unilateral, with_damping_matrix
 from tests.hbm.oscillator import FORCE, oscillator
 from tests.hbm.small_rig import small_rig
 
@@ -81,6 +86,33 @@ def test_every_stored_point_is_in_equilibrium(case):
     assert curve.complete
     assert largest_residual(curve, problem, force) <= LIMIT
     assert curve.force_residual.max() == pytest.approx(largest_residual(curve, problem, force), rel=0.3, abs=1e-11)
+
+
+def under_static_load(static):
+    """(Duffing oscillator, rad/s and amplitude per newton of its small vibrations) under a static load."""
+    x = brentq(lambda x: x + x**3 - static, 0, static)
+    w = np.sqrt(1 + 3 * x**2)
+    return replace(duffing(0.03), static=np.array([static]), preloaded=False), w, 1 / (0.03 * w)
+
+
+@pytest.mark.parametrize("static, force", [(1e4, 1e-4), (1e6, 1e-2)])
+def test_a_static_load_does_not_hide_the_vibration(static, force):
+    """Found to 1e-6; off by a hundredth it is not in equilibrium, 1.7e-6 of what the contact carries at resonance."""
+    problem, w, amplitude = under_static_load(static)
+    q, point, balance = solve(problem, np.array([force]), w, 3, start="zero_force")
+    assert abs(q[0, 1]) == pytest.approx(force * amplitude, rel=1e-6)
+    x = point.x * np.r_[1.0, np.full(6, 1.01)]
+    wrong = replace(point, x=x, detail=balance.evaluate(x, w))
+    residuals, _ = force_residuals(Equation(balance, Frequency()), [point, wrong])
+    assert residuals[0] <= 1e-7 and residuals[1] > 1e-6
+
+
+def test_a_force_beyond_rounding_ends():
+    """1e-15 of the static load: there is nothing to find, and the search ends."""
+    problem, w, _ = under_static_load(1e6)
+    curve = follow_band(problem, np.array([1e-9]), (0.8 * w / 6.28, w / 6.28), harmonics=3, outputs={"x": [1.0]},
+                        settings=Settings(max_first_calls=300))
+    assert not curve.converged.any() and curve.residual_calls < 310 and "no solution found" in curve.ended
 
 
 @pytest.mark.parametrize("kt", [1e13, 1e16, 1e20, 1e30])
