@@ -13,9 +13,6 @@ from static_contact.surfaces.settings import SurfaceSettings
 from static_contact.surfaces.weights import Overlap
 
 UNITS = (1e3, 1e-3, 25.4, 1 / 25.4, 1e2, 1e-2, 0.3048, 1 / 0.3048)     # between units of length in use
-COVERED = 0.01     # of the damper's faces: below it the units are looked at
-APART = 0.3        # of the blades' size: what may lie between bodies that are modelled in place
-SMALLEST = 0.01    # of the blades' size: a damper
 
 
 def check_overlap(side: Side, met: Overlap, blade: Surface, damper: Surface, closed: bool,
@@ -24,7 +21,8 @@ def check_overlap(side: Side, met: Overlap, blade: Surface, damper: Surface, clo
     opposite to one damper face. closed - wherever they lie they count as touching."""
     counts = (f"side '{side.name}': {sum(map(len, damper.faces))} damper faces of '{side.damper}' and "
               f"{sum(map(len, blade.faces))} blade faces of '{side.blade}'")
-    factor = _unit_factor(blade.mesh.position, damper.mesh.position) if met.covered < COVERED else None
+    factor = None if met.covered >= settings.seen else _unit_factor(
+        blade.mesh.position, damper.mesh.position, settings)
     if factor:
         its, theirs = (shown(np.ptp(one.mesh.position, axis=0).max()) for one in (damper, blade))
         raise InputError(f"{counts} do not meet: the damper is {its} in size, the blades {theirs}; {factor:g} times "
@@ -67,18 +65,18 @@ def _why_apart(blade, damper, shown, settings) -> str:
             "centre at the nearest; name the faces that lie opposite to each other")
 
 
-def _unit_factor(blade: np.ndarray, damper: np.ndarray) -> float | None:
+def _unit_factor(blade: np.ndarray, damper: np.ndarray, settings: SurfaceSettings) -> float | None:
     """The factor between two units by which the damper would lie at the blades, where it does not as it is."""
     low, high = blade.min(axis=0), blade.max(axis=0)
-    margin = APART * (high - low).max()
+    margin = settings.apart * (high - low).max()
 
     def apart(place):
         return np.maximum(np.maximum(low - place.max(axis=0), place.min(axis=0) - high), 0.0).max()
 
     size = np.ptp(damper, axis=0).max() / (high - low).max()
-    if SMALLEST <= size <= 1 and apart(damper) <= margin:
+    if settings.smallest <= size <= 1 and apart(damper) <= margin:
         return None
-    fits = [f for f in UNITS if SMALLEST <= f * size <= 1 and apart(f * damper) <= margin]
+    fits = [f for f in UNITS if settings.smallest <= f * size <= 1 and apart(f * damper) <= margin]
     return fits[0] if fits else None
 
 

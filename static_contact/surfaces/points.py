@@ -35,10 +35,6 @@ class MeshPoints:
     node: np.ndarray
     weight: sp.csr_matrix
 
-    def nodes_of(self, numbers: np.ndarray) -> np.ndarray:
-        """Numbers of the nodes that some of the points are means of."""
-        return self.node[np.unique(self.weight[np.isin(self.number, numbers)].indices)]
-
     def on(self, body: Body) -> ContactPoints:
         """The points on the free dofs of the body that was made of the mesh."""
         motion = sp.kron(self.weight, sp.eye(3), format="csr") @ body.motion_of(body.name, self.node)
@@ -73,7 +69,7 @@ def surface_contact(surfaces: Sequence[FacingSides], *, axis: ArrayLike, pull: A
     numbers = np.split(start + 1 + np.arange(sum(counts)), np.cumsum(counts)[:-1])
     places = [damper.position[met.vertex] for met in found]
     sizes = [float(np.mean(np.concatenate([kind.size for kind in facets(one.damper)]))) for one in surfaces]
-    grid = stations_and_rows(places, sizes, direction, np.asarray(pull, dtype=float))
+    grid = stations_and_rows(places, sizes, direction, np.asarray(pull, dtype=float), settings)
     tables = [_table(one.side, met, number, damper, direction, at, closed)
               for one, met, number, at in zip(surfaces, found, numbers, grid, strict=True)]
     number = np.concatenate(numbers)

@@ -19,6 +19,10 @@ class SurfaceSettings:
     dropped: float = 1e-6        # of a vertex's own area: what is covered less is the rounding of a common edge
     doubled: float = 1.5         # times its area that a facet may be covered: projections of curves overlap
     penetration: float = 0.1     # of the faces' size: deeper overlaps are another geometry, not the facets of a curve
+    seen: float = 0.01           # of the damper's faces that are covered: where it is less, the units are looked at
+    apart: float = 0.3           # of the blades' size: what may lie between bodies that are modelled in place
+    smallest: float = 0.01       # of the blades' size: a damper
+    line: float = 0.3            # of a face's size: points of one station lie closer together, stations farther apart
     near: int = 16               # facets whose distance to a point is measured: those around the nearest centre
     block: int = 20_000          # pairs of facets integrated at a time: about 0.3 GB
 

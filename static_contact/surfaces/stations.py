@@ -2,11 +2,11 @@
 
 import numpy as np
 
-SPREAD = 0.3       # of a face's size: the points of a line lie closer together, lines farther apart
+from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 
 
 def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.ndarray,
-                      up: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+                      up: np.ndarray, settings: SurfaceSettings = DEFAULT) -> list[tuple[np.ndarray, np.ndarray]]:
     """(station, row) of the points of each side, (n, 3) m, whose faces are `sizes` m in size.
 
     Where the points of all sides lie on common lines across the axis, as on hexahedra, each line is a station; else
@@ -14,8 +14,8 @@ def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.nda
     """
     along = np.concatenate(places) @ axis
     size = max(sizes)
-    label, spread = _lines(along, SPREAD * size)
-    if spread > SPREAD * size:
+    label, spread = _lines(along, settings.line * size)
+    if spread > settings.line * size:
         count = max(1, round(float(np.ptp(along)) / size))
         label = np.minimum((along - along.min()) / max(float(np.ptp(along)), 1e-300) * count, count - 1).astype(int)
     found = []

@@ -32,13 +32,18 @@ def matched_pairs(study: Study, meshes: dict[str, Mesh]) -> ContactTable:
 
 
 def side_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, list[np.ndarray]]:
-    """{"blades", "damper": node numbers of each side of the pairs}: of pairs of nodes, and of contact points those that
-    they are means of. None of the ground."""
-    met, found = surface_points(study, meshes), {}
-    for name, bodies, numbers in ((BLADES, pairs.blade_body, pairs.blade_node),
-                                  (DAMPER, pairs.damper_body, pairs.damper_node)):
-        found[name] = [met.points[name].nodes_of(mine) if met and np.isin(mine, met.points[name].number).any() else mine
-                       for mine in (numbers[(pairs.side == side) & (bodies != GROUND)] for side in pairs.sides)]
+    """{"blades", "damper": node numbers of each side of the pairs}: of pairs of nodes, and of the faces that meet as
+    surfaces. None of the ground."""
+    found: dict[str, list[np.ndarray]] = {BLADES: [], DAMPER: []}
+    for side in pairs.sides:
+        mine = pairs.select(pairs.side == side)
+        if mine.on_surface.all():
+            named = named_side(study, side)
+            found[BLADES].append(meshes[BLADES].group(named.blade))
+            found[DAMPER].append(meshes[DAMPER].group(named.damper))
+        else:
+            found[BLADES].append(mine.blade_node[mine.blade_body != GROUND])
+            found[DAMPER].append(mine.damper_node[mine.damper_body != GROUND])
     return found
 
 
