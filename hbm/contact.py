@@ -174,7 +174,7 @@ class ContactTable:
             raise InputError(f"{path}: the columns are separated by semicolons; save it with commas and decimal points")
         for h in header:
             if h not in COLUMNS:
-                raise InputError(f"{path}: unknown column '{h}'; {nearest(h, COLUMNS)}")
+                raise InputError(f"{path}: unknown column '{shown(h)}'; {nearest(h, COLUMNS)}")
         missing = [c for c in COLUMNS if c not in header and c not in _DEFAULT]
         if missing:
             raise InputError(f"{path}: column '{missing[0]}' is missing; needed: {', '.join(COLUMNS)}")
@@ -241,4 +241,4 @@ def _parse(path, line, name, text):
     try:
         return int(text) if name in _WHOLE else float(text)
     except ValueError:
-        raise InputError(f"{path}, line {line}: {name} = '{text}' is not a number") from None
+        raise InputError(f"{path}, line {line}: {name} = '{shown(text)}' is not a number") from None

@@ -25,6 +25,7 @@ SYMMETRY_TOLERANCE = 1e-10
 NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding
 RESISTED = 1e-9          # share of the largest stiffness that a rigid motion may meet as rounding
 BUCKLED = 1e-8           # negative stiffness, as a share of the diagonal, that is more than rounding
+LARGEST = 1e100          # entry of a matrix whose square double precision holds
 BLOCK = 256              # rows whose transpose the cache holds
 SLOWEST = 0.1            # rad/s: where no dof alone oscillates faster, M and K are swapped
 HEAVIEST = 1e3            # kg at a dof
@@ -228,6 +229,9 @@ def symmetric(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
     if not np.isfinite(matrix).all():
         i, j = np.argwhere(~np.isfinite(matrix))[0]
         raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]}: every entry must be finite")
+    if np.abs(matrix).max() > LARGEST:
+        i, j = np.unravel_index(np.abs(matrix).argmax(), matrix.shape)
+        raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]:.3g}: entries up to {LARGEST:g} can be carried")
     if _mirrored(matrix):
         return matrix
     gap = np.abs(matrix - matrix.T)

@@ -88,6 +88,8 @@ def number(value: Any, key: Key, factor: float = 1.0) -> float:
 def _text(value: Any, *_: Any) -> str:
     if not isinstance(value, str) or not value:
         raise ValueError("must be a text in quotes")
+    if "\0" in value:
+        raise ValueError("must not hold the character NUL, which no name of a file can have")
     return value
 
 
