@@ -39,8 +39,14 @@ def equilibrium(study: Study, model: ReducedModel, pairs: ContactTable) -> dict[
 
 
 def line_of(study: Study, pairs: ContactTable) -> ContactTable:
-    """The line model: rows that the study does not keep get weight 0."""
+    """The line model: rows that the study does not keep get weight 0. InputError where points lie in no rows."""
     edge = [name for name, side in study.sides.items() if side.rows == "edge"]
+    for name in edge:
+        mine = pairs.select((pairs.side == name) & pairs.on_surface)
+        count = np.bincount(mine.station) if len(mine) else np.ones(1)
+        if np.ptp(count):
+            raise InputError(f"{study.path}: [contact.{name}] rows = 'edge': the damper's faces lie in no rows along "
+                             f"the axis, its stations hold {count.min()} to {count.max()} contact points; rows = 'all'")
     detached = np.isin(pairs.side, edge) & (pairs.row > 0)
     line = pairs.replace(weight=np.where(detached, 0.0, pairs.weight))
     return conserve_total(line, pairs) if conserves(study) else line

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hbm.contact import ContactTable
+from hbm.errors import InputError
 from tests.tipdamp import corner_study
 from tests.tipdamp.bad_meshes import inspect
 from tests.tipdamp.corner_study import A
@@ -15,6 +16,7 @@ from tipdamp.bodies.pair import matched_pairs, places_on
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.surfaces import surface_points
 from tipdamp.cli import main
+from tipdamp.stages.model_inputs import line_of
 from tipdamp.study.study import load_study
 
 TOTAL = [("kn = 1e6\nkt = 1e6", "kn_total = 9e6\nkt_total = 9e6")] * 2
@@ -130,3 +132,15 @@ def test_gaps_of_whole_faces_are_said(tmp_path, capsys):
     assert code == 0
     [found] = [w for w in warnings if w.startswith("side 'one'")]
     assert "9 of 9 contact points have gaps" in found and "up to 0.0006 m at point" in found
+
+
+def test_no_edge_line_without_rows(tmp_path):
+    """Faces in no rows have no lower edge line; those of a grid of cells have one."""
+    edge = [*TOTAL, ("width = 0.01", 'width = 0.01\nrows = "edge"'), ("mu = 0.3", 'mu = 0.3\nmethod = "surfaces"'),
+            ("[respond]", '[tune]\nstations = "all"\n[respond]')]
+    study, meshes = read(corner_study.write(tmp_path, damper_mesh=unlike(), change=edge))
+    pairs = matched_pairs(study, meshes)
+    assert line_of(study, pairs).carrying.sum() == 3 + (pairs.side == "two").sum()
+    some = pairs.select(np.arange(len(pairs)) != 1)
+    with pytest.raises(InputError, match=r"\[contact.one\] rows = 'edge': .* hold 4 to 5 contact points; rows = 'all'"):
+        line_of(study, some)
