@@ -7,7 +7,8 @@ import numpy as np
 
 from meshes.structured import Mesh
 
-POINT, QUAD9, HEX27 = 15, 10, 12  # gmsh's element types
+POINT = 15                                       # gmsh's element types
+FACE, CELL = {6: 9, 9: 10}, {10: 11, 27: 12}     # by the number of nodes
 
 
 @contextmanager
@@ -33,14 +34,14 @@ def _add_group(model, dimension, name, element_type, connectivity):
 
 
 def write(path: str | Path, mesh: Mesh) -> None:
-    """Writes `mesh` as MSH 4.1: a volume group, surface groups of 9-node faces, node sets as groups of dimension 0."""
+    """Writes `mesh` as MSH 4.1: a volume group, surface groups of faces, node sets as groups of dimension 0."""
     with _gmsh() as (model, gmsh):
         volume = model.addDiscreteEntity(3)
         model.mesh.addNodes(3, volume, np.arange(1, len(mesh.nodes) + 1), mesh.nodes.ravel())
-        model.mesh.addElementsByType(volume, HEX27, [], mesh.cells.ravel() + 1)
+        model.mesh.addElementsByType(volume, CELL[mesh.cells.shape[1]], [], mesh.cells.ravel() + 1)
         model.setPhysicalName(3, model.addPhysicalGroup(3, [volume]), mesh.name)
         for name, faces in mesh.surfaces.items():
-            _add_group(model, 2, name, QUAD9, faces)
+            _add_group(model, 2, name, FACE[faces.shape[1]], faces)
         for name, nodes in mesh.node_sets.items():
             _add_group(model, 0, name, POINT, nodes)
         gmsh.write(str(path))
@@ -62,3 +63,32 @@ def read(path: str | Path) -> Mesh:
     (name, cells), = groups[3].items()
     surfaces = {k: v.reshape(-1, 9) for k, v in groups[2].items()}
     return Mesh(name, nodes, cells.reshape(-1, 27), surfaces, groups[0])
+
+
+def extruded_tetrahedra(loop: np.ndarray, levels: np.ndarray, edge: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unstructured mesh of a polygon (n, 2) in x, z that is extruded along y through `levels`, with a node at each
+    corner on each level: nodes (N, 3), 10-node tetrahedra (m, 10) and the 6-node triangles of its surface (f, 6)."""
+    with _gmsh() as (model, gmsh):
+        geo = model.geo
+        points = [geo.addPoint(x, levels[0], z, edge) for x, z in loop]
+        lines = [geo.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
+        base = geo.addPlaneSurface([geo.addCurveLoop(lines)])
+        volumes, outer, top = [], [base], base
+        for rise in np.diff(levels):
+            found = geo.extrude([(2, top)], 0.0, float(rise), 0.0)
+            top = found[0][1]
+            volumes.append(found[1][1])
+            outer += [tag for _, tag in found[2:]]
+        outer.append(top)
+        geo.synchronize()
+        for name in ("Min", "Max"):
+            gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", edge if name == "Max" else edge / 3)
+        model.mesh.generate(3)
+        model.mesh.setOrder(2)
+        tags, xyz, _ = model.mesh.getNodes()
+        cells = np.concatenate([model.mesh.getElementsByType(CELL[10], v)[1] for v in volumes]).reshape(-1, 10)
+        faces = np.concatenate([model.mesh.getElementsByType(FACE[6], s)[1] for s in outer]).reshape(-1, 6)
+    used, index = np.unique(cells, return_inverse=True)
+    place = np.zeros((int(max(tags)) + 1, 3))
+    place[np.asarray(tags, int)] = np.asarray(xyz).reshape(-1, 3)
+    return place[used], index.reshape(cells.shape), np.searchsorted(used, faces)

@@ -69,13 +69,16 @@ def _blades(rig, found, nodes, cells):
         above = z > rig.height - rig.cover_height - ON_SURFACE
         surfaces[f"cover_{side}"] = select(outside, face & above & (z < found.turn[side] + ON_SURFACE))
         sets[f"contact_{side}"] = find_nodes(nodes, _contact_points(rig, found.rows[side]))
+    sets |= {name: find_nodes(nodes, at) for name, at in blade_node_sets(rig).items()}
+    return Mesh("blades", nodes, cells, surfaces, sets)
+
+
+def blade_node_sets(rig: Rig) -> dict[str, np.ndarray]:
+    """{group: (k, 3) m} of the excited node and of the patches."""
     # The outer edge of blade 1's tip at mid-length: most of the first bending, none of the torsion, and the free side,
     # where a stinger reaches it.
-    tip = [[-(rig.pitch + rig.tip_thickness) / 2, rig.length / 2, rig.height]]
-    sets["excitation"] = find_nodes(nodes, tip)
-    for number, sign in ((1, -1.0), (2, 1.0)):
-        sets[f"patch_{number}"] = find_nodes(nodes, _patch(rig, sign))
-    return Mesh("blades", nodes, cells, surfaces, sets)
+    tip = np.array([[-(rig.pitch + rig.tip_thickness) / 2, rig.length / 2, rig.height]])
+    return {"excitation": tip, "patch_1": _patch(rig, -1.0), "patch_2": _patch(rig, 1.0)}
 
 
 def _patch(rig, sign):

@@ -17,7 +17,7 @@ import time
 from tests.benchmarks.record import ROOT
 
 RUNS = ("speed", "curves", "kills", "point_floor", "force_residuals", "rig", "robustness", "robustness_integration",
-        "calculix", "calculix_modes", "cost_floor", "growth", "hundreds", "interface", "jobs")
+        "calculix", "calculix_surfaces", "calculix_modes", "cost_floor", "growth", "hundreds", "interface", "jobs")
 
 
 def main():

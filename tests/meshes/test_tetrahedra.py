@@ -1,0 +1,94 @@
+"""The rig with unlike meshes: tetrahedra of the same solid, in one file and in two; from meshes to a preload."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gmsh")
+
+from meshes.rig import Cells, Rig, contact  # noqa: E402
+from meshes.sections import blades_section  # noqa: E402
+from meshes.tetrahedra import blades, main, outline  # noqa: E402
+from meshes.two_blade_rig import build  # noqa: E402
+from modal.elasticity import Material, elastic_body  # noqa: E402
+from modal.faces import group_faces  # noqa: E402
+from modal.loads import pressure  # noqa: E402
+from tests.tipdamp.rig_study import read  # noqa: E402
+from tipdamp.cli import main as tipdamp  # noqa: E402
+from tipdamp.proposal.propose import propose  # noqa: E402
+from tipdamp.readers.dispatch import read_mesh  # noqa: E402
+
+STEEL = Material(E=207e9, nu=0.3, density=7850.0)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    out = tmp_path_factory.mktemp("tet")
+    assert main(["--damper", "wedge", "--edge", "0.012", "--size", "0.25", "--out", str(out)]) == 0
+    return out
+
+
+def test_same_solid(folder):
+    """Groups and box as of the hexahedra; the volume to what chords of the curved sides leave out."""
+    rig = Rig.named("asymmetric")
+    hexahedra = build(rig, "wedge", 0.5)[0]
+    mesh = blades(rig, contact(rig, "wedge"), 0.012)
+    assert set(mesh.surfaces) == set(hexahedra.surfaces)
+    assert {"excitation", "patch_1", "patch_2"} == set(mesh.node_sets)
+    for name in mesh.node_sets:
+        assert mesh.nodes[mesh.node_sets[name]] == pytest.approx(hexahedra.nodes[hexahedra.node_sets[name]], abs=1e-9)
+    a, b, c, d = mesh.nodes[mesh.cells[:, :4]].transpose(1, 0, 2)
+    volume = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
+    corner = hexahedra.nodes[hexahedra.cells]
+    low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
+    assert (volume > 0).all() and mesh.nodes.min(axis=0) == pytest.approx(low)
+    assert mesh.nodes.max(axis=0) == pytest.approx(high)
+    points, quads = blades_section(rig, contact(rig, "wedge"), Cells.of_size(2.0), 2)
+    x, z = points[outline(quads)].T
+    exact = abs(np.sum(x * np.roll(z, -1) - z * np.roll(x, -1))) / 2 * rig.length
+    assert volume.sum() == pytest.approx(exact, rel=3e-4)
+
+
+@pytest.mark.slow
+def test_one_file_and_two(folder):
+    """Element for element the same K, and the same faces."""
+    found, apart = propose([folder / "tet_rig.inp"]), propose([folder / "tet_blades.msh", folder / "tet_damper.msh"])
+    assert found.cells == "damper" and not any(side.matching for side in found.sides)
+    for body, prefix in (("blades", "blades_"), ("damper", "damper_")):
+        one, two = (elastic_body(p.meshes[body], STEEL, body, free=True) for p in (found, apart))
+        order = np.lexsort(np.round(one.position, 9).T), np.lexsort(np.round(two.position, 9).T)
+        dofs = [(3 * o[:, None] + np.arange(3)).ravel() for o in order]
+        off = one.K[dofs[0]][:, dofs[0]] - two.K[dofs[1]][:, dofs[1]]
+        assert abs(off).max() < 1e-9 * abs(one.K).max()
+        for name in apart.meshes[body].face_groups:
+            mine, its = (sum(len(b) for b in group_faces(p.meshes[body], n))
+                         for p, n in ((found, prefix + name), (apart, name)))
+            assert mine == its > 0, name
+
+
+def test_pressure_on_triangles(folder):
+    """Corners of a straight triangle carry none of it, its middles a third each; all of it is the area."""
+    mesh = read_mesh(folder / "tet_blades.msh")
+    body = elastic_body(mesh, STEEL, "blades", free=True)
+    nodal = pressure(body, mesh, "cover_left", 1.0).reshape(-1, 3)
+    faces = np.concatenate([b for b in group_faces(mesh, "cover_left") if len(b)])
+    corners = np.unique(faces[:, :3])
+    total = np.linalg.norm(nodal.sum(axis=0))
+    p = mesh.position[faces[:, :3]]
+    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum() / 2
+    assert total == pytest.approx(area, rel=1e-9) and np.abs(nodal[corners]).max() < 1e-9 * total
+
+
+@pytest.mark.slow
+def test_meshes_to_a_preload(folder, capsys):
+    """One Abaqus file, the proposed study, what only a person knows: 79.90 N on each side by the balance of 113 N."""
+    study = folder / "tet_rig.toml"
+    assert tipdamp(["inspect", str(folder / "tet_rig.inp")]) == 0
+    text = study.read_text()
+    for key, value in {"E": "207e9", "nu": "0.3", "density": "7850", "pull": "113", "mu": "0.6"}.items():
+        text = text.replace(f'\n{key} = "?"', f"\n{key} = {value}")
+    study.write_text(text)
+    for verb in ("inspect", "reduce", "preload"):
+        assert tipdamp([verb, str(study), "--quiet"]) == 0
+    sides = read(folder / "results" / "tet_rig", "preload.json")["sides"]
+    assert [s["sum_N"] for s in sides.values()] == pytest.approx([113 / 2**0.5] * 2, rel=1e-6)
+    assert "nodes do not match" in capsys.readouterr().out
