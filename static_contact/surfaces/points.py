@@ -95,8 +95,10 @@ def _points(number, mesh, weights) -> MeshPoints:
 
 def check_faces(side: Side, what: str, group: str, mesh: Mesh, faces: list[np.ndarray]) -> None:
     """InputError where there is no face of a side; what - "blade" or "damper"."""
-    if not any(len(block) for block in faces):
-        held = f"none has all its corners among the {len(mesh.groups[group])} nodes of group '{group}'" \
-            if group in mesh.groups else "none is where it is looked for"
-        raise InputError(f"[contact.{side.name}] {what}: no face on the surface of {mesh.source}: {held}; name a "
-                         "surface, or widen the limits")
+    if any(len(block) for block in faces):
+        return
+    held = "none is where it is looked for; widen the limits"
+    if group in mesh.groups:
+        held = (f"none has all its corners among the {len(mesh.groups[group])} nodes of group '{group}'; name a "
+                "surface, or a [contact] tolerance within which its nodes match")
+    raise InputError(f"[contact.{side.name}] {what}: no face on the surface of {mesh.source}: {held}")
