@@ -10,6 +10,7 @@ import numpy as np
 
 from hbm.balance.memory import available_bytes, curve_bytes
 from modal.memory import predicted_bytes
+from tipdamp.interface import is_reduced
 from tipdamp.progress import duration
 from tipdamp.stages.results import InspectResult
 from tipdamp.study.view import Study
@@ -50,12 +51,13 @@ COMMON = Machine(factor=0.25, solve=2.5e-3, flops=1e10)     # one core of an off
 
 @dataclass(frozen=True)
 class Size:
-    """bodies {name: (dofs, columns, modes)}, columns - master dofs and contact shapes; pairs; H - of each curve that is
-    followed, each way counted."""
+    """bodies {name: (dofs, columns, modes)}, columns - master dofs and contact shapes; pairs; curves - H of each, each
+    way counted; followed - pairs that a reduced interface follows, 0 where all are."""
 
     bodies: dict[str, tuple[int, int, int]]
     pairs: int
     curves: tuple[int, ...]
+    followed: int = 0
 
     @property
     def reduced(self) -> int:
@@ -85,7 +87,8 @@ def size_of(study: Study, found: InspectResult) -> Size:
               for name, b in found.bodies.items()}
     curves = () if "respond" not in study else tuple(
         H for H in study.respond.harmonics for _ in study.respond.levels for _ in range(1 + study.respond.both_ways))
-    return Size(bodies, sum(found.pairs.values()), curves)
+    pairs = sum(found.pairs.values())
+    return Size(bodies, pairs, curves, study.respond.followed if curves and is_reduced(study, pairs) else 0)
 
 
 def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS) -> dict[str, Cost]:
@@ -105,9 +108,10 @@ def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS
     if any(columns for _, columns, _ in size.bodies.values()):              # not so of given matrices
         costs = {"reduce": Cost(seconds, memory), **costs}
     if size.curves:
-        some, worst = (sum(_curve(pairs, H, share, machine, settings) for H in size.curves) + modes_of_all
+        moving = min(size.followed or pairs, pairs)
+        some, worst = (sum(_curve(moving, H, share, machine, settings) for H in size.curves) + modes_of_all
                        for share in (settings.slipping, 1.0))
-        need = curve_bytes(max(int(settings.slipping * pairs), 1), pairs, 3, max(size.curves))
+        need = curve_bytes(max(int(settings.slipping * moving), 1), moving, 3, max(size.curves))
         costs["respond"] = Cost(some, 4 * dense + need, worst)
     return costs
 
@@ -124,12 +128,13 @@ def advice(size: Size, costs: dict[str, Cost], settings: ForecastSettings = SETT
     masters = sum(columns for _, columns, _ in size.bodies.values())
     less = (f"{size.pairs} pairs make {masters} masters: keep every second station (a table of pairs, or groups of "
             "fewer nodes), or coarsen the contact") if masters > settings.many else "coarsen the meshes"
+    follow = "" if size.followed else "; [respond] interface = \"reduced\" follows the pairs nearest to slip alone"
     for stage, cost in costs.items():
         if cost.bytes > available_bytes():
             yield (f"{stage} is estimated to need {cost.bytes / 1e9:.1f} GB, {available_bytes() / 1e9:.1f} GB are "
                    f"available: {less}")
         elif max(cost.seconds, cost.at_most if stage == "respond" else 0.0) > settings.slow:
-            yield f"{stage} is estimated to take {cost.text}: {less}"
+            yield f"{stage} is estimated to take {cost.text}: {less}{follow * (stage == 'respond')}"
 
 
 def estimate(study: Study, found: InspectResult) -> tuple[Size, dict[str, Cost]]:

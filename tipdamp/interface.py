@@ -17,13 +17,18 @@ ERROR = 0.01             # estimate above which it is warned of
 NOT_MADE = InterfaceFacts(pairs=0, followed=0, dofs=0, shapes=0, response_error=0.0, frequency_error=0.0)
 
 
+def is_reduced(study: Study, pairs: int) -> bool:
+    """Whether the study wants the response of so many pairs in few shapes."""
+    settings = study.respond
+    return settings.interface == "reduced" or (
+        settings.interface == "auto" and pairs > AUTOMATIC and not study.driver.hold)
+
+
 def shapes_of(study: Study, model: ReducedModel, kept: ContactTable, law: ContactLaw,
               forces: Sequence[np.ndarray]) -> InterfaceReduction | None:
     """The response's own shapes where the study wants them and they are fewer; forces (r,) N at their largest."""
     settings = study.respond
-    wanted = settings.interface == "reduced" or (
-        settings.interface == "auto" and len(kept) > AUTOMATIC and not study.driver.hold)
-    if not wanted:
+    if not is_reduced(study, len(kept)):
         return None
     return reduce_interface(model, kept, law, forces, settings.band, max(settings.harmonics),
                             ratio(settings.damping_ratio), InterfaceSettings(followed=settings.followed))

@@ -27,6 +27,14 @@ def test_many_pairs_are_warned_of():
     assert list(advice(SMALL, forecast(SMALL, COMMON))) == []
 
 
+def test_a_reduced_interface_costs_less():
+    """64 pairs that are followed instead of 518: what was hours is minutes, and the advice does not name it again."""
+    few = Size(**{**vars(LARGE), "followed": 64})
+    assert forecast(few, COMMON)["respond"].at_most < 0.05 * forecast(LARGE, COMMON)["respond"].at_most
+    assert any('interface = "reduced"' in one for one in advice(LARGE, forecast(LARGE, COMMON)))
+    assert not any('interface = "reduced"' in one for one in advice(few, forecast(few, COMMON)))
+
+
 def test_memory_is_warned_of():
     need = {"reduce": Cost(1.0, 1e16)}
     assert "reduce is estimated to need 10000000.0 GB" in next(advice(LARGE, need))
