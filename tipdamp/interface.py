@@ -1,6 +1,7 @@
 """The interface reduction of a study: whether the response is in few shapes of many pairs, and how good these are."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,8 +13,16 @@ from tipdamp.stages.model_inputs import ratio
 from tipdamp.stages.response_results import CurveResult, InterfaceFacts
 from tipdamp.study.view import Study
 
-AUTOMATIC = 200          # pairs up to which all dofs are kept, unless the study says otherwise
-ERROR = 0.01             # estimate above which it is warned of
+
+@dataclass(frozen=True)
+class Choice:
+    """When the reduction is made and trusted without a word."""
+
+    whole: int = 200         # pairs up to which all dofs are kept, unless the study says otherwise
+    error: float = 0.01      # stated error above which it is warned of
+
+
+CHOICE = Choice()
 NOT_MADE = InterfaceFacts(pairs=0, followed=0, dofs=0, shapes=0, response_error=0.0, frequency_error=0.0)
 
 
@@ -21,7 +30,7 @@ def is_reduced(study: Study, pairs: int) -> bool:
     """Whether the study wants the response of so many pairs in few shapes."""
     settings = study.respond
     return settings.interface == "reduced" or (
-        settings.interface == "auto" and pairs > AUTOMATIC and not study.driver.hold)
+        settings.interface == "auto" and pairs > CHOICE.whole and not study.driver.hold)
 
 
 def shapes_of(study: Study, model: ReducedModel, kept: ContactTable, law: ContactLaw,
@@ -58,7 +67,7 @@ def doubts(facts: InterfaceFacts | None) -> Iterator[str]:
     if facts.not_followed:
         yield (f"interface reduction: {len(facts.not_followed)} pairs slip or lift off that are not followed (first: "
                f"{facts.not_followed[0]}): raise [respond] followed above {facts.followed}, or set interface = 'whole'")
-    if max(facts.response_error, facts.frequency_error) > ERROR:
+    if max(facts.response_error, facts.frequency_error) > CHOICE.error:
         yield (f"interface reduction: the response is known to {facts.response_error:.1e} and the stuck frequencies "
                f"to {facts.frequency_error:.1e} only: raise [respond] followed, or set interface = 'whole'")
 

@@ -83,8 +83,12 @@ def test_pairs_that_slip_unfollowed_are_named(study_of):
 def test_when_it_is_made(study_of, monkeypatch):
     """By itself above a number of pairs; not where it makes nothing smaller, which is said, nor against the wish."""
     assert assembled(*study_of()).interface is None
-    monkeypatch.setattr(interface, "AUTOMATIC", PAIRS - 1)
-    assert assembled(*study_of("followed = 12\n")).interface is not None
+    monkeypatch.setattr(interface, "CHOICE", interface.Choice(whole=PAIRS - 1))
+    study, store = study_of("followed = 12\n")
+    made, again = (assembled(study, store) for _ in range(2))
+    assert made.interface is not None
+    # a curve that was interrupted goes on where it was
+    assert made.curves.key(Case(5.0, 3, BAND)) == again.curves.key(Case(5.0, 3, BAND))
     assert assembled(*study_of('followed = 12\ninterface = "whole"\n')).interface is None
     study, store = study_of('interface = "reduced"\n')
     assert assembled(study, store).interface is None
