@@ -7,7 +7,6 @@ does not matter: soft ones resist as well as stiff ones.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,7 +17,7 @@ from hbm.errors import InputError
 from hbm.hold.rigid_motion import RIGID_MOTIONS
 from hbm.io.dof_table import ROTATIONS
 from hbm.model import ReducedModel
-from static_contact.rigid_motions import SETTINGS, RigidMotionSettings, floating
+from static_contact.rigid_motions import SETTINGS, RigidMotionSettings
 
 
 @dataclass(frozen=True)
@@ -86,29 +85,31 @@ class FreeMotions:
             self.names, amounts, self._exceeds(amounts, load, above), strict=True) if much}
 
 
-def free_motions(rigid: np.ndarray, model: ReducedModel, B: np.ndarray,
+def free_motions(model: ReducedModel, rigid: np.ndarray, floats: np.ndarray, motion: sp.csr_matrix, rows: np.ndarray,
                  settings: RigidMotionSettings = SETTINGS) -> FreeMotions:
-    """Of a model; B (P, r) the motions of the pairs that springs act on, however soft."""
-    return unresisted(rigid, floating(rigid, model.K, settings=settings), B, model.body, settings, _lengths(model))
+    """Of a model; rigid (r, 6 b), floats (6 b, m) as of `loose`; motion (3P, r) of the pairs, of which springs, however
+    soft, act on `rows`."""
+    return unresisted(rigid, floats, motion, rows, model.body, settings, _lengths(model))
 
 
-def unresisted(rigid: np.ndarray, coefficients: np.ndarray, B: Any, owner: np.ndarray,
+def unresisted(rigid: np.ndarray, coefficients: np.ndarray, motion: sp.csr_matrix, rows: np.ndarray, owner: np.ndarray,
                settings: RigidMotionSettings = SETTINGS, weight: ArrayLike = 1.0) -> FreeMotions:
     """Those of the motions `coefficients` (6 b, m) of bodies that float which no normal faces by more than `facing`.
 
-    B (P, r) normal motion of the pairs; owner (r,) body of each dof; weight : (r,) m - turns displacements into metres.
-    Motions that no body and no pair has in common are kept apart.
+    motion (3P, r) of the pairs; rows - those of it that are resisted; owner (r,) body of each dof; weight : (r,) m -
+    turns displacements into metres. Motions that no body and no pair has in common are kept apart.
     """
     weight = np.broadcast_to(weight, len(rigid))[:, None]
+    B = motion[rows]
     together = [coefficients[:, :0]]
     for columns in _in_common(coefficients, B @ (rigid @ coefficients)):
         part = coefficients[:, columns]
         _, amount, way = np.linalg.svd(weight * (rigid @ part), full_matrices=False)
         part = part @ (way / amount[:, None]).T
         part = part @ np.linalg.svd(B @ (rigid @ part))[2].T
-        together.append(part[:, _faced(B, rigid @ part, weight) <= settings.facing])
+        together.append(part[:, _faced(motion, rows, rigid @ part, weight) <= settings.facing])
     reduced, names = name_motions(rigid, np.hstack(together).T)
-    return FreeMotions(rigid, reduced.T, names, owner, _faced(B, rigid @ reduced.T, weight), settings)
+    return FreeMotions(rigid, reduced.T, names, owner, _faced(motion, rows, rigid @ reduced.T, weight), settings)
 
 
 def _in_common(coefficients, faced):
@@ -121,9 +122,12 @@ def _in_common(coefficients, faced):
     return [np.flatnonzero(label == one) for one in range(count)]
 
 
-def _faced(B, motions, weight):
-    """(m,) largest motion of a pair over the largest motion of a node, column by column."""
-    return np.abs(B @ motions).max(axis=0, initial=0.0) / np.abs(weight * motions).max(axis=0)
+def _faced(motion, rows, shapes, weight):
+    """(m,) largest resisted motion of a pair over the largest motion of a pair: a direction cosine; column by column.
+    Pairs on the axis of a rotation do not move."""
+    moved = motion @ shapes
+    still = SETTINGS.on_axis * np.abs(weight * shapes).max(axis=0)
+    return np.abs(moved[rows]).max(axis=0, initial=0.0) / np.maximum(np.abs(moved).max(axis=0, initial=0.0), still)
 
 
 def _lengths(model):
@@ -167,11 +171,11 @@ def name_motions(rigid: np.ndarray, coefficients: np.ndarray, settings: RigidMot
     return np.divide(rows, weight, out=np.zeros_like(rows), where=weight > 0), [names[i] for i in range(len(rows))]
 
 
-def name_of_drift(rigid: np.ndarray, K: np.ndarray, B: np.ndarray, drift: np.ndarray,
+def name_of_drift(rigid: np.ndarray, ways: np.ndarray, B: np.ndarray, drift: np.ndarray,
                   settings: RigidMotionSettings = SETTINGS) -> str:
     """The rigid motion of the floating bodies that comes nearest to the motion of the pairs drift (P,): the roll that
-    leads it, or a slide where it hardly rolls. rigid and K as in `floating`; B (P, r) normal motion of the pairs."""
-    ways = floating(rigid, K, settings=settings)
+    leads it, or a slide where it hardly rolls. rigid (r, 6 b), ways (6 b, m) as of `loose`; B (P, r) normal motion of
+    the pairs."""
     coefficients = ways @ np.linalg.lstsq(B @ rigid @ ways, drift, rcond=None)[0]
     amount = np.abs(coefficients) * np.linalg.norm(rigid, axis=0)
     rolls = np.tile(np.repeat([False, True], 3), len(amount) // 6)

@@ -25,7 +25,7 @@ from hbm.model import ReducedModel
 from static_contact.free_motions import free_motions
 from static_contact.preload import check_pairs, finite_values, reference_stiffness
 from static_contact.return_mapping import CoulombSprings
-from static_contact.rigid_motions import rigid_motions
+from static_contact.rigid_motions import loose, rigid_motions
 
 
 @dataclass(frozen=True)
@@ -98,13 +98,15 @@ class FrictionalContact:
                  settings: FrictionSettings = SETTINGS):
         check_pairs(pairs)
         self.model, self.pairs, self.coupled, self.settings = model, pairs, coupled, settings
-        self.B = relative_motion(model, pairs).toarray()
+        motion = relative_motion(model, pairs)
+        self.B = motion.toarray()
         self.k0, self.rigid = stuck_springs(model, pairs, self.B)
         self.kn, self.kt = self.k0[2::3], self.k0[::3]
         self.law = CoulombSprings(self.kn, self.kt, pairs.mu, coupled)
         self.slack = np.divide(1.0, self.k0, out=np.zeros(len(self.k0)), where=self.rigid)
         A = model.K + self.B.T * self.k0 @ self.B
-        names = free_motions(rigid_motions(model), model, self.B[self.k0 > 0]).names
+        rigid = rigid_motions(model)
+        names = free_motions(model, rigid, loose(model, rigid), motion, np.flatnonzero(self.k0 > 0)).names
         if names:
             raise InputError(f"{', '.join(n for n, _ in names)}: not even stuck pairs resist this; hold it (hold, in "
                              "[damper] or [model] of a study)")

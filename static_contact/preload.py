@@ -2,27 +2,28 @@
 
     K q + B_n' N = f,    0 <= N  complementary to  g0 + N/kn - B_n q >= 0        (kn = inf: hard contact)
 
-The elastic bodies are already condensed on the pairs (Schur stiffness), so that what remains is a small
-complementarity problem. With a reference spring k0 at every pair A = K + B_n' k0 B_n is factored once; a set of closed
-pairs is one small system on the compliance G = B_n A^-1 B_n', and a further load or gap costs milliseconds.
+The elastic bodies are already condensed on the pairs (Schur stiffness); `compliance` factors them once, and what
+remains is a complementarity problem in the contact forces and the motions of bodies that float (`normal_contact`). A
+further load or gap costs milliseconds.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg as sl
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from hbm.contact import ContactTable, relative_motion
+from hbm.contact import ContactTable
 from hbm.errors import InputError
-from hbm.hold.spring import HeldMotion, spring_forces, with_springs
+from hbm.hold.spring import HeldMotion, spring_forces
 from hbm.model import ReducedModel
-from static_contact.complementarity import NoEquilibrium, NormalContact, solve_complementarity
-from static_contact.free_motions import free_motions, name_of_drift
-from static_contact.refinement import RigidSplit, refined
+from static_contact.complementarity import NoEquilibrium, solve_complementarity
+from static_contact.compliance import Compliance
+from static_contact.free_motions import name_of_drift
+from static_contact.normal_contact import NormalContact
 from static_contact.rigid_motions import SETTINGS as RIGID
-from static_contact.rigid_motions import RigidMotionSettings, floating, rigid_motions
+from static_contact.rigid_motions import RigidMotionSettings
 from static_contact.unloaded import unstressed
 
 
@@ -30,7 +31,7 @@ from static_contact.unloaded import unstressed
 class StaticSettings:
     """Of the static solution."""
 
-    residual: float = 1e-8      # of the load: what may stay unbalanced
+    residual: float = 1e-8      # of the load: what may stay unbalanced, in all dofs and in the sum on a damper
     reported: float = 1e-10     # of the load's reach along a free motion: smaller constraint reactions are rounding
     rigid: RigidMotionSettings = RIGID
 
@@ -79,35 +80,27 @@ class Preload:
 
 
 class StaticContact:
-    """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
+    """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps: each
+    starts from the closed pairs of the one before."""
 
     def __init__(self, model: ReducedModel, pairs: ContactTable, settings: StaticSettings = SETTINGS,
                  held: Sequence[HeldMotion] = ()):
         """settings.rigid.facing : may be lowered when coordinates are exact; held : rigid motions on springs. Raises
         InputError without pairs, and where a motion that is not known to be rigid meets no stiffness."""
         check_pairs(pairs)
-        self.bodies, self.held = model, held
-        model = model.with_stiffness(with_springs(model.K, held)) if held else model
-        self.model, self.pairs, self.settings = model, pairs, settings
-        self.B = relative_motion(model, pairs)[2::3].toarray()
+        self.model, self.pairs, self.settings, self.held = model, pairs, settings, held
         self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
-        k0 = reference_stiffness(model.K, self.B, self.kn)
-        K = model.K + self.B.T * k0 @ self.B
-        self.rigid = rigid_motions(model)
-        self.motions = free_motions(self.rigid, model, self.B[k0 > 0], settings.rigid)
-        self.idle = np.linalg.qr(self.motions.shape)[0]
-        try:
-            # the gauge makes the free motions definite; its forces are part of the constraint reactions
-            self.gauge = np.median(K.diagonal()[K.diagonal() > 0]) * (self.idle @ self.idle.T)
-            self.factor = sl.cho_factor(K + self.gauge)
-        except np.linalg.LinAlgError:
+        self.bodies = Compliance(model, pairs, self.kn, held, settings.rigid)
+        self.B, self.motions = self.bodies.B, self.bodies.loose.free
+        c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
+        A = self.bodies.G
+        A[np.diag_indices(len(c))] += c
+        self.normal = NormalContact(A, c, self.bodies.Y, self.bodies.E,
+                                    reference_stiffness(model.K, self.B, self.kn), self.kn > 0)
+        if not self.normal.held():
             raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
                              "precision. K is singular: an unrestrained motion is not a rigid-body motion of a free "
-                             "body with known node positions") from None
-        self.split = RigidSplit.of(self.rigid, model.K)
-        self.by_pair = sl.cho_solve(self.factor, self.B.T)
-        c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
-        self.normal = NormalContact(self.B @ self.by_pair, k0, c, pairs.carrying & (self.kn > 0))
+                             "body with known node positions")
 
     def solve(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False) -> Preload:
         """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
@@ -124,11 +117,11 @@ class StaticContact:
             self.motions.refuse(along, load)
         taken = self.motions.taken_up(along)
         q, elastic, u, force, closed, iterations, method = self._contact(load - taken, gap)
-        scale = load if load.any() else np.abs(self.B).T @ np.abs(force)
-        left, reaction = elastic + self.B.T @ force - load, {}
+        scale = load if load.any() else abs(self.B).T @ np.abs(force)
+        left, reaction, idle = elastic + self.B.T @ force - load, {}, self.bodies.loose.idle
         if _ratio(left, scale) > self.settings.residual:
             # the gauge balances the part of the contact forces along nearly free motions: tilted normals slide a little
-            taken -= self.idle @ (self.idle.T @ (left + taken))
+            taken -= idle @ (idle.T @ (left + taken))
             left += taken
             amounts = self.motions.shape.T @ taken
             if not constrain:
@@ -137,44 +130,53 @@ class StaticContact:
         if not _ratio(left, scale) <= self.settings.residual:
             raise InputError(f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced (allowed: "
                              f"{self.settings.residual:g}): the model's K is too ill-conditioned")
+        held = sum((one.stiffness * (one.row @ q) * one.row for one in self.held), np.zeros(len(q)))
+        balance = self._balance((load - taken if reaction else load) - held, force)
+        if balance is not None and not balance <= self.settings.residual:
+            raise InputError(f"the contact forces leave {balance:.1e} of the load on the damper unbalanced (allowed: "
+                             f"{self.settings.residual:g}): the model's K resists, or drives, the motion of a damper "
+                             "that floats")
         spring = np.where(np.isinf(self.kn), 0.0, self.kn)
         return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
                        force=force, opening=np.where(closed, 0.0, gap - u), displacement=q,
                        motions=tuple(Motion(*name, float(amount)) for name, amount
                                      in zip(self.motions.names, along, strict=True)),
                        reactions=reaction, held=spring_forces(self.held, q), residual=_ratio(left, scale),
-                       balance=self._balance((load - taken if reaction else load) + (self.bodies.K - self.model.K) @ q,
-                                             force), iterations=iterations,
-                       method=method)
+                       balance=balance, iterations=iterations, method=method)
 
     def _contact(self, applied, gap):
         """Displacement and the bodies' forces K q, motion and force of the pairs, which are closed, sets tried, method.
         """
+        loose = self.bodies.loose
         if not applied.any():
             may_close = self.normal.free
-            loose = self.rigid @ floating(self.rigid, self.model.K, settings=self.settings.rigid)
-            q = unstressed(loose, self.B[may_close], gap[may_close])
+            q = unstressed(loose.rigid @ loose.floats, self.B[may_close], gap[may_close])
             if q is not None:
                 nothing = np.zeros(len(gap))
-                return q, self.model.K @ q, self.B @ q, nothing, nothing > 0, 0, "unloaded"
-        start = sl.cho_solve(self.factor, applied)
+                return q, np.zeros(len(q)), self.B @ q, nothing, nothing > 0, 0, "unloaded"
+        loading = self.bodies.loading(applied)
         try:
-            found = solve_complementarity(self.normal, self.B @ start, gap)
+            found = solve_complementarity(self.normal, loading, gap)
         except NoEquilibrium as error:
             if error.drift is None:
                 raise
-            name = name_of_drift(self.rigid, self.model.K, self.B, error.drift, self.settings.rigid)
+            name = name_of_drift(loose.rigid, loose.floats, self.B, error.drift, self.settings.rigid)
             raise NoEquilibrium(f"{error}, the load leaves it free to move: {name}", error.drift) from None
-        q = start - self.by_pair @ (found.N - self.normal.k0 * found.u)
-        return *refined(self, applied, q, found), found.closed, found.sets, found.method
+        amount = self.normal.amounts(found, loading, gap)
+        q, elastic = self.bodies.displacement(applied, found.N, amount)
+        return q, elastic, found.u, found.N, found.closed, found.sets, found.method
 
     def _balance(self, load, force):
         """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""
         total, left = 0.0, 0.0
         for body in dict.fromkeys(self.pairs.damper_body.tolist()):
-            motions = np.array([(self.model.body == body) & (self.model.direction == d) for d in "xyz"], dtype=float).T
-            stiffness = np.abs(self.bodies.K @ motions).max(initial=0.0)
-            if motions.any() and stiffness < self.settings.rigid.free_stiffness * np.abs(self.bodies.K).max():
+            mine = self.model.body == body
+            motions = np.array([mine & (self.model.direction == d) for d in "xyz"], dtype=float).T
+            if body in self.model.rigid:
+                motions = np.zeros((len(mine), self.model.rigid[body].shape[1]))[:, :3]
+                motions[mine] = self.model.rigid[body][:, :3]
+            stiffness = np.abs(self.model.K @ motions).max(initial=0.0)
+            if motions.any() and stiffness < self.settings.rigid.free_stiffness * np.abs(self.model.K).max():
                 total += np.linalg.norm(motions.T @ load) ** 2
                 left += np.linalg.norm(motions.T @ (load - self.B.T @ force)) ** 2
         return float(np.sqrt(left / total)) if total > 0 else None
@@ -186,13 +188,15 @@ def check_pairs(pairs: ContactTable) -> None:
         raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
 
 
-def reference_stiffness(K: np.ndarray, B: np.ndarray, spring: np.ndarray) -> np.ndarray:
+def reference_stiffness(K: np.ndarray, B: np.ndarray | sp.spmatrix, spring: np.ndarray) -> np.ndarray:
     """(P,) N/m: the pair's own spring, but no stiffer than the bodies at the pair, so that the sum stays well scaled.
 
     K (r, r); B (P, r) one row for each pair; spring (P,) N/m, may be inf, 0 where nothing acts.
     """
-    size = np.einsum("ij,ij->i", B, B)
-    local = np.divide(np.einsum("ij,ij->i", B @ K, B), size**2, out=np.zeros(len(B)), where=size > 0)
+    B = sp.csr_matrix(B)
+    size = np.asarray(B.multiply(B).sum(axis=1)).ravel()
+    local = np.divide(np.asarray(B.multiply(B @ K).sum(axis=1)).ravel(), size**2, out=np.zeros(B.shape[0]),
+                      where=size > 0)
     local = np.where(local > 0, local, local.max(initial=0.0))
     finite = spring[np.isfinite(spring)]
     return np.minimum(spring, np.where(local > 0, local, finite.max(initial=1.0)))

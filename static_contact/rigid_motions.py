@@ -34,17 +34,36 @@ SETTINGS = RigidMotionSettings()
 
 
 def rigid_motions(model: ReducedModel) -> np.ndarray:
-    """(r, 6 b): unit translations along and rotations about x, y, z of every body whose node positions are known.
+    """(r, 6 b): unit translations along and rotations about x, y, z of every body that floats, or may float and whose
+    node positions are known.
 
-    Rotations are about the mean position of the body's nodes; where that puts all of them on an axis of x, y, z its
-    column is zero. On an oblique line three rotations are kept that span two motions: see `moving`.
+    Those that the model knows of a body; otherwise those of its nodes, with rotations about their mean position; where
+    that puts all of them on an axis of x, y, z its column is zero. On an oblique line three rotations are kept that
+    span two motions: see `moving`.
     """
     blocks = []
     for body in dict.fromkeys(model.body.tolist()):
         rows = np.flatnonzero((model.body == body) & model.moves)
-        if len(rows) and np.isfinite(model.position[rows]).all():
+        if body in model.rigid:
+            block = np.zeros((model.size, model.rigid[body].shape[1]))
+            block[model.body == body] = model.rigid[body]
+            blocks.append(block)
+        elif len(rows) and np.isfinite(model.position[rows]).all():
             blocks.append(body_motions(model, body))
     return np.hstack(blocks) if blocks else np.zeros((model.size, 0))
+
+
+def loose(model: ReducedModel, rigid: np.ndarray, below: float | None = None,
+          settings: RigidMotionSettings = SETTINGS) -> np.ndarray:
+    """(6 b, m) coefficients in the columns of `rigid_motions` of those that K does not resist: what the model knows,
+    and of the other bodies what `floating` finds."""
+    known = np.isin(model.body, list(model.rigid))
+    columns = np.repeat(rigid[known].reshape(known.sum(), rigid.shape[1] // 6, 6).any(axis=(0, 2)), 6)
+    rest = floating(rigid[np.ix_(~known, ~columns)], model.K[np.ix_(~known, ~known)], below, settings)
+    own = moving(rigid[np.ix_(known, columns)], settings)
+    found = np.zeros((rigid.shape[1], own.shape[1] + rest.shape[1]))
+    found[columns, :own.shape[1]], found[~columns, own.shape[1]:] = own, rest
+    return found
 
 
 def moving(rigid: np.ndarray, settings: RigidMotionSettings = SETTINGS) -> np.ndarray:
@@ -56,6 +75,7 @@ def moving(rigid: np.ndarray, settings: RigidMotionSettings = SETTINGS) -> np.nd
     for first in range(0, rigid.shape[1], 6):
         block = rigid[:, first:first + 6]
         size = np.linalg.norm(block, axis=0)
+        size = np.where(size > settings.on_axis**2 * size.max(initial=0.0), size, 0.0)
         unit = np.divide(block, size, out=np.zeros_like(block), where=size > 0)
         _, amount, way = np.linalg.svd(unit, full_matrices=False)
         felt = amount > settings.on_axis * amount[0]

@@ -71,7 +71,8 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict[str, np.nd
         raise InputError("the full Newton route needs petsc4py")
     comm = PETSc.COMM_WORLD
     f = np.concatenate([loads.get(b.name, np.zeros(b.dofs)) for b in bodies])
-    B = relative_motion(AssembledBodies(bodies), pairs)[2::3].tocsr()
+    motion = relative_motion(AssembledBodies(bodies), pairs)
+    B = motion[2::3].tocsr()
     hard = np.flatnonzero(np.isinf(pairs.kn) & pairs.carrying)
     low, high = own = own_rows(comm, len(f) + len(hard))
     K = sp.block_diag([*(b.K for b in bodies), sp.csr_matrix((len(hard), len(hard)))], format="csr")[low:high]
@@ -84,7 +85,7 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict[str, np.nd
         q = unstressed(rigid @ moving(rigid), B[may_close], pairs.gap[may_close])
         if q is not None:
             return _result(pairs, k * (B @ q - pairs.gap), np.zeros(len(pairs)), 0, 0.0, {})
-    motions = unresisted(rigid, moving(rigid), B[may_close],
+    motions = unresisted(rigid, moving(rigid), motion, 3 * np.flatnonzero(may_close) + 2,
                          np.repeat([b.name for b in bodies], [b.dofs for b in bodies]))
     work = motions.shape.T @ f
     motions.refuse(work, f)

@@ -9,11 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from hbm.errors import InputError
 from hbm.model import ReducedModel
-from static_contact.complementarity import ContactSolution
 from static_contact.friction import FrictionalContact
 from static_contact.pairing import join
 from static_contact.preload import StaticContact, StaticSettings
-from static_contact.refinement import refined
 from static_contact.rigid_motions import RigidMotionSettings, floating, rigid_motions
 from tests.contact_tables import contact_table, frames
 from tests.static_contact.beams import beam, supports
@@ -259,24 +257,3 @@ def test_soft_springs_beside_inexact_positions(soft, error):
     load = np.zeros(63)
     load[2:21:3] = 40 / 7
     assert statics.solve(load).force[:7].sum() == pytest.approx(20 / S, rel=1e-6)
-
-
-def test_refinement_returns_the_best():
-    """With a factor of half the matrix each correction overshoots and the residual grows: the start is the answer."""
-    model, table = damper_on_two_lines(0.07, np.eye(3), 0.0)
-    k = 1e-8 * model.K.diagonal()[:21].max()
-    statics = StaticContact(replace(model, K=model.K + sl.block_diag(k * np.eye(21), np.zeros((42, 42)))), table)
-    load = np.zeros(63)
-    load[:21] = np.tile([2.0, 0, 40.0], 7) / 7
-    found = statics.solve(load)
-
-    def left(q, elastic, u, force):
-        return np.linalg.norm(load - elastic - statics.B.T @ force) / np.linalg.norm(load)
-
-    start = found.displacement * (1 + 1e-9)
-    one = load - model.K @ start - k * np.pad(start[:21], (0, 42)) - statics.B.T @ found.force
-    assert 1e-11 < np.linalg.norm(one) / np.linalg.norm(load) < 1e-6
-    contact = ContactSolution(statics.B @ start, found.force, found.force > 0, 1, "newton")
-    assert left(*refined(statics, load, start, contact)) < 1e-11
-    statics.factor = (statics.factor[0] / 2, statics.factor[1])           # solves a quarter of the matrix
-    assert left(*refined(statics, load, start, contact)) <= 1.001 * np.linalg.norm(one) / np.linalg.norm(load)

@@ -1,0 +1,128 @@
+"""Bodies as their contact pairs see them: the compliance of what is held, and the loose motions.
+
+K q + B' N = f with a stiffness K that may leave bodies floating: a gauge holds the loose motions Z (orthonormal),
+H = K + g Z Z', and X = g H^-1 Z are these motions with what K makes of them (Z itself where it floats exactly). Then
+
+    q = H^-1 (f - B' N) + X a,    X' K Z a = X' (f - B' N)
+
+is the same problem: the balance of the loose motions stands alone, and keeps its digits whatever moves how far.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+
+from hbm.contact import ContactTable, relative_motion
+from hbm.errors import InputError
+from hbm.hold.spring import HeldMotion, with_springs
+from hbm.model import ReducedModel
+from static_contact.free_motions import FreeMotions, free_motions
+from static_contact.normal_contact import Loading
+from static_contact.rigid_motions import RigidMotionSettings, loose, rigid_motions
+
+DOUBTFUL = 1e-10     # of the stiffness of single dofs: a motion that meets less is loose, or pushed (negative)
+
+
+@dataclass(frozen=True)
+class Loose:
+    """rigid : (r, 6 b) - unit rigid motions; floats : (6 b, m) coefficients of those that K does not resist
+    free - of them, those that no pair resists either
+    Z : (r, h) orthonormal - those that pairs or weak stiffness hold; idle : (r, i) - the free ones; resisted : (r, h) -
+    K Z, zero of what floats
+    """
+
+    rigid: np.ndarray
+    floats: np.ndarray
+    free: FreeMotions
+    Z: np.ndarray
+    idle: np.ndarray
+    resisted: np.ndarray
+
+    @classmethod
+    def of(cls, model: ReducedModel, motion: sp.csr_matrix, pushed: np.ndarray, held: Sequence[HeldMotion],
+           settings: RigidMotionSettings) -> "Loose":
+        """motion (3P, r) of the pairs, of which springs act on the rows `pushed`; held - springs beside K."""
+        rigid = rigid_motions(model)
+        floats = loose(model, rigid, settings=settings)
+        springs = np.array([np.sqrt(one.stiffness) * one.row for one in held]).reshape(-1, model.size)
+        floating = rigid @ floats
+        left = sl.null_space((springs @ floating) / (np.linalg.norm(floating, axis=0) or 1.0)) if len(
+            springs) and floats.shape[1] else np.eye(floats.shape[1])
+        free = free_motions(model, rigid, floats @ left, motion, pushed, settings)
+        idle = np.linalg.qr(free.shape)[0]
+        floating = _beside(idle, floating)
+        weak = _beside(np.hstack([idle, floating]), rigid @ loose(model, rigid, settings.weak, settings))
+        Z = np.hstack([floating, weak])
+        resisted = np.hstack([np.zeros(floating.shape), model.K @ weak]) + springs.T @ (springs @ Z)
+        return cls(rigid, floats, free, Z, idle, resisted)
+
+
+def _beside(Q, motions):
+    """(r, m) orthonormal basis of what the motions have beside the orthonormal Q."""
+    size = np.linalg.norm(motions, axis=0)
+    motions = motions / np.where(size > 0, size, 1.0)
+    for _ in range(2):
+        motions = motions - Q @ (Q.T @ motions)
+    U, amount, _ = np.linalg.svd(motions, full_matrices=False)
+    return U[:, amount > 1e-6]
+
+
+class Compliance:
+    """A reduced model and its pairs, factored once.
+
+    B : (P, r) CSR normal motion of the pairs; G : (P, P) m/N; Y : (P, h), E : (h, h) - as in `normal_contact`
+    """
+
+    def __init__(self, model: ReducedModel, pairs: ContactTable, kn: np.ndarray, held: Sequence[HeldMotion],
+                 settings: RigidMotionSettings):
+        """Raises InputError where a motion that is not known to be rigid meets no stiffness."""
+        motion = relative_motion(model, pairs)
+        self.K, self.B = model.K, motion[2::3].tocsr()
+        pushed = 3 * np.flatnonzero(kn > 0) + 2
+        self.loose = Loose.of(model, motion, pushed, held, settings)
+        self.Z, self.resisted = self.loose.Z, self.loose.resisted
+        self.springs = held
+        K = with_springs(model.K, held)
+        diagonal = K.diagonal()
+        self.gauge = float(np.median(diagonal[diagonal > 0])) if (diagonal > 0).any() else 1.0
+        self.factor = self._factored(K)
+        self.X = self.gauge * sl.cho_solve(self.factor, self.Z)
+        # what floats exactly is its own shape
+        exact = ~self.resisted.any(axis=0)
+        self.X[:, exact] = self.Z[:, exact]
+        self.Y, self.E = self.B @ self.X, self.X.T @ self.resisted
+        self.E = (self.E + self.E.T) / 2
+        self.G = self.B @ sl.cho_solve(self.factor, self.B.T.toarray(order="F"), overwrite_b=True)
+
+    def _factored(self, K):
+        gauged = np.hstack([self.Z, self.loose.idle])
+        H = K + self.gauge * (gauged @ gauged.T)
+        try:
+            return sl.cho_factor(H, check_finite=False)
+        except np.linalg.LinAlgError:
+            pass
+        # what else K does not hold: contact alone may
+        size = np.sqrt(np.where(H.diagonal() > 0, H.diagonal(), self.gauge))
+        value, shape = np.linalg.eigh(H / np.outer(size, size))
+        more = _beside(gauged, shape[:, value < DOUBTFUL] / size[:, None])
+        self.Z, self.resisted = np.hstack([self.Z, more]), np.hstack([self.resisted, K @ more])
+        try:
+            return sl.cho_factor(H + self.gauge * (1 + np.abs(value).max()) * (more @ more.T), check_finite=False)
+        except np.linalg.LinAlgError:
+            raise InputError("K is indefinite beyond what contact could restrain: check its signs") from None
+
+    def loading(self, load: np.ndarray) -> Loading:
+        """Of a load (r,) N."""
+        return Loading(self.B @ sl.cho_solve(self.factor, load), self.X.T @ load)
+
+    def displacement(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
+                     ) -> tuple[np.ndarray, np.ndarray]:
+        """q (r,) m and the forces K q (r,) N of bodies and held motions under applied (r,) and contact forces (P,)."""
+        near = sl.cho_solve(self.factor, applied - self.B.T @ force)
+        elastic = self.K @ near + self.Z @ (self.E @ amount)          # K X = Z E
+        for one in self.springs:
+            elastic += one.stiffness * (one.row @ near) * one.row
+        return near + self.X @ amount, elastic
