@@ -216,6 +216,38 @@ def relative_motion(model: Moves, pairs: ContactTable) -> sp.csr_matrix:
     return B
 
 
+def check_distinct(where: str, pairs: ContactTable) -> None:
+    """InputError where stations or rows are negative, a place of a side is there twice, or two nodes are a pair twice
+    with the same normal: its stiffness would count twice. where : 'file: key'."""
+    low = (pairs.station < 0) | (pairs.row < 0)
+    if low.any():
+        i = int(low.argmax())
+        raise InputError(f"{where}, pair {i + 1}: station {pairs.station[i]}, row {pairs.row[i]}: must be 0 or more")
+    sides = np.unique(pairs.side, return_inverse=True)[1]
+    _refuse_twice(where, np.column_stack([sides, pairs.station, pairs.row]), pairs, lambda i: (
+        f"side '{pairs.side[i]}', station {pairs.station[i]}, row {pairs.row[i]}"), "give each its own station or row")
+    check_pairs_once(where, pairs)
+
+
+def check_pairs_once(where: str, pairs: ContactTable) -> None:
+    """InputError where two nodes are a pair twice with the same normal."""
+    names = np.unique([pairs.blade_body, pairs.damper_body], return_inverse=True)[1].reshape(2, -1)
+    nodes = np.column_stack([names[0], pairs.blade_node, names[1], pairs.damper_node, np.round(pairs.normal, 3) + 0.0])
+    _refuse_twice(where, nodes[pairs.carrying], pairs.select(pairs.carrying), lambda i: (
+        f"blade node {pairs.blade_node[i]} and damper node {pairs.damper_node[i]}"),
+        "its stiffness would count twice; take it off one side")
+
+
+def _refuse_twice(where, keys, pairs, named, remedy):
+    _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    again = np.flatnonzero(first[of.ravel()] != np.arange(len(keys)))
+    if len(again):
+        i, j = int(first[of.ravel()[again[0]]]), int(again[0])
+        sides = "" if pairs.side[i] == pairs.side[j] else f", on the sides '{pairs.side[i]}' and '{pairs.side[j]}'"
+        raise InputError(f"{where}: {named(i)} is there twice (pairs {i + 1} and {j + 1}{sides}; {len(again)} such); "
+                         f"{remedy}")
+
+
 def without_normal_motion(B: sp.spmatrix, pairs: ContactTable) -> str:
     """A sentence on the pairs along whose normal the model has no dof; empty where there are none. B (3P, r)."""
     fixed = np.flatnonzero(abs(B[2::3]).sum(axis=1).A1 == 0)

@@ -23,6 +23,7 @@ from static_contact.free_motions import FreeMotions, free_motions
 from static_contact.normal_contact import Loading
 from static_contact.rigid_motions import RigidMotionSettings, loose, rigid_motions
 
+UNFELT = 1e-9        # of a motion: what a spring feels of it by rounding
 DOUBTFUL = 1e-10     # of the stiffness of single dofs: a motion that meets less is loose, or pushed (negative)
 
 
@@ -49,8 +50,7 @@ class Loose:
         floats = loose(model, rigid, settings=settings)
         springs = np.array([np.sqrt(one.stiffness) * one.row for one in held]).reshape(-1, model.size)
         floating = rigid @ floats
-        left = sl.null_space((springs @ floating) / (np.linalg.norm(floating, axis=0) or 1.0)) if len(
-            springs) and floats.shape[1] else np.eye(floats.shape[1])
+        left = _unfelt(springs, floating)
         free = free_motions(model, rigid, floats @ left, motion, pushed, settings)
         idle = np.linalg.qr(free.shape)[0]
         floating = _beside(idle, floating)
@@ -58,6 +58,15 @@ class Loose:
         Z = np.hstack([floating, weak])
         resisted = np.hstack([np.zeros(floating.shape), model.K @ weak]) + springs.T @ (springs @ Z)
         return cls(rigid, floats, free, Z, idle, resisted)
+
+
+def _unfelt(springs, motions):
+    """(m, k) combinations of the motions (r, m) that none of the springs (s, r) feels."""
+    if not len(springs) or not motions.shape[1]:
+        return np.eye(motions.shape[1])
+    size = np.linalg.norm(motions, axis=0)
+    felt = springs / np.linalg.norm(springs, axis=1)[:, None] @ (motions / size)
+    return sl.null_space(felt, rcond=UNFELT) / size[:, None]
 
 
 def _beside(Q, motions):

@@ -27,6 +27,7 @@ def side_forces(normals: dict[str, np.ndarray], pull: ArrayLike, settings: Rigid
                 held: ArrayLike = ()) -> dict[str, float]:
     """Force N on each side from sum_s N_s n_s = pull, with the pull (3,) N on the damper.
 
+    Sides that share their force with others, as two lands with one normal do, are left out: there elasticity decides.
     The blade pushes the damper by -N n, and what holds the damper along the directions `held` (m, 3) takes the load
     there. Raises InputError when the sides leave more than 1e-3 of the pull, or one would have to pull the damper.
     """
@@ -35,15 +36,16 @@ def side_forces(normals: dict[str, np.ndarray], pull: ArrayLike, settings: Rigid
     force, *_ = np.linalg.lstsq(A, pull, rcond=None)
     left = pull - A @ force
     size = np.linalg.norm(pull)
-    if np.linalg.matrix_rank(A, tol=1e-6) < A.shape[1]:
-        raise InputError(f"sides {', '.join(normals)}: their normals are not independent, the split is not determined")
+    _, amount, way = np.linalg.svd(A)
+    shared = way[(amount > settings.parallel).sum():]         # of forces: what changes nothing on the damper
+    alone = np.abs(shared).max(axis=0, initial=0.0) < settings.parallel
     if np.linalg.norm(left) > settings.taken_up * size:
         raise InputError(f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without friction: a "
                          f"residual of {np.linalg.norm(left):.3g} N along "
                          f"{np.round(left / np.linalg.norm(left), 3).tolist()} remains; take it off, or hold the "
                          "damper there (hold, in [damper] or [model] of a study)")
-    for name, value in zip(normals, force, strict=True):
-        if value < -settings.rounding * size:
+    for name, value, known in zip(normals, force, alone, strict=True):
+        if known and value < -settings.rounding * size:
             raise InputError(f"side '{name}' would have to pull the damper ({value:.3g} N): check the pull direction "
                              "and the normals")
-    return dict(zip(normals, force.tolist(), strict=True))
+    return {name: value for name, value, known in zip(normals, force.tolist(), alone, strict=True) if known}

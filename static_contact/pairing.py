@@ -1,5 +1,6 @@
 """Two meshed surfaces become matched node pairs with their contact frames."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -27,18 +28,20 @@ class Side:
     damper_body: str = "damper"
 
 
-def pair(blade: Mesh, damper: Mesh, side: Side, *, axis: ArrayLike, pull: ArrayLike, tolerance: float) -> ContactTable:
+def pair(blade: Mesh, damper: Mesh, side: Side, *, axis: ArrayLike, pull: ArrayLike, tolerance: float,
+         shown: Callable[[float], str] = "{:.3g} m".format) -> ContactTable:
     """Match the nodes of both groups one to one within `tolerance` m and give each pair its frame.
 
     kn, kt, mu and gap of the table are still 0: they come from the study or from `stiffness`.
 
     axis (3,): along the damper; pull (3,): direction of Fc, which orders the rows: row 0 is the one farthest against
-    it (the lower edge). Raises InputError with the number of unmatched nodes and the tolerance that would match
-    them; when normals do not oppose each other; when stations and rows do not form a grid.
+    it (the lower edge); shown - how a length in m is written. Raises InputError with the number of unmatched nodes and
+    the tolerance that would match them; when normals do not oppose each other; when stations and rows do not form a
+    grid.
     """
     b_nodes, d_nodes = blade.group(side.blade), damper.group(side.damper)
     b_index, d_index = blade.index(b_nodes), damper.index(d_nodes)
-    match = _match(blade.position[b_index], damper.position[d_index], side, tolerance)
+    match = _match(blade.position[b_index], damper.position[d_index], side, tolerance, shown)
     d_nodes, d_index = d_nodes[match], d_index[match]
     along_axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     b_faces, d_faces = boundary_faces(blade), boundary_faces(damper)
@@ -79,7 +82,7 @@ def join(*tables: ContactTable) -> ContactTable:
                            for f in fields(ContactTable)})
 
 
-def _match(blade, damper, side, tolerance):
+def _match(blade, damper, side, tolerance, shown):
     """For each blade node the index of its damper node."""
     distance, nearest = cKDTree(damper).query(blade)
     back, _ = cKDTree(blade).query(damper)
@@ -89,12 +92,12 @@ def _match(blade, damper, side, tolerance):
         shared = len(nearest) - len(np.unique(nearest))
         advice = (f"{shared} share their nearest partner with another: the two surfaces need the same nodes" if shared
                   else "the two surfaces need the same nodes" if len(blade) != len(damper)
-                  else f"tolerance = {1.1 * worst:.2g} m would match them")
+                  else f"tolerance = {shown(1.1 * worst)} would match them")
         advice += ("; unlike meshes meet as surfaces: [contact] method = \"auto\" or \"surfaces\" with kn_per_area, "
                    "kn_total or a model in the place of a stiffness per node")
         raise InputError(f"side '{side.name}': {len(blade)} blade nodes in '{side.blade}' and {len(damper)} damper "
-                         f"nodes in '{side.damper}', {unmatched} without a partner within {tolerance:g} m "
-                         f"(largest distance {worst:.3g} m); {advice}")
+                         f"nodes in '{side.damper}', {unmatched} without a partner within {shown(tolerance)} "
+                         f"(largest distance {shown(worst)}); {advice}")
     return nearest
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from hbm.contact import ContactTable
+from hbm.contact import ContactTable, check_pairs_once
 from hbm.errors import InputError
 from hbm.hold.spring import HeldMotion, spring_forces
 from hbm.model import ReducedModel
@@ -183,9 +183,10 @@ class StaticContact:
 
 
 def check_pairs(pairs: ContactTable) -> None:
-    """InputError where no pair carries."""
+    """InputError where no pair carries, or one is there twice."""
     if not len(pairs) or not pairs.carrying.any():
         raise InputError("no contact pairs: a free damper needs at least one pair on two sides")
+    check_pairs_once("contact table", pairs)
 
 
 def reference_stiffness(K: np.ndarray, B: np.ndarray | sp.spmatrix, spring: np.ndarray) -> np.ndarray:

@@ -27,6 +27,7 @@ class RigidMotionSettings:
     taken_up: float = 1e-3          # of the load: what inexact coordinates leave along a motion that nothing resists
     mentioned: float = 1e-5         # of a motion: a normal that faces it by less is not worth a word
     rounding: float = 1e-10         # of what the whole load could do along a motion
+    parallel: float = 1e-6          # of a side force: normals that near to one plane, or line, share theirs
     roll: float = 0.1               # of a motion: with more rotation than that it is called a roll
 
 

@@ -59,8 +59,12 @@ def side_stiffness(study: Study, pairs: ContactTable, materials: dict[str, Modul
         mine = pairs.select(pairs.side == name)
         length = float(np.ptp(mine.position @ np.array(study.driver.axis)))
         if side.given:
-            found[name] = given_stiffness(_per_node(study, name, mine), len(mine), forces[name], length)
+            found[name] = given_stiffness(_per_node(study, name, mine), len(mine), forces.get(name, 0.0), length)
             continue
+        if name not in forces:
+            raise InputError(f"{study.path}: [contact.{name}]: elasticity decides how its force is shared with sides "
+                             f"of the same normal, and the stiffness of [contact] stiffness = '{contact.stiffness}' "
+                             "depends on it; give it: kn_per_area and kt_per_area, kn_total and kt_total, or kn and kt")
         depth = (side.depth[0], side.depth[1]) if side.depth else None
         roughness = None if side.h_rms is None or side.gamma is None else Roughness(side.h_rms, side.gamma)
         model = StiffnessModel(MODELS.get(contact.stiffness, contact.stiffness), contact.kind, depth, roughness,

@@ -24,7 +24,7 @@ def test_random_gaps_against_an_interior_point(name):
         case = random_pairs(pairs, random, hard=i % 3 == 0)
         statics = StaticContact(model, case)
         found = statics.solve(load)
-        N = by_interior_point(model.K, statics.B, load, case.gap, case.kn)
+        N = by_interior_point(model.K, statics.B.toarray(), load, case.gap, case.kn)
         assert found.force == pytest.approx(N, abs=1e-8 * N.max()), i
         assert found.residual < 1e-8 and found.balance < 1e-8
 

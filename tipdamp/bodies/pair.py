@@ -1,13 +1,15 @@
 """The contact pairs of a study: matched between the meshes, or a table of the user's own, which is checked."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from hbm.contact import GROUND, ContactTable
+from hbm.contact import GROUND, ContactTable, check_distinct, check_pairs_once
 from hbm.errors import InputError
 from modal.mesh import Mesh
-from static_contact.pairing import join, offsets, pair
+from static_contact.pairing import join, matches, offsets, pair
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.surfaces import named_side, surface_points
+from tipdamp.bodies.surfaces import length_text, named_side, surface_points
 from tipdamp.study.view import Study
 
 
@@ -18,17 +20,36 @@ def matched_pairs(study: Study, meshes: dict[str, Mesh]) -> ContactTable:
         pairs = own_pairs(study)
         check_positions(study, meshes, pairs)
         return pairs
+    _check_not_swapped(study, meshes)
     met = surface_points(study, meshes)
     found = {name: met.pairs.select(met.pairs.side == name) for name in met.pairs.sides} if met else {}
     for name in study.sides:
         if name in found:
             continue
         pairs = pair(meshes[BLADES], meshes[DAMPER], named_side(study, name), axis=study.driver.axis,
-                     pull=study.driver.pull_direction, tolerance=study.contact.tolerance)
+                     pull=study.driver.pull_direction, tolerance=study.contact.tolerance,
+                     shown=length_text(study.length_unit))
         if study.contact.distance == "gap":
             pairs = pairs.replace(gap=offsets(pairs, meshes[BLADES], meshes[DAMPER]))
         found[name] = pairs
-    return join(*(found[name] for name in study.sides))
+    pairs = join(*(found[name] for name in study.sides))
+    check_pairs_once(f"{study.path}: [contact]", pairs)
+    return pairs
+
+
+def _check_not_swapped(study, meshes):
+    """InputError where the damper groups of two sides stand in each other's place."""
+    tolerance = study.contact.tolerance
+    for name in study.sides:
+        own = named_side(study, name)
+        if matches(meshes[BLADES], meshes[DAMPER], own, tolerance):
+            continue
+        for other in study.sides:
+            theirs = named_side(study, other)
+            if other != name and matches(meshes[BLADES], meshes[DAMPER], replace(own, damper=theirs.damper), tolerance):
+                raise InputError(f"{study.path}: [contact.{name}]: the nodes of blade group '{own.blade}' lie on those "
+                                 f"of damper group '{theirs.damper}', which [contact.{other}] names: the groups are "
+                                 "swapped; exchange the damper groups of the two sides")
 
 
 def side_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, list[np.ndarray]]:
@@ -61,6 +82,7 @@ def own_pairs(study: Study) -> ContactTable:
     if alone.any():
         raise InputError(f"{where}, pair {int(alone.argmax()) + 1}: blade_body and damper_body are both '{GROUND}'; "
                          f"one must be '{BLADES}' or '{DAMPER}'")
+    check_distinct(where, pairs)
     _check_springs(where, pairs)
     for name in pairs.sides:
         _check_stations(f"{where}, side '{name}'", pairs.select(pairs.side == name), np.array(study.driver.axis))

@@ -11,7 +11,9 @@ from hbm.hold.spring import spring_forces
 from hbm.model import ReducedModel
 from static_contact.preload import StaticContact
 from tipdamp import friction, loads, stiffness, stresses
+from tipdamp.bodies import DAMPER
 from tipdamp.bodies.read import BODY_READS
+from tipdamp.gaps import check_gaps
 from tipdamp.pair_checks import jamming
 from tipdamp.progress import Tick
 from tipdamp.stages import fitted_stiffness
@@ -76,7 +78,10 @@ def _with_stiffness(study, store, model):
         fitted, said = fit_factor(study, model, lambda f: stiffness.with_values(study, pairs, materials, pull, f))
     sides = stiffness.side_stiffness(study, pairs, materials, pull, fitted)
     made = stiffness.facts(study, pairs, sides, materials, fitted)
-    return stiffness.with_values(study, pairs, materials, pull, fitted), made, said
+    pairs = stiffness.with_values(study, pairs, materials, pull, fitted)
+    own = model.position[(model.body == DAMPER) & model.moves]
+    check_gaps(study, pairs, float(np.ptp(own[np.isfinite(own[:, 0])], axis=0).max(initial=0.0)) if len(own) else 0.0)
+    return pairs, made, said
 
 
 def _frictionless(study, statics):
@@ -155,4 +160,5 @@ def _reads_more(study):
 
 STAGE = Stage(preload, line, warnings=warnings, outputs=("preload.csv", "preload.json"),
               may_write=("preload_friction.csv", "loads/*.csv", "stress_*.vtu", "preload.vtu"), needs=("reduce",),
-              reads=("driver", "contact", "sides", "preload", "loads", "model.matrices"), reads_more=_reads_more)
+              reads=("length_unit", "driver", "contact", "sides", "preload", "loads", "model.matrices"),
+              reads_more=_reads_more)
