@@ -86,16 +86,17 @@ def no_equilibrium(closed: np.ndarray, drift: np.ndarray | None = None) -> NoEqu
 
 
 def solve_complementarity(problem: ContactProblem, u0: Any, gap: np.ndarray,
-                          settings: ComplementaritySettings = SETTINGS) -> ContactSolution:
+                          settings: ComplementaritySettings = SETTINGS,
+                          start: np.ndarray | None = None) -> ContactSolution:
     """The solution under a load u0 in the problem's own terms, with the gaps (P,) m.
 
-    Semismooth Newton (all wrong pairs change at once) from all pairs closed; where that does not reduce their number,
-    one pair at a time until it does, which cannot cycle in exact arithmetic [Judice and Pires 1994: block principal
-    pivoting]. Where a set on the way does not hold the bodies, or rounding makes the sets cycle because some pairs are
-    only just closed, `_proximal` goes on. Raises NoEquilibrium where nothing holds the bodies.
+    Semismooth Newton (all wrong pairs change at once) from the pairs `start` (P,) bool, or all closed; where that does
+    not reduce their number, one pair at a time until it does, which cannot cycle in exact arithmetic [Judice and Pires
+    1994: block principal pivoting]. Where a set on the way does not hold the bodies, or rounding makes the sets cycle
+    because some pairs are only just closed, `_proximal` goes on. Raises NoEquilibrium where nothing holds the bodies.
     """
     try:
-        return _pivot(problem, u0, gap, settings)
+        return _pivot(problem, u0, gap, settings, start=start)
     except (NoEquilibrium, Cycling) as error:
         found = _proximal(problem, u0, gap, settings)
         if found is None:
@@ -146,8 +147,8 @@ def _without_anchors(problem, closed, u0, gap):
     return None if problem.wrong(closed, u, N, gap).any() else (u, N)
 
 
-def _pivot(problem, u0, gap, settings, anchor=0.0, at=0.0):
-    closed = problem.free.copy()
+def _pivot(problem, u0, gap, settings, anchor=0.0, at=0.0, start=None):
+    closed = problem.free.copy() if start is None else problem.free & start
     fewest, patience, method = np.inf, settings.patience, "newton"
     for step in range(1, settings.steps + 1):
         u, N = problem.solve_set(closed, u0, gap, anchor, at)

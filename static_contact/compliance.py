@@ -97,16 +97,23 @@ class Compliance:
         K = with_springs(model.K, held)
         diagonal = K.diagonal()
         self.gauge = float(np.median(diagonal[diagonal > 0])) if (diagonal > 0).any() else 1.0
-        self.factor = self._factored(K)
-        self.X = self.gauge * sl.cho_solve(self.factor, self.Z)
+        self.factor = self._factored(model, K)
+        self.X = self.gauge * self._solve(self.Z)
         # what floats exactly is its own shape
         exact = ~self.resisted.any(axis=0)
         self.X[:, exact] = self.Z[:, exact]
         self.Y, self.E = self.B @ self.X, self.X.T @ self.resisted
         self.E = (self.E + self.E.T) / 2
-        self.G = self.B @ sl.cho_solve(self.factor, self.B.T.toarray(order="F"), overwrite_b=True)
+        self.G = self._compliance()
 
-    def _factored(self, K):
+    def _solve(self, right):
+        """H^-1 right, (r,) or (r, m)."""
+        return sl.cho_solve(self.factor, right)
+
+    def _compliance(self):
+        return self.B @ self._solve(self.B.T.toarray(order="F"))
+
+    def _factored(self, model, K):
         gauged = np.hstack([self.Z, self.loose.idle])
         H = K + self.gauge * (gauged @ gauged.T)
         try:
@@ -125,12 +132,12 @@ class Compliance:
 
     def loading(self, load: np.ndarray) -> Loading:
         """Of a load (r,) N."""
-        return Loading(self.B @ sl.cho_solve(self.factor, load), self.X.T @ load)
+        return Loading(self.B @ self._solve(load), self.X.T @ load)
 
     def displacement(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
                      ) -> tuple[np.ndarray, np.ndarray]:
         """q (r,) m and the forces K q (r,) N of bodies and held motions under applied (r,) and contact forces (P,)."""
-        near = sl.cho_solve(self.factor, applied - self.B.T @ force)
+        near = self._solve(applied - self.B.T @ force)
         elastic = self.K @ near + self.Z @ (self.E @ amount)          # K X = Z E
         for one in self.springs:
             elastic += one.stiffness * (one.row @ near) * one.row

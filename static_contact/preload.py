@@ -9,6 +9,7 @@ further load or gap costs milliseconds.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -80,17 +81,17 @@ class Preload:
 
 
 class StaticContact:
-    """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps: each
-    starts from the closed pairs of the one before."""
+    """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
 
-    def __init__(self, model: ReducedModel, pairs: ContactTable, settings: StaticSettings = SETTINGS,
-                 held: Sequence[HeldMotion] = ()):
-        """settings.rigid.facing : may be lowered when coordinates are exact; held : rigid motions on springs. Raises
-        InputError without pairs, and where a motion that is not known to be rigid meets no stiffness."""
+    def __init__(self, model: ReducedModel | Any, pairs: ContactTable, settings: StaticSettings = SETTINGS,
+                 held: Sequence[HeldMotion] = (), compliance: type[Compliance] = Compliance):
+        """settings.rigid.facing : may be lowered when coordinates are exact; held : rigid motions on springs;
+        compliance : how the bodies are factored, `sparse_bodies.SparseCompliance` for a `sparse_bodies.SparseBodies`.
+        Raises InputError without pairs, and where a motion that is not known to be rigid meets no stiffness."""
         check_pairs(pairs)
         self.model, self.pairs, self.settings, self.held = model, pairs, settings, held
         self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
-        self.bodies = Compliance(model, pairs, self.kn, held, settings.rigid)
+        self.bodies = compliance(model, pairs, self.kn, held, settings.rigid)
         self.B, self.motions = self.bodies.B, self.bodies.loose.free
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
         A = self.bodies.G
@@ -102,13 +103,14 @@ class StaticContact:
                              "precision. K is singular: an unrestrained motion is not a rigid-body motion of a free "
                              "body with known node positions")
 
-    def solve(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False) -> Preload:
+    def solve(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False,
+              near: Preload | None = None) -> Preload:
         """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
 
         A load along a motion that no contact resists raises InputError with its amount; below 1e-3 of what the load
         could do along it, as inexact meshes leave it, or with constrain=True, a constraint takes it up in the reference
         state instead, and its reaction is reported. Raises InputError when the load lifts the damper off, and when the
-        solution leaves more than 1e-8 of the load unbalanced.
+        solution leaves more than 1e-8 of the load unbalanced. near - a solution with almost the same closed pairs.
         """
         load = finite_values("load", load, self.model.size, "dofs of the model")
         gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
@@ -116,7 +118,7 @@ class StaticContact:
         if not constrain:
             self.motions.refuse(along, load)
         taken = self.motions.taken_up(along)
-        q, elastic, u, force, closed, iterations, method = self._contact(load - taken, gap)
+        q, elastic, u, force, closed, iterations, method = self._contact(load - taken, gap, near)
         scale = load if load.any() else abs(self.B).T @ np.abs(force)
         left, reaction, idle = elastic + self.B.T @ force - load, {}, self.bodies.loose.idle
         if _ratio(left, scale) > self.settings.residual:
@@ -144,7 +146,7 @@ class StaticContact:
                        reactions=reaction, held=spring_forces(self.held, q), residual=_ratio(left, scale),
                        balance=balance, iterations=iterations, method=method)
 
-    def _contact(self, applied, gap):
+    def _contact(self, applied, gap, near):
         """Displacement and the bodies' forces K q, motion and force of the pairs, which are closed, sets tried, method.
         """
         loose = self.bodies.loose
@@ -156,7 +158,7 @@ class StaticContact:
                 return q, np.zeros(len(q)), self.B @ q, nothing, nothing > 0, 0, "unloaded"
         loading = self.bodies.loading(applied)
         try:
-            found = solve_complementarity(self.normal, loading, gap)
+            found = solve_complementarity(self.normal, loading, gap, start=None if near is None else near.opening <= 0)
         except NoEquilibrium as error:
             if error.drift is None:
                 raise

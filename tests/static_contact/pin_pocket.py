@@ -47,6 +47,11 @@ def at(mesh, x, y, station):
     return mesh.node[np.linalg.norm(mesh.position - [x, y, PITCH * station], axis=1).argmin()]
 
 
+def pulled_nodes(stations):
+    """Numbers of the pin's nodes (0, -4 mm) at the z of the stations."""
+    return [at(meshes()["pin"], 0.0, -RADIUS, s) for s in stations]
+
+
 def pairs(stations: dict, turn=None, unit=1.0) -> ContactTable:
     """The pairs at the stations {side: numbers}; kn as the reference has it."""
     R, rows = np.eye(3) if turn is None else Rotation.from_rotvec(turn).as_matrix(), []
@@ -69,7 +74,7 @@ def case(stations: dict, pulled=None, turn=None, unit=1.0):
     table = pairs(stations, turn, unit)
     R = np.eye(3) if turn is None else Rotation.from_rotvec(turn).as_matrix()
     used = sorted({s for one in stations.values() for s in one})
-    ends = [at(meshes()["pin"], 0.0, -RADIUS, s) for s in (pulled or (used[0], used[-1]))]
+    ends = pulled_nodes(pulled or (used[0], used[-1]))
     masters = {"pin": table.damper_node} | {name: table.blade_node[table.blade_body == name] for name in ANGLE}
     made = {name: craig_bampton(body, masters[name], 0, bound=False) for name, body in bodies(turn, unit).items()}
     made["pin"].model.loads["pull"] = made["pin"].condense(ends, np.tile(R @ [0, PULL / 2, 0], (2, 1)))

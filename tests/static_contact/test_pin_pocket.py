@@ -7,7 +7,8 @@ from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.complementarity import NoEquilibrium
 from static_contact.preload import StaticContact
-from tests.static_contact.pin_pocket import SIDE, case
+from static_contact.sparse_bodies import SparseBodies, SparseCompliance
+from tests.static_contact.pin_pocket import PULL, SIDE, bodies, case, pulled_nodes
 
 pytest.importorskip("dolfinx")
 FREE = ["roll about z", "slide along z"]
@@ -57,6 +58,26 @@ def test_stations_of_either_side_anywhere(number, seed):
     for side in ("right", "left"):
         assert found.force[table.side == side].sum() == pytest.approx(SIDE, rel=1e-9)
     assert found.balance < 1e-9 and not found.reactions
+
+
+def test_the_unreduced_bodies_carry_the_same():
+    """Their compliance at the pairs against the condensed route, 62 pairs; a second pull from the first one's pairs."""
+    stations = on_both(tuple(range(31)))
+    model, table, load = case(stations)
+    whole = SparseBodies.of(list(bodies().values()))
+    statics = StaticContact(whole, table, compliance=SparseCompliance)
+    found, before = {}, None
+    for pulled in ((0, 30), (4, 29)):
+        model, _, load = case(stations, pulled)
+        f = np.zeros(whole.size)
+        for node in pulled_nodes(pulled):
+            f[(whole.body == "pin") & (whole.node == node) & (whole.direction == "y")] += PULL / 2
+        before = found[pulled] = statics.solve(f, near=before)
+        other = StaticContact(model, table).solve(load)
+        assert before.pairs.preload == pytest.approx(other.pairs.preload, abs=1e-10 * other.force.max())
+        assert before.balance < 1e-12 and before.residual < 1e-10
+    again = statics.solve(f)
+    assert again.pairs.preload == pytest.approx(before.pairs.preload, abs=1e-11 * before.force.max())
 
 
 def test_what_floats_travels_with_the_model(tmp_path):

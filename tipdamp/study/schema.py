@@ -231,7 +231,8 @@ class Side(Section):
     roll_stiffness: Annotated[float | Literal["from_flat"], Key(
         ROLL, "resistance to roll that the kept edge line lacks: 'from_flat' (sum kn w^2/12), a number (N m/rad) or 0",
         low=0)] = "from_flat"
-    gap: Annotated[tuple[Band, ...], Key(TABLE, "initial gap g0 along the axis: [[coordinate, gap], ...]",
+    gap: Annotated[tuple[Band, ...], Key(TABLE, "initial gap g0 along the axis: [[coordinate, gap], ...], from end to "
+                                                "end of the side, at most a tenth of the damper's size",
                                          "length")] = ()
 
     @property
