@@ -14,6 +14,7 @@ from modal.mesh import Mesh
 
 # degrees; a round side meets a flat one along a line, where both normals agree to the angle that a face of it spans
 LARGEST_ANGLE = 20.0
+TIE = 1e-9              # cosines of faces that oppose each other equally well
 
 
 @dataclass(frozen=True)
@@ -45,9 +46,10 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, axis: ArrayLike, pull: ArrayL
     d_nodes, d_index = d_nodes[match], d_index[match]
     along_axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     b_faces, d_faces = boundary_faces(blade), boundary_faces(damper)
-    normals = np.array([_shared_normal(node_normals(blade, i, b_faces), node_normals(damper, j, d_faces),
-                                       side, number)
-                        for i, j, number in zip(b_index, d_index, b_nodes, strict=True)])
+    facing = [(node_normals(blade, i, b_faces), node_normals(damper, j, d_faces), side, number)
+              for i, j, number in zip(b_index, d_index, b_nodes, strict=True)]
+    mean = np.mean([_shared_normal(*one) for one in facing], axis=0)
+    normals = np.array([_shared_normal(*one, mean) for one in facing])       # an edge node may face two ways
     frame = contact_frames(normals, along_axis, side)
     position = blade.position[b_index]
     along = position @ along_axis
@@ -101,12 +103,16 @@ def _match(blade, damper, side, tolerance, shown):
     return nearest
 
 
-def _shared_normal(blade, damper, side, number):
-    """Normal into the blade, from the two faces that oppose each other best (a node may sit on an edge)."""
+def _shared_normal(blade, damper, side, number, mean=None):
+    """Normal into the blade, from the two faces that oppose each other best (a node may sit on an edge); of several
+    that do the one nearest to the mean normal of the side (3,)."""
     if not len(blade) or not len(damper):
         raise InputError(f"side '{side.name}': node {number} is not on the surface of its mesh")
     cosine = blade @ damper.T
     i, j = np.unravel_index(cosine.argmin(), cosine.shape)
+    if mean is not None:
+        best = np.argwhere(cosine <= cosine[i, j] + TIE)
+        i, j = best[(-blade[best[:, 0]] @ mean).argmax()]
     angle = np.degrees(np.arccos(np.clip(-cosine[i, j], -1, 1)))
     if angle > LARGEST_ANGLE:
         raise InputError(f"side '{side.name}', blade node {number}: normals of the two faces must oppose each other, "
