@@ -14,6 +14,7 @@ from hbm.balance.named_motion import describe_motion, mostly
 from hbm.balance.receptance import Receptance, ratios, stuck_receptance
 from hbm.balance.reduced import StuckMatrices
 from hbm.balance.restraint import SUPPORT, check_rest, floating_motions, stiff_factor, with_gauge
+from hbm.balance.series import ContactReceptance, contact_receptance
 from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
 from hbm.errors import InputError
@@ -113,6 +114,11 @@ class ContactProblem:
         return self._receptance
 
     @cached_property
+    def contact_receptance(self) -> ContactReceptance:
+        """Of the stuck system between the components of the contacts."""
+        return contact_receptance(self.receptance(), self.B)
+
+    @cached_property
     def _receptance(self):
         stuck, (free, remedy) = self.stuck_stiffness, self._checked_motions
         C = self.C if self.damping_ratio is None else None
@@ -184,7 +190,8 @@ class ContactProblem:
         other = replace(self, contacts=contacts)
         stiffness = self.law.stuck_stiffness
         if "_receptance" in self.__dict__ and np.array_equal(stiffness(contacts), stiffness(self.contacts)):
-            other.__dict__["_receptance"] = self._receptance
+            kept = {"_receptance", "contact_receptance"} & self.__dict__.keys()
+            other.__dict__.update({name: self.__dict__[name] for name in kept})
         return other
 
     def with_damping(self, factor: float) -> "ContactProblem":

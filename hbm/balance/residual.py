@@ -20,7 +20,7 @@ from hbm.balance.memory import check_harmonics_fit
 from hbm.balance.newton import Linearisation
 from hbm.balance.receptance import Receptance
 from hbm.balance.reduced import reduced_receptance
-from hbm.balance.series import ContactReceptance, real_times
+from hbm.balance.series import ContactReceptance, contact_receptance, real_times
 from hbm.balance.settings import DEFAULT
 from hbm.laws.records import ContactForces, Contacts
 from hbm.problem import ContactProblem
@@ -90,12 +90,15 @@ class HarmonicBalance:
     @cached_property
     def shapes(self) -> np.ndarray:
         """(nc, m) modes at the components of the contacts."""
-        return np.ascontiguousarray(self.problem.B @ self.receptance.shapes)
+        return self.contact_receptance.shapes
 
     @cached_property
     def contact_receptance(self) -> ContactReceptance:
-        """Between the components."""
-        return ContactReceptance(self.receptance, self.shapes, self.H)
+        """Between the components: that of the problem, for all its curves, where it has all modes and all components
+        are taken at once; else what is taken depends on the contacts that have acted so far."""
+        if np.isinf(self.cover[0]) and self.n_components <= DEFAULT.few_components:
+            return self.problem.contact_receptance
+        return contact_receptance(self.receptance, self.problem.B)
 
     @cached_property
     def reaction_rows(self) -> np.ndarray:
@@ -133,7 +136,7 @@ class HarmonicBalance:
         if np.array_equal(cover, self._covering.cover):
             return self._covering
         other, system = copy(self), self.problem.reducible
-        for name in ("receptance", "shapes", "contact_receptance", "reaction_rows", "force", "static", "damping"):
+        for name in ("receptance", "contact_receptance", "reaction_rows", "force", "static", "damping"):
             vars(other).pop(name, None)
         if system and np.isfinite(cover[0]):
             rows = np.flatnonzero(np.repeat(cover[1:] > 0, self.nd))

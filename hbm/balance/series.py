@@ -1,5 +1,7 @@
 """The receptance between the contacts: low modes one by one, the modes far above the harmonics by a power series."""
 
+from typing import Any
+
 import numpy as np
 
 from hbm.balance.receptance import Receptance
@@ -7,13 +9,13 @@ from hbm.balance.settings import DEFAULT
 
 
 class ContactReceptance:
-    """Receptance between the components of the relative motion, for orders 0..H.
+    """Receptance between the components of the relative motion, for any frequency and number of harmonics.
 
     shapes : (nc, m), the modes of `receptance` at the components
     """
 
-    def __init__(self, receptance: Receptance, shapes: np.ndarray, H: int):
-        self.receptance, self.shapes, self.H = receptance, shapes, H
+    def __init__(self, receptance: Receptance, shapes: np.ndarray):
+        self.receptance, self.shapes = receptance, shapes
         few = len(shapes) <= DEFAULT.few_components
         self._rows = np.arange(len(shapes)) if few else np.empty(0, dtype=int)    # that the series is known for
         self._kept: dict[float, tuple] = {}      # by reach: low modes, matrices
@@ -24,14 +26,17 @@ class ContactReceptance:
 
         From one point of a branch to the next the same contacts act: what does not depend on w is kept.
         """
-        known = to.tobytes(), at.tobytes(), self._reach(w)
+        orders = factors.shape[1]
+        # a power of two, whatever came before: a curve that is continued later has the same series
+        reach = 2.0 ** np.ceil(np.log2(w * max(orders - 1, 1)))
+        known = to.tobytes(), at.tobytes(), reach
         if not self._last or self._last[0] != known:
-            low, powers = self.terms(w, np.union1d(to, at))
+            low, powers = self.terms(reach, np.union1d(to, at))
             self._last = known, low, self._weights(to, at, low, powers)
         _, low, weights = self._last
-        x = (1j * w * np.arange(self.H + 1)) ** np.arange(DEFAULT.series_terms)[:, None]
+        x = (1j * w * np.arange(orders)) ** np.arange(DEFAULT.series_terms)[:, None]
         factors = np.concatenate([factors[low], x]) if weights.shape[1] > len(factors[low]) else factors[low]
-        return real_times(weights, factors).reshape(len(to), len(at), self.H + 1)
+        return real_times(weights, factors).reshape(len(to), len(at), orders)
 
     def _weights(self, to, at, low, powers):
         """(len(to) len(at), low modes and terms of the series): products of shapes, and entries of the matrices."""
@@ -42,14 +47,9 @@ class ContactReceptance:
         here = np.searchsorted(self._rows, to)[:, None], np.searchsorted(self._rows, at)
         return np.hstack([products, powers[:, here[0], here[1]].reshape(len(powers), -1).T])
 
-    def _reach(self, w):
-        """rad/s up to which a series holds: a power of two, whatever came before, so that a curve that is continued
-        later has the same one."""
-        return 2.0 ** np.ceil(np.log2(w * max(self.H, 1)))
-
-    def terms(self, w: float, rows: np.ndarray) -> tuple:
+    def terms(self, reach: float, rows: np.ndarray) -> tuple:
         """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for the others, between
-        components that have been asked for so far, `rows` among them.
+        components that have been asked for so far, `rows` among them; reach : rad/s up to which these hold.
 
         1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of Chebyshev's U_n), and
         1/(i k w - s) = -sum (i k w)^n / s^(n + 1) for poles, which come in conjugate pairs.
@@ -59,7 +59,6 @@ class ContactReceptance:
             return slice(None), None
         if not np.isin(rows, self._rows).all():
             self._rows, self._kept = np.union1d(self._rows, rows), {}
-        reach = self._reach(w)
         if reach not in self._kept:
             above = reach * DEFAULT.series_reach
             self._kept[reach] = (self._of_poles(np.abs(r.poles) > above) if r.poles.size else
@@ -83,6 +82,11 @@ class ContactReceptance:
             powers.append(((P * weight) @ P.T).real)
             weight = weight * fast
         return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), np.array(powers)
+
+
+def contact_receptance(receptance: Receptance, B: Any) -> ContactReceptance:
+    """Of the relative motion B (nc, r), dense or sparse."""
+    return ContactReceptance(receptance, np.ascontiguousarray(B @ receptance.shapes))
 
 
 def real_times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
