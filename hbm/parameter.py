@@ -172,10 +172,36 @@ class ContactSetting(Parameter):
             rate = problem.law.by_friction(scaled, t.u, t.forces)
             if rate is not None:
                 return rate * self.chosen(problem)[:, None, None] / value
+        if self.setting in ("kn", "kt"):
+            rate = self._stiffness_rate(balance, t, self.scaled(problem, value))
+            if rate is not None:
+                return rate * self.chosen(problem)[:, None, None] / value
         h = DIFFERENCE * max(value, 1e-3)
         value = max(value, h)
         after, before = (balance.contact_forces(t.u, t.w, self.scaled(problem, value + s)).g for s in (h, -h))
         return (after - before) / (2 * h)
+
+
+    def _stiffness_rate(self, balance, t, contacts):
+        """(P, nd, nh) derivative of the contact forces by a relative change of kn or kt; None where the law does not
+        know it."""
+        law, cycle = balance.problem.law, balance.cycle(contacts)
+        if t.forces.by_preload is None:
+            return None
+        force = t.forces.g + balance.springs[:, :, None] * t.u
+        force[:, :, 0] += cycle.rest
+        further = cycle.further_springs
+        own = t.forces if further is None else t.forces.with_springs(-further, t.u)
+        rates = law.by_stiffness(contacts, t.u, force, own)
+        if rates is None:
+            return None
+        if self.setting == "kt":
+            return rates[1]
+        with_gap = np.zeros_like(force)
+        if not balance.problem.preloaded:                   # the preload is -kn gap
+            with_gap = contacts.preload[:, None, None] * t.forces.by_preload
+            with_gap[:, :, 0] += law.stuck_force(contacts)
+        return rates[0] + with_gap
 
 
 class Rebuilt(Parameter):

@@ -112,6 +112,16 @@ class ContactLaw:
         known in closed form."""
         return None
 
+    def by_stiffness(self, contacts: Contacts, x: np.ndarray, force: np.ndarray,
+                     forces: ContactForces) -> tuple[np.ndarray, np.ndarray] | None:
+        """(P, nd, nh) N each: derivatives of the whole force at the relative motion x (P, nd, nh) by a factor on kn and
+        by one on kt; None: not known in closed form.
+
+        force : (P, nd, nh) N the whole force; forces : its derivatives, D and by_preload those of the deviation from
+        the stuck springs of these contacts
+        """
+        return None
+
     def orbit_tangents(self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any,
                        omega: float) -> tuple[np.ndarray, np.ndarray]:
         """(force_u, force_v), each (n, P, nd, nd): derivatives of the force at the samples of the periodic cycle."""

@@ -106,6 +106,17 @@ class CoulombFriction(ContactLaw):
             rate[moving, :nt] += np.einsum("adjk,ak->adj", forces.D[:, :nt, :, -1], x[moving, -1])
         return rate
 
+    def by_stiffness(self, contacts, x, force, forces):
+        """kn enters by kn u_n alone; twice kn, kt and preload are twice the force, which leaves kt."""
+        by_kn = np.zeros_like(force)
+        if self._normal:
+            moving = forces.contacts
+            by_kn[moving] = np.einsum("adjk,ak->adj", forces.D[:, :, :, -1], x[moving, -1])
+            by_kn[:, -1] += contacts.kn[:, None] * x[:, -1]
+        by_preload = contacts.preload[:, None, None] * forces.by_preload
+        by_preload[:, :, 0] += self.stuck_force(contacts)
+        return by_kn, force - by_kn - by_preload
+
     def sticks_surely(self, contacts, amplitude):
         """(P,) bool: neither slip nor lift-off within the amplitude."""
         return _sticks(contacts, amplitude[:, :self.sliders],

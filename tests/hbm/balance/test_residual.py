@@ -128,6 +128,26 @@ def test_preload_derivative_needs_no_second_pass(law, passes, monkeypatch):
     assert np.abs(e.by_parameter - slope).max() < 1e-6 * np.abs(slope).max()
 
 
+@pytest.mark.parametrize("setting", ["kn", "kt"])
+@pytest.mark.parametrize("origin", ["preloaded", "unloaded"])
+@pytest.mark.parametrize("some", [None, (0, 2)])
+def test_stiffness_derivatives_are_analytic(setting, origin, some, monkeypatch):
+    """Of an event-driven law, without a second pass; against fourth-order differences, away from a factor of 1."""
+    model, pairs, tip = small_rig(stations=2)
+    pairs = pairs.replace(preload=pairs.preload * np.r_[-0.2, np.ones(len(pairs) - 1)])
+    pairs = pairs.replace(gap=-pairs.preload / pairs.kn)
+    problem, _ = contact_problem(model, pairs, DryFriction2T(), origin=origin, damping_ratio=0.02)
+    balance, w, done = HarmonicBalance(problem, {1: 40 * tip}, 3), 2 * np.pi * 1300.0, []
+    x = balance.linear(w) + 8e-5 * np.random.default_rng(0).normal(size=balance.n_components * 7) / 7
+    evaluate, varied = aft.evaluate, ContactSetting(setting, some)
+    monkeypatch.setattr(aft, "evaluate", lambda *a: done.append(1) or evaluate(*a))
+    e = varied.evaluate(balance, x, w, 0.7)
+    assert len(done) == 1 and len(e.forces.contacts) > 0
+    at = [varied.evaluate(balance, x, w, 0.7 + k * 1e-4).residual for k in (-2, -1, 1, 2)]
+    slope = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / 12e-4
+    assert np.abs(e.by_parameter - slope).max() < 1e-6 * np.abs(slope).max()
+
+
 @pytest.mark.parametrize("singular", [False, True])
 def test_softest_motion_is_the_singular_vector(singular, monkeypatch):
     """Slipping pairs; and the same with a motion that nothing holds, to the last digit."""
