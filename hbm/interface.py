@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import ArrayLike
 
 from hbm.balance.reduced import Space, StuckMatrices
 from hbm.balance.restraint import stiff_factor
@@ -35,6 +34,7 @@ class InterfaceSettings:
     static: float = 1e-9        # of a unit force: less follows from the other ones
     moment: float = 2e-3        # of a static shape: directions of its moments that are smaller are left out
     moments: int = 12           # at most
+    ratio: float = 0.01         # damping ratio of the stuck response by which that is told
     grid: int = 41              # frequencies of the band at which the nearness to slip is seen, beside its resonances
     steps: int = 81             # factors on the motion by which pairs are ranked
     checks: tuple = (0.2, 0.5, 0.8, 1.0)        # shares of the highest frequency where the error is estimated
@@ -57,25 +57,22 @@ class InterfaceReduction:
 
 
 def reduce_interface(model: ReducedModel, pairs: ContactTable, law: ContactLaw, forces: Sequence[np.ndarray],
-                     band: Sequence[float], harmonics: int, damping_ratio: ArrayLike | None = None,
+                     band: Sequence[float], harmonics: int,
                      settings: InterfaceSettings = SETTINGS) -> InterfaceReduction | None:
     """The model in the shapes that its response takes, all pairs kept.
 
     pairs : those that carry; forces : (r,) N, at their largest; band : Hz; harmonics : highest order
-    damping_ratio : as of the response, for the nearness to slip alone; None: 1 %
     None where that makes nothing smaller, where stuck pairs leave a motion free, and where the law does not tell what
     sticks surely.
     """
     contacts = Contacts(pairs.kn * pairs.weight, pairs.kt * pairs.weight, pairs.mu, pairs.preload)
-    rows = [["t1", "t2", "n"].index(c) for c in law.components]
-    B = relative_motion(model, pairs)[(3 * np.arange(len(pairs))[:, None] + rows).ravel()].toarray()
+    B = _motion_of_law(model, pairs, law)
     k = (law.stuck_stiffness(contacts) * (pairs.preload > 0)[:, None]).ravel()
     K = model.K + (B.T * k) @ B
     factor = stiff_factor(K)
     if factor is None:
         return None
-    ratio = 0.01 if damping_ratio is None else float(np.max(damping_ratio))
-    system = StuckMatrices(model.M, K, None, ratio, *factor)
+    system = StuckMatrices(model.M, K, None, settings.ratio, *factor)
     top = 2 * np.pi * max(band)
     loads = np.column_stack([part for f in forces for part in (np.real(f), np.imag(f)) if np.any(part)])
     space = Space(system, system.force(loads / np.linalg.norm(loads, axis=0)))
@@ -83,7 +80,8 @@ def reduce_interface(model: ReducedModel, pairs: ContactTable, law: ContactLaw, 
     followed = nearest_to_slip(space, law, contacts, B, loads, np.array(band), settings)
     if followed is None:
         return None
-    columns = B[np.repeat(followed, len(rows))].T
+    columns = B[np.repeat(followed, len(law.components))].T
+    columns = columns[:, columns.any(axis=0)]            # a side that cannot move takes no force
     grow(space, system.force(columns), top * harmonics, settings)
     basis = space.basis
     if basis.shape[1] > model.size // 2:
@@ -153,6 +151,12 @@ def estimated(space: Space, columns: np.ndarray, top: float, settings: Interface
     low = period2 > 1 / top**2
     frequency = np.linalg.norm(left[:, low], axis=0) / (2 * period2[low])
     return response, float(frequency.max(initial=0.0))
+
+
+def _motion_of_law(model, pairs, law):
+    """(P nd, r) relative motion of the pairs along the components of the law."""
+    rows = [["t1", "t2", "n"].index(c) for c in law.components]
+    return relative_motion(model, pairs)[(3 * np.arange(len(pairs))[:, None] + rows).ravel()].toarray()
 
 
 def _projected(V, matrix):

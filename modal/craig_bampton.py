@@ -58,9 +58,7 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     Psi = factor.solve((-K.IB).toarray(order="F"))
     if rigid:
         _keep_rigid(body, boundary, interior, K, Psi)
-    M_Psi = M.II @ Psi
-    direct = M.IB.tocoo()
-    M_Psi[direct.row, direct.col] += direct.data
+    M_Psi = _inertia(M, Psi)
     found, shapes = _with_contact_shapes(body, interior, factor, M.II, found)
     G = _left_out(factor, M.II, M_Psi, found, shapes) if bound else None
     omega, Phi = with_load_modes(body, interior, factor, M.II, found, loads)
@@ -133,6 +131,13 @@ def _held(body, boundary, rigid):
 
 def _no_modes(size):
     return Modes(np.empty(0), np.empty((size, 0)), 0.0)
+
+
+def _inertia(M, Psi):
+    """(i, b) kg: forces on the interior by unit accelerations of the boundary, the interior following."""
+    forces, direct = M.II @ Psi, M.IB.tocoo()
+    forces[direct.row, direct.col] += direct.data
+    return forces
 
 
 def _with_contact_shapes(body, interior, factor, M_II, found):

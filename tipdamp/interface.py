@@ -9,7 +9,6 @@ from hbm.contact import ContactTable
 from hbm.interface import InterfaceReduction, InterfaceSettings, reduce_interface
 from hbm.laws.base import ContactLaw
 from hbm.model import ReducedModel
-from tipdamp.stages.model_inputs import ratio
 from tipdamp.stages.response_results import CurveResult, InterfaceFacts
 from tipdamp.study.view import Study
 
@@ -20,6 +19,7 @@ class Choice:
 
     whole: int = 200         # pairs up to which all dofs are kept, unless the study says otherwise
     error: float = 0.01      # stated error above which it is warned of
+    least_damping: float = 1e-3     # by which pairs are ranked: an undamped resonance has no amplitude
 
 
 CHOICE = Choice()
@@ -39,8 +39,8 @@ def shapes_of(study: Study, model: ReducedModel, kept: ContactTable, law: Contac
     settings = study.respond
     if not is_reduced(study, len(kept)):
         return None
-    return reduce_interface(model, kept, law, forces, settings.band, max(settings.harmonics),
-                            ratio(settings.damping_ratio), InterfaceSettings(followed=settings.followed))
+    chosen = InterfaceSettings(followed=settings.followed, ratio=max(*settings.damping_ratio, CHOICE.least_damping))
+    return reduce_interface(model, kept, law, forces, settings.band, max(settings.harmonics), chosen)
 
 
 def facts_of(study: Study, found: InterfaceReduction | None, curves: Sequence[CurveResult],

@@ -45,7 +45,7 @@ def main():
                                outputs={"blade": V.T @ push}, harmonics=H)
 
     def reduction():
-        return reduce_interface(model, pairs, law, [LEVEL * push], hundreds.FACES_BAND, H, ZETA)
+        return reduce_interface(model, pairs, law, [LEVEL * push], hundreds.FACES_BAND, H)
 
     def of_rig(harmonics=H):
         return follow_band(problem, RIG_LEVEL * force, RIG_BAND, harmonics=harmonics, outputs=outputs)

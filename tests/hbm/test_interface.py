@@ -29,8 +29,8 @@ def case():
 
 def reduced(case, followed=14, moment=SETTINGS.moment, law=None):
     model, pairs, push = case
-    return reduce_interface(model, pairs, law or DryFriction2T(), [LEVEL * push], FACES_BAND, H, ZETA,
-                            replace(SETTINGS, followed=followed, moment=moment))
+    return reduce_interface(model, pairs, law or DryFriction2T(), [LEVEL * push], FACES_BAND, H,
+                            replace(SETTINGS, followed=followed, moment=moment, ratio=ZETA))
 
 
 @pytest.fixture(scope="module")
