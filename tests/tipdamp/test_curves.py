@@ -251,10 +251,10 @@ def test_killed_at_random_moments(study, how, jobs, capsys):
     store, random, kept = Store(study.parent / "results" / "study"), np.random.default_rng(jobs), {}
     for attempt in range(20):
         mark = f"{os.getpid()}-{how}-{jobs}-{attempt}"
+        there = len(list(store.path("responses").glob("Fe_*.npz")))
         process = started(study, jobs, mark)
-        before = time.monotonic()
-        while attempt < 4 and process.poll() is None and (
-                len(list(store.path("responses").glob("*.npz"))) <= len(kept) or time.monotonic() - before < 1.0):
+        # at work, however slow the machine: a signal while modules are loaded is another matter
+        while attempt < 4 and process.poll() is None and len(list(store.path("responses").glob("Fe_*.npz"))) <= there:
             time.sleep(0.02)
         time.sleep(random.uniform(0.0, 0.3))
         if attempt < 4:
@@ -265,8 +265,9 @@ def test_killed_at_random_moments(study, how, jobs, capsys):
         if process.returncode == 0:
             break
         assert (process.returncode, said.count("\n")) == {signal.SIGTERM: (143, 1), signal.SIGINT: (130, 1)}[how], said
+        ended = time.monotonic()
         while alive(mark):
-            assert time.monotonic() - before < 60
+            assert time.monotonic() - ended < 300
             time.sleep(0.05)
         kept = {name: now[name] for name in now if store.path(f".stages/{name[:-4]}.json").is_file()}
     assert attempt >= 2 and results(study) == whole
