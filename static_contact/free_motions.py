@@ -45,10 +45,15 @@ class FreeMotions:
         """(r,) bool - dofs of nodes: what loads the modes of a body is no force."""
         return self.rigid.any(axis=1)
 
+    @cached_property
+    def _bodies(self):
+        """(r,) bool of each body - its dofs of nodes"""
+        return [self._nodal & (self.owner == body) for body in sorted(set(self.owner.tolist()))]
+
     def reach(self, load: np.ndarray) -> np.ndarray:
         """(m,) What the load (r,) on the bodies that take part in each motion could do at most along it, N or N m."""
         return sum((np.abs(self.shape[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
-                    for mine in (self._nodal & (self.owner == body) for body in sorted(set(self.owner.tolist())))),
+                    for mine in self._bodies),
                    np.zeros(len(self.names)))
 
     def _exceeds(self, amounts, load, share):

@@ -9,6 +9,7 @@ further load or gap costs milliseconds.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -168,20 +169,25 @@ class StaticContact:
         q, elastic = self.bodies.displacement(applied, found.N, amount)
         return q, elastic, found.u, found.N, found.closed, found.sets, found.method
 
-    def _balance(self, load, force):
-        """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""
-        total, left = 0.0, 0.0
+    @cached_property
+    def _dampers(self):
+        """(r, 3 b) slides of the dampers that float."""
+        slides, most = [np.zeros((self.model.size, 0))], abs(self.model.K).max()
         for body in dict.fromkeys(self.pairs.damper_body.tolist()):
             mine = self.model.body == body
             motions = np.array([mine & (self.model.direction == d) for d in "xyz"], dtype=float).T
             if body in self.model.rigid:
                 motions = np.zeros((len(mine), self.model.rigid[body].shape[1]))[:, :3]
                 motions[mine] = self.model.rigid[body][:, :3]
-            stiffness = np.abs(self.model.K @ motions).max(initial=0.0)
-            if motions.any() and stiffness < self.settings.rigid.free_stiffness * np.abs(self.model.K).max():
-                total += np.linalg.norm(motions.T @ load) ** 2
-                left += np.linalg.norm(motions.T @ (load - self.B.T @ force)) ** 2
-        return float(np.sqrt(left / total)) if total > 0 else None
+            if np.abs(self.model.K @ motions).max(initial=0.0) < self.settings.rigid.free_stiffness * most:
+                slides.append(motions)
+        return np.hstack(slides)
+
+    def _balance(self, load, force):
+        """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""
+        total = np.linalg.norm(self._dampers.T @ load)
+        left = np.linalg.norm(self._dampers.T @ (load - self.B.T @ force))
+        return float(left / total) if total > 0 else None
 
 
 def check_pairs(pairs: ContactTable) -> None:

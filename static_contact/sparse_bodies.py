@@ -70,12 +70,13 @@ class SparseCompliance(Compliance):
     def _factored(self, model, K):
         ends = np.cumsum([0, *(one.dofs for one in model.bodies)])
         self.parts = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False)]
-        return [sparse_factor(_pinned(one)) for one in model.bodies]
+        return [sparse_factor(pinned(one)) for one in model.bodies]
 
     def _solve(self, right):
-        found = np.empty(right.shape)
+        found = np.zeros(right.shape)
         for factor, part in zip(self.factor, self.parts, strict=True):
-            found[part] = factor.solve(right[part].reshape(part.stop - part.start, -1)).reshape(right[part].shape)
+            if right[part].any():
+                found[part] = factor.solve(right[part].reshape(part.stop - part.start, -1)).reshape(right[part].shape)
         return found
 
     def _compliance(self):
@@ -96,7 +97,7 @@ class SparseCompliance(Compliance):
         return super().displacement(applied - idle @ (idle.T @ (applied - self.B.T @ force)), force, amount)
 
 
-def _pinned(body):
+def pinned(body: Body) -> sp.csr_matrix:
     """K of a body; with springs as stiff as its dofs at six dofs that hold it, where it floats."""
     if not body.free:
         return body.K

@@ -1,0 +1,91 @@
+"""Static contact of two plates with thousands of points: set-up and further load cases, in CPU time.
+
+    python -m tests.benchmarks.many_points [--cells 22] [--depth 8]
+
+A free plate lies on a clamped one, (cells + 1)^2 points between them with random gaps, and is pressed down by single
+forces. The set-up (factors, compliance at the points) is compared with the two Cholesky factors in the same run;
+a further case moves the forces a little, so that some points change. Numbers go to build/benchmarks/many_points.json.
+"""
+
+import argparse
+import resource
+import time
+
+import numpy as np
+
+from modal.elasticity import Material, elastic_body
+from modal.mesh import Mesh
+from modal.solvers.cholesky import sparse_factor
+from static_contact.preload import StaticContact
+from static_contact.sparse_bodies import SparseBodies, SparseCompliance, pinned
+from tests.benchmarks.calculix_modes import block
+from tests.benchmarks.record import one_thread, record
+from tests.contact_tables import contact_table, frames
+
+STEEL = Material(E=207e9, nu=0.3, density=7850.0)
+SIZE, GAP, PULL = 0.07, 2e-7, 200.0     # m, m, N
+
+
+def plates(cells: int, depth: int):
+    """{name: Body} of the clamped and the free plate, and their pairs."""
+    raw, made = block((cells, cells, depth)), {}
+    x = raw.position / raw.position.max(axis=0) * [SIZE, SIZE, SIZE * depth / cells]
+    bottom = raw.node[x[:, 2] < 1e-12]
+    for name, lift in (("table", -x[:, 2].max()), ("plate", 0.0)):
+        mesh = Mesh(raw.node, x + [0, 0, lift], raw.cells, {"clamp": bottom}, source="block")
+        made[name] = elastic_body(mesh, STEEL, name, clamp="clamp" if name == "table" else None, free=name == "plate")
+    up = raw.node[np.abs(x[:, 2] - x[:, 2].max()) < 1e-12]
+    order = np.lexsort((x[up - 1, 0], x[up - 1, 1])), np.lexsort((x[bottom - 1, 0], x[bottom - 1, 1]))
+    P = len(up)
+    gap = GAP * np.random.default_rng(0).uniform(0, 1, P)
+    kn = 1e13 * (SIZE / cells)**2                           # N/m of a point, 1e13 N/m3
+    table = contact_table(frames(np.tile([0, 0, -1.0], (P, 1))), blade_body="table", damper_body="plate",
+                          blade_node=up[order[0]], damper_node=bottom[order[1]], gap=gap, kn=kn,
+                          position=x[bottom[order[1]] - 1])
+    return made, table
+
+
+def loads(bodies: SparseBodies, count: int):
+    """Load cases: forces on five nodes of the upper face of the plate, that move a little from case to case."""
+    on = np.flatnonzero((bodies.body == "plate") & (bodies.direction == "z")
+                        & (bodies.position[:, 2] > bodies.position[:, 2].max() - 1e-12))
+    share = np.random.default_rng(1).uniform(0.5, 1.5, 5)
+    places = np.random.default_rng(2).choice(on, 5, replace=False)
+    for i in range(count):
+        f = np.zeros(bodies.size)
+        f[places] = -PULL / 5 * share * (1 + 0.01 * i * np.array([1, -1, 0.5, -0.5, 0]))
+        yield f
+
+
+def timed(work):
+    start = time.process_time()
+    return work(), time.process_time() - start
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--cells", type=int, default=22)
+    parser.add_argument("--depth", type=int, default=8)
+    args = parser.parse_args()
+    one_thread()
+    made, table = plates(args.cells, args.depth)
+    bodies = SparseBodies.of(list(made.values()))
+    _, factors = timed(lambda: [sparse_factor(pinned(one)) for one in made.values()])
+    statics, setup = timed(lambda: StaticContact(bodies, table, compliance=SparseCompliance))
+    case = loads(bodies, 5)
+    found, first = timed(lambda: statics.solve(next(case)))
+    again, changed = [], []
+    for f in case:
+        other, seconds = timed(lambda f=f, found=found: statics.solve(f, near=found))
+        again.append(seconds)
+        changed.append(int(((other.force > 0) != (found.force > 0)).sum()))
+        found = other
+    record("many_points", {
+        "points": len(table), "dofs": bodies.size, "two factors s": factors, "set-up s": setup,
+        "set-up over two factors": setup / factors, "first case s": first, "further cases s": again,
+        "points that change": changed, "closed": int((found.force > 0).sum()), "balance": found.balance,
+        "peak GiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20})
+
+
+if __name__ == "__main__":
+    main()
