@@ -17,8 +17,8 @@ import time
 from tests.benchmarks.record import ROOT
 
 RUNS = ("speed", "curves", "kills", "point_floor", "force_residuals", "rig", "robustness", "robustness_integration",
-        "calculix", "calculix_surfaces", "calculix_modes", "cost_floor", "growth", "hundreds", "interface", "many_points",
-        "jobs")
+        "calculix", "calculix_surfaces", "calculix_modes", "cost_floor", "growth", "hundreds", "interface",
+        "many_points", "jobs")
 
 
 def main():
