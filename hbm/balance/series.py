@@ -7,6 +7,8 @@ import numpy as np
 from hbm.balance.receptance import Receptance
 from hbm.balance.settings import DEFAULT
 
+TINY = float(np.finfo(float).tiny)
+
 
 class ContactReceptance:
     """Receptance between the components of the relative motion, for any frequency and number of harmonics.
@@ -28,7 +30,7 @@ class ContactReceptance:
         """
         orders = factors.shape[1]
         # a power of two, whatever came before: a curve that is continued later has the same series
-        reach = 2.0 ** np.ceil(np.log2(w * max(orders - 1, 1)))
+        reach = 2.0 ** np.ceil(np.log2(max(abs(w) * max(orders - 1, 1), TINY)))
         known = to.tobytes(), at.tobytes(), reach
         if not self._last or self._last[0] != known:
             low, powers = self.terms(reach, np.union1d(to, at))

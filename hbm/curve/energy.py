@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm.balance.residual import HarmonicBalance
-from hbm.balance.series import real_times
 from hbm.balance.settings import DEFAULT
 
 
@@ -27,13 +26,22 @@ class EnergyBalance:
         return left / max(abs(self.input), DEFAULT.no_input * self.apparent, np.finfo(float).tiny)
 
 
-def energies(balance: HarmonicBalance, forces: dict, w: float, modal: np.ndarray,
+def excitation(balance: HarmonicBalance, forces: dict) -> dict[int, np.ndarray]:
+    """{order: (m,) N} whose product with the conjugate modal motion is that of the forces {harmonic: (r,)} with that of
+    the dofs; constant forces are left out."""
+    found = {}
+    for k, F in forces.items():
+        at = np.flatnonzero(F)
+        if k:
+            found[k] = F[at] @ balance.receptance.shapes[at].conj()
+    return found
+
+
+def energies(balance: HarmonicBalance, excited: dict, w: float, modal: np.ndarray,
              friction: np.ndarray) -> EnergyBalance:
-    """Of the modal motion (m, H+1) at w rad/s under forces {harmonic: (r,)}; friction : (P,) J of each contact."""
-    orders, k = [k for k in forces if k], np.arange(balance.H + 1)
+    """Of the modal motion (m, H+1) at w rad/s; excited : of `excitation`; friction : (P,) J of each contact."""
+    orders, k = list(excited), np.arange(balance.H + 1)
     loss = modal.conj() * (balance.damping[:, None] * modal if balance.damping.ndim == 1 else balance.damping @ modal)
-    at = np.flatnonzero(np.any([forces[order] != 0 for order in orders], axis=0)) if orders else np.empty(0, dtype=int)
-    q = real_times(balance.receptance.shapes[at], modal[:, orders])
-    power = np.array([forces[order][at] @ q[:, i].conj() for i, order in enumerate(orders)], dtype=complex)
+    power = np.array([row @ modal[:, order].conj() for order, row in excited.items()], dtype=complex)
     return EnergyBalance(float(np.pi * np.dot(orders, power.imag)), float(np.pi * w * k**2 @ loss.sum(axis=0).real),
                          friction, float(np.pi * np.dot(orders, np.abs(power))))

@@ -27,7 +27,7 @@ from hbm.balance.settings import DEFAULT
 from hbm.continuation.corrector import damped
 from hbm.continuation.point import Plane, Point, size
 from hbm.continuation.settings import DEFAULT as SETTINGS
-from hbm.curve.energy import EnergyBalance, energies
+from hbm.curve.energy import EnergyBalance, energies, excitation
 from hbm.errors import InputError
 from hbm.parameter import Equation
 from hbm.problem import ContactProblem
@@ -130,7 +130,8 @@ class Kept:
 
     def energies(self) -> list[EnergyBalance]:
         """Of a period of each point."""
-        points = zip(self.forces, self.w, self.modal, self.of_law[1], strict=True)
+        made = {key: excitation(self.balance, forces) for key, forces in {id(one): one for one in self.forces}.items()}
+        points = zip([made[id(forces)] for forces in self.forces], self.w, self.modal, self.of_law[1], strict=True)
         return [energies(self.balance, *point) for point in points]
 
     @cached_property
