@@ -1,3 +1,3 @@
 """The front door: study files, stages, report and command line."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
