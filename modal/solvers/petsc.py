@@ -1,12 +1,15 @@
 """Start PETSc once, without the options files and environment that could change what a solver does."""
 
+from __future__ import annotations
+
 import ctypes
 import os
 from contextlib import suppress
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import scipy.sparse as sp
+if TYPE_CHECKING:  # the command line looks at the memory before anything heavy is imported
+    import scipy.sparse as sp
 
 _M_MMAP_MAX, _DEFAULT = -4, 65536  # malloc.h of glibc
 
