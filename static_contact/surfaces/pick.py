@@ -1,6 +1,7 @@
 """Faces of a mesh that form a contact side: of a group, or picked by geometry."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -42,8 +43,33 @@ class FacePick:
             found.append(block[self._on_form(place, size) & self._in_box(place)])
         return found if self.within is None else _near(mesh, found, other, self.within, settings)
 
+    def why_none(self, mesh: Mesh, other: Mesh, shown: Callable[[float], str]) -> str:
+        """What is nearest where `faces` finds none, and the remedy; shown - how a length in m is written."""
+        if self.within is not None and (left := sum(map(len, replace(self, within=None).faces(mesh, other)))):
+            return (f"{left} faces fulfil the rest, but none of them lies within {shown(self.within)} of a face of "
+                    f"{other.source} that faces it; enlarge within, or see whether the meshes are in place")
+        boxed = replace(self, plane=None, cylinder=None, within=None).faces(mesh, other)
+        if not any(map(len, boxed)):
+            return "none has all its nodes in the box; enlarge it" if self.box else f"group '{self.group}' has none"
+        part = facets(Surface(mesh, boxed))
+        off = [self._off(mesh.position[p.faces]).max(axis=1) for p in part]
+        k = int(np.argmin([o.min() for o in off]))
+        i = int(off[k].argmin())
+        t = int(np.flatnonzero(part[k].face == i)[0])
+        form, normal = "plane", self.plane
+        if self.cylinder is not None:
+            axis, arm = _unit(self.cylinder), part[k].centre[t] - np.array(self.point)
+            form, normal = "cylinder", arm - (arm @ axis) * axis
+        angle = np.degrees(np.arccos(np.clip(abs(part[k].normal[t] @ _unit(normal)), 0, 1)))
+        return (f"the nearest lies {shown(off[k][i])} off the {form} and its normal {angle:.2g} degrees; correct the "
+                f"{form}, or state tolerance, how far nodes may be off (now "
+                + ("a hundredth of the face's size)" if self.tolerance is None else f"{shown(self.tolerance)})"))
+
     def _on_form(self, place, size):
-        off, limit = np.zeros(place.shape[:2]), 0.01 * size if self.tolerance is None else self.tolerance
+        return self._off(place).max(axis=1, initial=0.0) <= (0.01 * size if self.tolerance is None else self.tolerance)
+
+    def _off(self, place):
+        off = np.zeros(place.shape[:2])
         arm = place - np.array(self.point)
         if self.plane is not None:
             off = np.abs(arm @ _unit(self.plane))
@@ -51,7 +77,7 @@ class FacePick:
             axis = _unit(self.cylinder)
             from_axis = np.linalg.norm(arm - (arm @ axis)[..., None] * axis, axis=2)
             off = np.maximum(off, np.abs(from_axis - self.radius))
-        return off.max(axis=1, initial=0.0) <= limit
+        return off
 
     def _in_box(self, place):
         if self.box is None:

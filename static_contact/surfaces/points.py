@@ -12,6 +12,7 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.points import ContactPoints
 from modal.body import Body
+from modal.faces import face_keys
 from modal.mesh import Mesh
 from static_contact.pairing import Side, contact_frames, join
 from static_contact.surfaces.checks import check_overlap
@@ -59,6 +60,7 @@ def surface_contact(surfaces: Sequence[FacingSides], *, axis: ArrayLike, pull: A
     and gap come from the surfaces. Raises InputError where surfaces do not face each other, as `checks` has it.
     """
     found = []
+    _check_once(surfaces, settings)
     for one in surfaces:
         found.append(overlap(one.damper, one.blade, settings))
         check_overlap(one.side, found[-1], one.blade, one.damper, closed, shown, settings)
@@ -77,6 +79,26 @@ def surface_contact(surfaces: Sequence[FacingSides], *, axis: ArrayLike, pull: A
                                                                                     [m.damper for m in found])
 
 
+def _check_once(surfaces, settings):
+    """InputError where faces of both bodies that meet belong to two sides: their contact would count twice."""
+    for i, one in enumerate(surfaces):
+        for other in surfaces[:i]:
+            damper, blade = _shared(one.damper, other.damper), _shared(one.blade, other.blade)
+            some = all(any(map(len, surface.faces)) for surface in (damper, blade))
+            if some and len(overlap(damper, blade, settings).vertex):
+                raise InputError(f"sides '{other.side.name}' and '{one.side.name}' share "
+                                 f"{sum(map(len, damper.faces))} faces of the damper and {sum(map(len, blade.faces))} "
+                                 "of the blades, which meet: their contact would count twice; make them one side, or "
+                                 "take the faces off one of them (a table with box = [...] picks some)")
+
+
+def _shared(one: Surface, other: Surface) -> Surface:
+    """The faces that are in both."""
+    theirs = {key for block in other.faces for key in map(tuple, face_keys(block).tolist())}
+    return Surface(one.mesh, [block[[tuple(key) in theirs for key in face_keys(block).tolist()]]
+                              for block in one.faces if len(block)])
+
+
 def _table(side, met: Overlap, number, damper, axis, at, closed) -> ContactTable:
     station, row = at
     order, P = np.lexsort((row, station)), len(number)
@@ -93,12 +115,12 @@ def _points(number, mesh, weights) -> MeshPoints:
     return MeshPoints(number, weight @ mesh.position, mesh.node[used], weight[:, used].tocsr())
 
 
-def check_faces(side: Side, what: str, group: str, mesh: Mesh, faces: list[np.ndarray]) -> None:
-    """InputError where there is no face of a side; what - "blade" or "damper"."""
+def check_faces(side: Side, what: str, group: str, mesh: Mesh, faces: list[np.ndarray],
+                why: str = "none is where it is looked for; widen the limits") -> None:
+    """InputError where there is no face of a side; what - "blade" or "damper"; why - of faces picked by geometry."""
     if any(len(block) for block in faces):
         return
-    held = "none is where it is looked for; widen the limits"
     if group in mesh.groups:
-        held = (f"none has all its corners among the {len(mesh.groups[group])} nodes of group '{group}'; name a "
-                "surface, or a [contact] tolerance within which its nodes match")
-    raise InputError(f"[contact.{side.name}] {what}: no face on the surface of {mesh.source}: {held}")
+        why = (f"none has all its corners among the {len(mesh.groups[group])} nodes of group '{group}'; name a "
+               "surface, or a [contact] tolerance within which its nodes match")
+    raise InputError(f"[contact.{side.name}] {what}: no face on the surface of {mesh.source}: {why}")

@@ -43,8 +43,11 @@ def with_picked(study: Study, meshes: dict[str, Mesh]) -> dict[str, Mesh]:
         for body, other, what, chosen, group in ((BLADES, DAMPER, "blade", side.blade, named.blade),
                                                  (DAMPER, BLADES, "damper", side.damper, named.damper)):
             if isinstance(chosen, FaceChoice):
-                faces = FacePick(**dict(chosen)).faces(meshes[body], meshes[other])
-                _in_study(study, check_faces, named, what, group, meshes[body], faces)
+                pick = FacePick(**dict(chosen))
+                faces = pick.faces(meshes[body], meshes[other])
+                if not any(map(len, faces)):
+                    why = pick.why_none(meshes[body], meshes[other], length_text(study.length_unit))
+                    _in_study(study, check_faces, named, what, group, meshes[body], faces, why)
                 found[body] = with_faces(found[body], group, faces)
     return found
 

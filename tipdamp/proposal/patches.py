@@ -17,7 +17,9 @@ class ProposalSettings:
     """What counts as a contact candidate."""
 
     near: float = 0.1       # of the damper's median face size: farther faces do not touch; facets of a curve lie nearer
-    bend: float = 30.0      # degrees between neighbouring faces of one patch: beyond it an edge begins
+    bend: float = 25.0      # degrees between neighbouring faces of one patch, beyond it an edge begins: above the 22.5
+                            # of a pin with 16 faces a turn, below the 30 between a flank of 60 degrees and its wall
+    opposed: float = 30.0   # degrees that faces of a patch may be off opposition to those that they meet
     small: float = 0.1      # of the largest patch: smaller ones are rims
     covered: float = 0.6    # of the faces of a patch that a group must have: the plane of a side may go on beyond it
     larger: float = 4.0     # times as many faces as the patch a group may have
@@ -60,19 +62,44 @@ def contact_patches(damper: Mesh, blades: Mesh, reach: float) -> list[Patch]:
         return []
     label = mine.pieces()
     nearest = cKDTree(mine.centre).query(theirs.centre)[1] if len(theirs.key) else np.empty(0, int)
-    opposed = np.einsum("ij,ij->i", theirs.normal, mine.normal[nearest]) < -np.cos(np.radians(SETTINGS.bend))
+    opposed = np.einsum("ij,ij->i", theirs.normal, mine.normal[nearest]) < -np.cos(np.radians(SETTINGS.opposed))
     met = np.where(opposed, label[nearest], -1)
     found = []
     for i in range(label.max() + 1):
-        own = label == i
-        normal = mine.area[own] @ mine.normal[own]
-        normal /= np.linalg.norm(normal)
-        spread = np.degrees(np.arccos(np.clip(mine.normal[own] @ normal, -1, 1))).max()
-        nodes = damper.position[damper.index(np.setdiff1d(mine.key[own], [-1]))]
-        found.append(Patch(mine.key[own], theirs.key[met == i], normal, float(spread),
-                           np.array([nodes.min(axis=0), nodes.max(axis=0)]), float(mine.area[own].sum())))
+        found.append(_patch(damper, mine, label == i, theirs.key[met == i]))
     largest = max(p.area for p in found)
     return sorted((p for p in found if p.area > SETTINGS.small * largest and len(p.blades)), key=lambda p: -p.area)
+
+
+def within_group(damper: Mesh, patch: Patch, group: str) -> Patch:
+    """The part of a patch that a group of the damper has: faces that lie near beside it are none of the side."""
+    mine = _Faces(damper, group_faces(damper, group))
+    return _patch(damper, mine, _among(mine.key, patch.damper), patch.blades)
+
+
+def as_one(damper: Mesh, patches: list[Patch]) -> Patch:
+    """Several patches as one."""
+    mine = _Faces(damper, boundary_faces(damper))
+    return _patch(damper, mine, _among(mine.key, np.concatenate([p.damper for p in patches])),
+                  np.unique(np.concatenate([p.blades for p in patches]), axis=0))
+
+
+def in_one_piece(mesh: Mesh, group: str) -> bool:
+    """Whether the faces of a group hang together without a bend."""
+    return bool(_Faces(mesh, group_faces(mesh, group)).pieces().max(initial=-1) == 0)
+
+
+def _patch(damper, mine, own, blades):
+    normal = mine.area[own] @ mine.normal[own]
+    normal /= np.linalg.norm(normal)
+    spread = np.degrees(np.arccos(np.clip(mine.normal[own] @ normal, -1, 1))).max()
+    nodes = damper.position[damper.index(np.setdiff1d(mine.key[own], [-1]))]
+    return Patch(mine.key[own], blades, normal, float(spread), np.array([nodes.min(axis=0), nodes.max(axis=0)]),
+                 float(mine.area[own].sum()))
+
+
+def _among(keys, wanted):
+    return np.isin(keys.view([("", keys.dtype)] * 4)[:, 0], np.ascontiguousarray(wanted).view([("", keys.dtype)] * 4))
 
 
 def group_of(mesh: Mesh, faces: np.ndarray) -> str:

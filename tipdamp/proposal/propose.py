@@ -13,7 +13,15 @@ from modal.mesh import Mesh
 from modal.mesh_checks import parts
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.split import cut
-from tipdamp.proposal.patches import Patch, contact_patches, group_of, reach_of
+from tipdamp.proposal.patches import (
+    Patch,
+    as_one,
+    contact_patches,
+    group_of,
+    in_one_piece,
+    reach_of,
+    within_group,
+)
 from tipdamp.readers.dispatch import read_mesh
 
 # parts of the names that pre-processors and people give to groups, by what they are for
@@ -65,14 +73,17 @@ def propose(paths: list[Path]) -> Proposal:
     blades, damper = meshes[BLADES], meshes[DAMPER]
     reach = reach_of(damper)
     patches = contact_patches(damper, blades, reach)
-    if not patches:
-        raise InputError(f"no face of {damper.source} ({len(damper.node)} nodes) lies within {reach:.3g} of a face of "
-                         f"{blades.source} that faces it: are both in the same unit and place?")
-    axis, pull = _directions(patches)
     size = float(np.ptp(np.concatenate([m.position for m in read]), axis=0).max())
+    length = "mm" if size > 3 else "m"
+    if not patches:
+        alone = (" These are two pieces of one file; where all of its pieces are blades, the mesh of the damper is "
+                 "missing, name it too" if len(paths) == 1 else "")
+        raise InputError(f"no face of {damper.source} ({len(damper.node)} nodes) lies within {reach:.3g} {length} of a "
+                         f"face of {blades.source} that faces it: are both in the same unit and place?{alone}")
+    axis, pull = _directions(patches)
     groups = {what: sorted(name for name in meshes[DAMPER if what == "load_points" else BLADES].groups
                            if re.search(words, name, re.IGNORECASE)) for what, words in WORDS.items()}
-    return Proposal(files, meshes, len(paths) == 1, cells, "mm" if size > 3 else "m", reach,
+    return Proposal(files, meshes, len(paths) == 1, cells, length, reach,
                     _sides(patches, meshes, axis, pull), axis, pull, groups)
 
 
@@ -132,13 +143,28 @@ def _snapped(direction):
 def _sides(patches, meshes, axis, pull):
     """Named by where they lie across axis and pull: left and right for two of them."""
     across = np.cross(axis, pull)
-    order = sorted(patches, key=lambda p: float(p.box.mean(axis=0) @ across))
+    order = sorted(_grouped(patches, meshes), key=lambda one: float(one[0].box.mean(axis=0) @ across))
     names = ["left", "right"] if len(order) == 2 else [f"side_{i}" for i in range(1, len(order) + 1)]
-    found = []
-    for name, patch in zip(names, order, strict=True):
+    return tuple(Side(name, *one, _match(meshes, one[0])) for name, one in zip(names, order, strict=True))
+
+
+def _grouped(patches, meshes):
+    """[(patch, blade group, damper group)]. Lands that a group of the damper joins are one side where they meet one
+    flank of the blades; elsewhere no group, or their contact would count on each of them."""
+    named: dict[tuple[str, str], list[Patch]] = {}
+    for patch in patches:
         blade, damper = group_of(meshes[BLADES], patch.blades), group_of(meshes[DAMPER], patch.damper)
-        found.append(Side(name, patch, blade, damper, _match(meshes, patch)))
-    return tuple(found)
+        patch = within_group(meshes[DAMPER], patch, damper) if damper else patch
+        named.setdefault((blade, damper), []).append(patch)
+    found = []
+    for (blade, damper), same in named.items():
+        if len(same) == 1 or not damper:
+            found += [(patch, blade, damper) for patch in same]
+        elif blade and in_one_piece(meshes[BLADES], blade):
+            found.append((as_one(meshes[DAMPER], same), blade, damper))
+        else:
+            found += [(patch, blade, "") for patch in same]
+    return found
 
 
 def _match(meshes, patch):

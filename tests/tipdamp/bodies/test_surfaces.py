@@ -99,7 +99,8 @@ def test_method_and_matching_nodes(tmp_path):
     ([], "the two surfaces need the same nodes.*kn_per_area, kn_total or a model"),
     ([("mu = 0.3", 'mu = 0.3\nmethod = "surfaces"')], r"\[contact.one\] kn and kt are per node, which means nothing"),
     ([*TOTAL, ('"face_x"', "{ plane = [1, 0, 0], point = [0.02, 0, 0] }")],
-     r"\[contact.one\] damper: no face on the surface of damper.inp: none is where it is looked for"),
+     r"\[contact.one\] damper: no face on the surface of damper.inp: "
+     "the nearest lies 0.01 m off the plane and its normal 0 degrees; .* state tolerance"),
     ([*TOTAL, ('"face_x"', '"load"')], r"\[contact.one\] damper: no face .* among the \d+ nodes of group 'load'"),
     ([*TOTAL, ('"face_x"', '"face_z"')], "side 'one': .* damper faces of 'face_z' and 4 blade faces of 'touch_one'"),
     ([*TOTAL, ("[material]", '[units]\nlength = "mm"\n[material]'), ('"touch_one"', '"clamp_one"')],
@@ -109,6 +110,20 @@ def test_refused(tmp_path, capsys, nothing_is_assembled, change, message):
     """One line with the file, the side, what was found and what to do, before anything is assembled."""
     code, error, _ = inspect(corner_study.write(tmp_path, damper_mesh=unlike(), change=change), capsys)
     assert code == 2 and re.search(message, error) and "corner.toml: " in error
+
+
+def test_faces_that_meet_on_two_sides_are_refused(tmp_path, capsys, nothing_is_assembled):
+    """Half of the second side is the first one again: its contact would count twice. Faces of one body alone do not."""
+    more = unlike()
+    more.groups["both"] = np.union1d(more.groups["face_x"], more.groups["face_z"])
+    blades = corner_study.blades()
+    blades.groups["both"] = np.union1d(blades.groups["touch_one"], blades.groups["touch_two"])
+    twice = [*TOTAL, ('"touch_two"', '"both"'), ('"face_z"', '"both"')]
+    code, error, _ = inspect(corner_study.write(tmp_path, blades, more, change=twice), capsys)
+    assert code == 2 and "corner.toml: sides 'one' and 'two' share" in error and "would count twice" in error
+    for change in (twice[:3], [*TOTAL, twice[3]]):
+        study, meshes = read(corner_study.write(tmp_path, blades, more, change=change))
+        assert matched_pairs(study, meshes).area.sum() == pytest.approx(2 * A**2)
 
 
 @pytest.mark.parametrize("table, message", [
