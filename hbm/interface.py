@@ -109,7 +109,7 @@ def grow(space: Space, block: np.ndarray, top: float, settings: InterfaceSetting
             return
         new = Q @ U[:, good]
         space.add(new)
-        block = top**2 * space.system.times(space.system.M, new * size[good])
+        block = top**2 * space.system.times(space.system.mass, new * size[good])
 
 
 def nearest_to_slip(space: Space, law: ContactLaw, contacts: Contacts, B: np.ndarray, loads: np.ndarray,

@@ -7,6 +7,7 @@ import json
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -226,10 +227,11 @@ def symmetric(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
     matrix = _real(name, matrix)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name} must be a square matrix, got shape {matrix.shape}")
-    if not np.isfinite(matrix).all():
+    largest = max(matrix.max(), -matrix.min())       # NaN where an entry is
+    if not np.isfinite(largest):
         i, j = np.argwhere(~np.isfinite(matrix))[0]
         raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]}: every entry must be finite")
-    if np.abs(matrix).max() > LARGEST:
+    if largest > LARGEST:
         i, j = np.unravel_index(np.abs(matrix).argmax(), matrix.shape)
         raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]:.3g}: entries up to {LARGEST:g} can be carried")
     if _mirrored(matrix):
@@ -310,7 +312,17 @@ def check_damping(C: np.ndarray, named: Callable[[int], str] = lambda i: f"dof {
 
 
 def _positive(matrix, shift) -> bool:
-    """Whether no eigenvalue is below -shift, as Cholesky has it: a third of the work of the cheapest eigenvalue."""
+    """Whether no eigenvalue is below -shift, as Cholesky has it: a third of the work of the cheapest eigenvalue.
+
+    Blocks along the diagonal that nothing couples, such as bodies, are taken one by one.
+    """
+    row = np.arange(len(matrix))
+    first = np.minimum((matrix != 0).argmax(axis=1), row)          # entry of a row, or its diagonal
+    edges = np.flatnonzero(np.minimum.accumulate(first[::-1])[::-1] == row)
+    return all(_has_factor(matrix[i:j, i:j], shift) for i, j in pairwise([*edges.tolist(), len(matrix)]))
+
+
+def _has_factor(matrix, shift):
     shifted = np.array(matrix.T, order="F")
     shifted[np.diag_indices(len(matrix))] += max(shift, 1e-300)
     return dpotrf(shifted, lower=1, overwrite_a=1, clean=0)[1] == 0

@@ -102,7 +102,9 @@ class ContactProblem:
         if 2 * B.nnz > B.shape[0] * B.shape[1]:
             B = B.toarray()
             return self.stiffness + (B.T * k) @ B
-        return self.stiffness + (B.T @ B.multiply(k[:, None])).toarray()
+        springs, stuck = (B.T @ B.multiply(k[:, None])).tocoo(), self.stiffness.copy()
+        stuck[springs.row, springs.col] += springs.data
+        return stuck
 
     def rest_force(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or with other settings."""

@@ -9,10 +9,12 @@ grows until the response to the columns repeats; what they do not excite is left
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 
 import numpy as np
 import scipy.linalg as la
+import scipy.sparse as sp
 from scipy.linalg.blas import dtrmm, dtrsm
 from scipy.linalg.lapack import dpotrf, dpotrs
 
@@ -35,6 +37,12 @@ class StuckMatrices:
     scale: np.ndarray
     factor: np.ndarray
 
+    @cached_property
+    def mass(self) -> np.ndarray | sp.csr_matrix:
+        """M, for products: sparse where few of its entries are not zero."""
+        few = np.count_nonzero(self.M) <= DEFAULT.few_entries * self.M.size
+        return sp.csr_matrix(self.M) if few else self.M
+
     def force(self, f: np.ndarray) -> np.ndarray:
         """(r, n) forces in these coordinates."""
         return dtrsm(1.0, self.factor, self.scale[:, None] * f, lower=1)
@@ -43,13 +51,15 @@ class StuckMatrices:
         """(r, n) q of z."""
         return self.scale[:, None] * dtrsm(1.0, self.factor, z, lower=1, trans_a=1)
 
-    def times(self, matrix: np.ndarray, z: np.ndarray) -> np.ndarray:
+    def times(self, matrix: np.ndarray | sp.csr_matrix, z: np.ndarray) -> np.ndarray:
         """(r, n) product of z with a matrix of the dofs in these coordinates."""
         return self.force(matrix @ self.motion(z))
 
     def shifted(self, f: np.ndarray, w: float) -> np.ndarray:
         """(r, n) z of the solutions of (K + w^2 M) q = f."""
-        factor = dpotrf((self.K + w**2 * self.M).T, lower=1, overwrite_a=1, clean=0)[0]
+        shifted = w**2 * self.M
+        shifted += self.K
+        factor = dpotrf(shifted.T, lower=1, overwrite_a=1, clean=0)[0]
         q = dpotrs(factor, f, lower=1)[0]
         return dtrmm(1.0, self.factor, q / self.scale[:, None], lower=1, trans_a=1)
 
@@ -60,7 +70,7 @@ class Space:
     def __init__(self, system: StuckMatrices, b: np.ndarray):
         self.system, self.force = system, b
         self.basis = np.empty((len(b), 0))
-        self.matrices = [system.M] if system.C is None else [system.M, system.C]
+        self.matrices = [system.mass] if system.C is None else [system.mass, system.C]
         self.products = [self.basis] * len(self.matrices)
 
     def add(self, new: np.ndarray) -> None:
@@ -138,7 +148,7 @@ def moments(system: StuckMatrices, b: np.ndarray, top: float) -> Iterator[np.nda
     last = known = orthonormal(b if C is None else np.vstack([b, 0 * b]), np.empty((r if C is None else 2 * r, 0)))
     while True:
         y, before = last[:r], last[-r:]
-        new = -top**2 * system.times(system.M, before)
+        new = -top**2 * system.times(system.mass, before)
         if C is not None:
             new = np.vstack([new - top * system.times(C, y), y])
         last = orthonormal(new, known)

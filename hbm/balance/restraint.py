@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from scipy.linalg.lapack import dpocon, dpotrf
+from scipy.linalg.lapack import dlange, dpocon, dpotrf
 from scipy.sparse.csgraph import connected_components
 
 from hbm.balance.named_motion import mostly
@@ -50,7 +50,7 @@ def stiff_factor(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """(unit of each dof (r,), Cholesky factor, in the lower triangle of (r, r), of K in these units) where that clearly
     restrains every motion; else None."""
     scale, scaled = _scaled(K)
-    size = np.abs(scaled).sum(axis=0).max()
+    size = dlange("1", scaled)
     factor, failed = dpotrf(scaled, lower=1, overwrite_a=1, clean=0)
     least = 0.0 if failed else dpocon(factor, size, uplo="L")[0] * size         # about what the softest one stores
     rounding = DEFAULT.noise * np.finfo(float).eps * size + DEFAULT.loose * len(K)

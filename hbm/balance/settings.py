@@ -27,6 +27,7 @@ class BalanceSettings:
     reduced_moments: int = 5         # with damping ratios, before ...
     reduced_shifts: tuple = (0.5, 0.2, 0.8, 0.35, 0.65, 0.05, 0.95)    # ... places between the frequencies ...
     reduced_slowest: float = 5.0     # ... this many times the highest one, and the fastest of a dof
+    few_entries: float = 0.05        # share of a mass matrix that is not zero: up to there products are sparse
     reduced_rounding: float = 1e-12  # of a direction: what is left of it is rounding
     power_iterations: int = 100      # at most, for the softest motion of the Jacobian
     noise: float = 50.0              # times the rounding of the stiffness: what a restrained motion must store

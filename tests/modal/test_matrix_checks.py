@@ -103,6 +103,22 @@ def test_b26_indefinite_mass(good, size):
         ReducedModel.from_matrices(M, K)
 
 
+def test_b26_mass_that_couples_some_dofs():
+    """Random couplings across dofs that have none: refused exactly where an eigenvalue is negative."""
+    rng, seen = np.random.default_rng(1), set()
+    for _ in range(60):
+        upper = np.triu(rng.uniform(-1, 1, (6, 6)) * (rng.random((6, 6)) < 0.2), 1)
+        M = np.eye(6) + upper + upper.T
+        positive = bool(np.linalg.eigvalsh(M)[0] > 0)
+        seen.add((positive, bool(upper.any())))
+        try:
+            ReducedModel.from_matrices(M, np.eye(6))
+            assert positive
+        except InputError as error:
+            assert not positive and "M is not positive definite" in str(error)
+    assert {(True, True), (False, True)} <= seen
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 @pytest.mark.parametrize("label", ["K", "M"])
 def test_b27_not_finite(good, label, value):
