@@ -25,8 +25,8 @@ class IsotropicFriction(ContactLaw):
     coupled: ClassVar[bool] = True
 
     def default_samples(self, H: int) -> int:
-        """Samples of a cycle: of second order, 1024 left 3.8e-4 of the forces in the worst of five systems, 256 up to 4e-3
-        in random ones (kt over five decades)."""
+        """Samples of a cycle: of second order, 1024 left 3.8e-4 of the forces in the worst of five systems, 256 up to
+        4e-3 in random ones (kt over five decades)."""
         return max(1024, super().default_samples(H))
 
     def stuck_stiffness(self, contacts):
