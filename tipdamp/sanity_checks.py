@@ -16,7 +16,7 @@ from modal.mesh_checks import parts
 from static_contact.pairing import offsets
 from static_contact.stiffness.contact_side import side_stiffness
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.surfaces import length_text
+from tipdamp.bodies.surfaces import length_text, named_side
 from tipdamp.loads import pull_vector
 from tipdamp.pair_checks import LARGEST_MU
 from tipdamp.stages.results import InspectResult
@@ -38,11 +38,7 @@ def mesh_warnings(study: Study, name: str, mesh: Mesh, mass: float | None = None
     mass : kg, None where it is not known yet
     """
     found = [f"{name}: {w}" for w in mesh.warnings]
-    pieces, label = parts(mesh)
-    if pieces > 1:
-        sizes = sorted(np.bincount(label).tolist(), reverse=True)
-        found.append(f"{name}: the mesh consists of {pieces} pieces that share no node (of "
-                     f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes)")
+    found += _loose_pieces(study, name, mesh)
     found += _locking(name, mesh)
     found += _wave_speed(study) if name == "blades" else []
     return found + _size(study, name, mesh) + ([] if mass is None else _mass(name, mass))
@@ -67,6 +63,21 @@ def _locking(name, mesh):
             yield (f"{name}: {len(mesh.cells[kind])} of {total} cells are linear ({kind}) and lock in bending: with "
                    f"one layer through the thickness a bar is {percent[0]} % too stiff, with two {percent[1]} %, of "
                    "quadratic ones 3 and 2 %; use quadratic cells")
+
+
+def _loose_pieces(study, name, mesh):
+    """Pieces that are neither clamped nor in contact: two blades that stand apart are none."""
+    pieces, label = parts(mesh)
+    named = [] if study.contact.pairs else [named_side(study, one) for one in study.sides]
+    groups = [*(study.blades.clamp if name == BLADES else ()),
+              *(side.blade if name == BLADES else side.damper for side in named)]
+    held = {int(i) for group in groups if group in mesh.groups for i in label[mesh.index(mesh.groups[group])]}
+    loose = len(set(range(pieces)) - held)
+    if pieces > 1 and loose:
+        sizes = sorted(np.bincount(label).tolist(), reverse=True)
+        yield (f"{name}: the mesh consists of {pieces} pieces that share no node (of "
+               f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {loose} of them "
+               f"{'is' if loose == 1 else 'are'} neither clamped nor in contact")
 
 
 def _wave_speed(study):
@@ -143,6 +154,7 @@ def _stiffness(study, inspected):
 def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> Iterator[str]:
     """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of neighbouring nodes."""
     yield from _gap_warnings(study, pairs.select(pairs.on_surface))
+    shown = length_text(study.length_unit)
     pairs = pairs.select(~pairs.on_surface)
     apart = offsets(pairs, meshes[BLADES], meshes[DAMPER])
     for name in pairs.sides:
@@ -154,7 +166,7 @@ def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]
             how = ("they count as touching (shifted onto each other)" if study.contact.distance != "gap"
                    else "it counts as initial gap")
             yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'are apart'}, most at blade node "
-                   f"{pairs.blade_node[i]} ({np.round(pairs.position[i], 5).tolist()} m): {apart[i]:.3g} m, "
+                   f"{pairs.blade_node[i]} ({', '.join(map(shown, pairs.position[i]))}): {shown(apart[i])}, "
                    f"{abs(apart[i]) / size:.2g} of the distance of neighbouring nodes; {how}: [contact] distance")
 
 

@@ -129,6 +129,6 @@ def check_positions(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) 
     for name, numbers in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)):
         off = np.linalg.norm(places_on(meshes, pairs)[name] - pairs.position, axis=1)
         if off.max() > study.contact.tolerance:
-            i = int(off.argmax())
+            i, shown = int(off.argmax()), length_text(study.length_unit)
             raise InputError(f"{study.path}: [contact] pairs, row {i + 1}: node {numbers[i]} of the {name} lies "
-                             f"{off[i]:.3g} m from where the table has it, more than [contact] tolerance")
+                             f"{shown(off[i])} from where the table has it, more than [contact] tolerance")

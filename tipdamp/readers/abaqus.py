@@ -11,6 +11,7 @@ from tipdamp.readers.content import FULL_INTEGRATION, Content, Reader, decode, n
 
 # shells, membranes and plane elements: no cells of ours, but pre-processors mark surfaces with them
 _SHEET = re.compile(r"(?:CPS|CPE|CAX|S|M3D|SFM3D|R3D|DS|STRI)([34689])[A-Z]*")
+_LINE = re.compile(r"T[23]D([23])[A-Z]*")            # trusses: gmsh writes physical curves with them
 # keywords that make nodes or elements, or move them: a mesh read without them would be another one
 _REFUSED = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
 _NESTED = {"PART": "END PART", "ASSEMBLY": "END ASSEMBLY", "INSTANCE": "END INSTANCE", "STEP": "END STEP"}
@@ -137,8 +138,8 @@ def _node(line, where):
 def _elements(f, options, data, where):
     kind = _name(options, "TYPE", where).upper()
     solid = re.fullmatch(r"C3D(\d+)([A-Z]*)", kind)
-    flat = _SHEET.fullmatch(kind)
-    if not solid and not flat:
+    flat, line = _SHEET.fullmatch(kind), _LINE.fullmatch(kind)
+    if not (solid or flat or line):
         f.content.unused.append(f"{len(data)} lines of elements of type {shown(kind)}")
         return
     if solid and int(solid[1]) not in SOLID:
@@ -146,14 +147,14 @@ def _elements(f, options, data, where):
                          f"{', '.join(f'C3D{n}' for n in SOLID)}")
     if solid and solid[2]:
         f.integration.add(kind)
-    per = int((solid or flat)[1])
+    per = int((solid or flat or line)[1])
     found = numbers(" ".join(data), where)
     if len(found) % (per + 1):
         raise InputError(f"{where}: {len(found)} numbers are no whole number of {kind} elements ({per + 1} each): "
                          "cut off or damaged")
     rows = whole(found, where).reshape(-1, per + 1)
-    f.scope.elements.append((per if solid else 0, rows[:, 0], rows[:, 1:]))
-    if flat:
+    f.scope.elements.append((per if solid else -1 if line else 0, rows[:, 0], rows[:, 1:]))
+    if not solid:
         f.content.unused.append(f"{len(rows)} elements of type {shown(kind)} (their sets are kept as groups of nodes)")
     if "ELSET" in options:
         f.scope.add("ELSET", options["ELSET"], rows[:, 0])

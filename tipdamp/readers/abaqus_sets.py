@@ -28,7 +28,7 @@ class Scope:
     """A part, or the model: what it defines, sets not yet resolved. Names are kept by their upper-case form."""
 
     nodes: list[tuple] = field(default_factory=list)         # (numbers, xyz)
-    elements: list[tuple] = field(default_factory=list)      # (nodes of a solid element or 0, numbers, connectivity)
+    elements: list[tuple] = field(default_factory=list)      # (nodes of a solid; 0: face, -1: curve; numbers, nodes)
     sets: dict[Key, list] = field(default_factory=dict)      # items of each set: numbers, or references to other sets
     names: dict[Key, str] = field(default_factory=dict)      # name as written
 
@@ -63,7 +63,7 @@ def collect(f: AbaqusFile) -> None:
     content, model = f.content, f.model
     for n, xyz in model.nodes:
         content.add_nodes(n, xyz)
-    for per, n, nodes in [e for e in model.elements if e[0]]:
+    for per, n, nodes in [e for e in model.elements if e[0] > 0]:
         kind, between, _ = SOLID[per]
         content.add_cells(kind, n, nodes, CELLS[kind].columns(between) if between else None)
     shared = {key for key, owners in f.owners.items() if len(owners) > 1}
@@ -98,12 +98,13 @@ def _nodes_of(f, key, dimension):
     if key[0] == "NSET":
         return members, 0
     if key[0] == "ELSET":
-        sheets = [nodes[np.isin(n, members)] for per, n, nodes in f.model.elements if not per]
-        if any(per and np.isin(n, members).any() for per, n, _ in f.model.elements):
+        found = [(per, nodes[np.isin(n, members)]) for per, n, nodes in f.model.elements if np.isin(n, members).any()]
+        if any(per > 0 for per, _ in found):
             return _element_nodes(f, members), 3
+        sheets = [nodes for per, nodes in found if not per]
         for faces in sheets:
             f.content.add_faces(f.model.names[key], faces)
-        return _element_nodes(f, members), 2
+        return _element_nodes(f, members), 2 if sheets or not found else 1
     nodes, kinds = [np.empty(0, dtype=np.int64)], set()
     for item in f.model.sets[key]:
         kinds.add(item[0])
@@ -151,7 +152,7 @@ def _element_nodes(f, members):
 def _faces(f, members, label, surface):
     """Nodes (f, k), middle ones included, of face S1, S2, ... of the elements, block by block."""
     out = []
-    for per, n, nodes in [e for e in f.model.elements if e[0]]:
+    for per, n, nodes in [e for e in f.model.elements if e[0] > 0]:
         kind, between, faces = SOLID[per]
         mine = np.isin(n, members)
         if not mine.any():

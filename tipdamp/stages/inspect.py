@@ -4,6 +4,7 @@ import numpy as np
 
 from hbm.errors import InputError, shown
 from modal.mesh import DIMENSION
+from modal.mesh_checks import parts
 from tipdamp import loads, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes
@@ -68,7 +69,8 @@ def _meshes(study, store, tick):
 def _of_mesh(mesh, file):
     """What a mesh alone tells."""
     return InspectedBody(
-        file=file, format=mesh.format, nodes=len(mesh.node), cells={k: len(c) for k, c in mesh.cells.items()},
+        file=file, format=mesh.format, nodes=len(mesh.node), pieces=parts(mesh)[0],
+        cells={k: len(c) for k, c in mesh.cells.items()},
         box_m=[mesh.position.min(axis=0), mesh.position.max(axis=0)],
         groups={k: len(v) for k, v in sorted(mesh.groups.items())},
         groups_are={k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
@@ -120,7 +122,8 @@ def line(store: Store) -> str:
         size = " x ".join(f"{1e3 * (high - low):.4g}" for low, high in zip(*b.box_m, strict=True))
         cells = ", ".join(f"{n} {kind}" for kind, n in b.cells.items())
         groups = ", ".join(f"{shown(group)} ({n})" for group, n in b.groups.items())
-        lines.append(f"{name}: {b.nodes} nodes, {cells}, {b.free_dofs} free dofs, {size} mm, moving mass "
+        pieces = f" in {b.pieces} pieces" if b.pieces and b.pieces > 1 else ""
+        lines.append(f"{name}: {b.nodes} nodes{pieces}, {cells}, {b.free_dofs} free dofs, {size} mm, moving mass "
                      f"{b.moving_mass_kg[0]:.4g} kg, {b.rigid_modes} rigid modes; groups (nodes): {groups}")
     lines += [f"to look at: {store.path(name)}" for name in found.pictures]
     return "\n".join([lines[0], *(" " * 21 + text for text in lines[1:])])

@@ -14,11 +14,13 @@ T = TypeVar("T")
 
 class InspectedBody(Record):
     """A body as read. Given matrices have `dofs` alone; mass (x, y, z) and rigid modes are known once the body is
-    assembled. first_hz - bounds of the first natural frequency of a solid of this size (blades)."""
+    assembled. pieces - that share no node; first_hz - bounds of the first natural frequency of a solid of this size
+    (blades)."""
     dofs: int | None = None
     file: str | None = None
     format: str | None = None
     nodes: int | None = None
+    pieces: int | None = None
     cells: dict[str, int] = {}
     free_dofs: int | None = None
     moving_mass_kg: Numbers | None = None
