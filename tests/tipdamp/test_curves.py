@@ -218,16 +218,6 @@ def test_damage_is_noticed_and_made_good(study, made, what, caplog):
     assert ("is damaged, changed or gone; it is made anew" in caplog.text) == ("curve" in what)
 
 
-def started(study, jobs, mark):
-    """`tipdamp respond` as a process of its own; it and all its processes have the mark in their environment."""
-    program = ("import sys; from hbm.curve.journal import Journal; Journal.every = 0.1\n"
-               "from tipdamp.cli import command; command()")
-    return subprocess.Popen([sys.executable, "-c", program, "respond", str(study), "--quiet", "--jobs", str(jobs)],
-                            env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)}, text=True,
-                            stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
-                            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
-
-
 def alive(mark):
     found = []
     for process in Path("/proc").glob("[0-9]*"):
@@ -238,56 +228,20 @@ def alive(mark):
     return found
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("how, jobs", [(signal.SIGTERM, 2), (signal.SIGINT, 1)])
-def test_killed_at_random_moments(study, how, jobs, capsys):
-    """The same numbers, no finished curve made twice, no process and no litter left."""
-    study.write_text(STUDY.replace("[5, 40]", "[5, 20, 40]").replace("harmonics = [1]", "harmonics = [1, 5]"))
-    assert run(study) == 0
-    whole = results(study)
-    (study.parent / "results").rename(study.parent / "whole")
-    for stage in CHAIN_OF_STAGES[:-1]:
-        assert main([stage, str(study), "--quiet"]) == 0
-    store, random, kept = Store(study.parent / "results" / "study"), np.random.default_rng(jobs), {}
-    for attempt in range(20):
-        mark = f"{os.getpid()}-{how}-{jobs}-{attempt}"
-        there = len(list(store.path("responses").glob("Fe_*.npz")))
-        process = started(study, jobs, mark)
-        # at work, however slow the machine: a signal while modules are loaded is another matter
-        while attempt < 4 and process.poll() is None and len(list(store.path("responses").glob("Fe_*.npz"))) <= there:
-            time.sleep(0.02)
-        time.sleep(random.uniform(0.0, 0.3))
-        if attempt < 4:
-            process.send_signal(how)
-        said = process.communicate()[1]
-        now = {p.name: p.stat().st_mtime_ns for p in store.path("responses").glob("*.npz")}
-        assert kept.items() <= now.items(), "a finished curve was made again"
-        if process.returncode == 0:
-            break
-        assert (process.returncode, said.count("\n")) == {signal.SIGTERM: (143, 1), signal.SIGINT: (130, 1)}[how], said
-        ended = time.monotonic()
-        while alive(mark):
-            assert time.monotonic() - ended < 300
-            time.sleep(0.05)
-        kept = {name: now[name] for name in now if store.path(f".stages/{name[:-4]}.json").is_file()}
-    assert attempt >= 2 and results(study) == whole
-    assert not list(store.folder.rglob(".tmp-*")) and not list(store.path(".stages").glob("Fe_*.npz"))
-
-
-KILLED = """
+ENDED = """
 import os, signal, sys
 from contextlib import contextmanager
 from hbm.curve.journal import Journal
 from tipdamp.store import Store
 from tipdamp.workers import Workers
 
-Journal.every, left = 0.0, [int(sys.argv.pop(1))]
+Journal.every, how, left = 0.0, int(sys.argv.pop(1)), [int(sys.argv.pop(1))]
 
 
 def counted():
     left[0] -= 1
     if not left[0]:
-        os.kill(os.getpid(), signal.SIGKILL)
+        os.kill(os.getpid(), how)
 
 
 @contextmanager
@@ -310,10 +264,12 @@ command()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("jobs, at", [(1, (40, 151, 400)), (2, (3, 9, 20))])
-def test_killed_in_the_middle_of_things(study, jobs, at):
-    """SIGKILL before or within a write, and while others are at work: the same numbers, no finished curve made twice,
-    no process and no litter left. The moments are counts of writes and messages, not times."""
+@pytest.mark.parametrize("how, code, jobs, at", [
+    (signal.SIGKILL, -9, 1, (40, 400)), (signal.SIGKILL, -9, 2, (3, 6)), (signal.SIGTERM, 143, 2, (6,)),
+    (signal.SIGINT, 130, 1, (399,))])
+def test_ended_in_the_middle_of_things(study, how, code, jobs, at):
+    """By a signal before or within a write, and while others are at work: the same numbers, no finished curve made
+    twice, no process and no litter left. The moments are counts of writes and messages, not times."""
     assert run(study) == 0
     whole = results(study)
     (study.parent / "results").rename(study.parent / "whole")
@@ -321,11 +277,14 @@ def test_killed_in_the_middle_of_things(study, jobs, at):
         assert main([stage, str(study), "--quiet"]) == 0
     store, kept = Store(study.parent / "results" / "study"), {}
     for attempt, count in enumerate((*at, 10**9)):
-        mark = f"{os.getpid()}-{jobs}-{attempt}"
-        command = [sys.executable, "-c", KILLED, str(count), "respond", str(study), "--quiet", "--jobs", str(jobs)]
-        process = subprocess.Popen(command, env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)},
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        assert process.wait() == (0 if count == 10**9 else -signal.SIGKILL)
+        mark = f"{os.getpid()}-{how}-{jobs}-{attempt}"
+        process = subprocess.run([sys.executable, "-c", ENDED, str(int(how)), str(count), "respond", str(study),
+                                  "--quiet", "--jobs", str(jobs)], text=True, capture_output=True,
+                                 env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)},
+                                 preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+        last = count == 10**9
+        assert (process.returncode, process.stderr.count("\n")) == ((0, 0) if last else (code, int(code > 0))), \
+            process.stderr
         now = {p.name: p.stat().st_mtime_ns for p in store.path("responses").glob("Fe_*.npz")}
         assert kept.items() <= now.items(), "a finished curve was made again"
         began = time.monotonic()
