@@ -26,7 +26,14 @@ from tests.tipdamp.report.files import (
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import figure, matplotlib, plotly
 from tipdamp.report.drawing.table import Table
-from tipdamp.report.figures import free_response, kept_preload, peak_trend, response_family, response_levels
+from tipdamp.report.figures import (
+    free_response,
+    kept_preload,
+    peak_trend,
+    preload_map,
+    response_family,
+    response_levels,
+)
 from tipdamp.report.introduction import introduction
 from tipdamp.report.summary import summarise
 
@@ -235,6 +242,27 @@ def test_drawing_libraries_wait_until_they_are_needed():
             "print([m for m in ('plotly', 'matplotlib', 'jinja2', 'dolfinx', 'gmsh') if m in sys.modules])")
     child = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert child.stdout.strip() == "[]", child.stdout + child.stderr
+
+
+def test_wide_gaps_do_not_flatten_the_preload(tmp_path):
+    """A pair open by a hundred times the largest load: crosses at the end of an axis that the closed pairs set."""
+    def opened(pairs):
+        load = pairs.preload.copy()
+        for side in pairs.sides:
+            load[np.flatnonzero(pairs.carrying & (pairs.side == side))[0]] = -100 * load.max()
+        return pairs.replace(preload=load)
+
+    results = results_of(*artefacts(tmp_path))
+    results = replace(results, whole=opened(results.whole), kept=opened(results.kept))
+    for module in (preload_map, kept_preload):
+        shown = next(module.figures(results))
+        for panel in shown.panels:
+            marks = [item for item in panel.items if isinstance(item, figure.Marks)]
+            [cut_off] = [m for m in marks if m.name == "open, below the axis"]
+            assert len(cut_off.x) == 1 and panel.y_range[0] > -0.4 * panel.y_range[1]
+            assert all((np.asarray(m.y) >= panel.y_range[0]).all() for m in marks)
+    drawn = plotly.draw(shown)
+    assert '"exponentformat":"power"' in drawn and '"xanchor":"left"' in drawn
 
 
 def test_figures_draw_what_their_legend_names(tmp_path, recwarn):

@@ -30,6 +30,9 @@ def draw(figure: Figure) -> str:
     out = plotly.subplots.make_subplots(
         rows, columns, specs=specs, subplot_titles=[plain_text(p.title) for p in figure.panels],
         horizontal_spacing=0.24 / max(columns, 2), vertical_spacing=min(84 / inner, 0.4) if rows > 1 else 0)
+    titled = [i for i, panel in enumerate(figure.panels) if panel.title]
+    for i, title in zip(titled, out.layout.annotations, strict=True):     # at the left: the tool bar covers the right
+        title.update(x=out.get_subplot(i // columns + 1, i % columns + 1).xaxis.domain[0], xanchor="left")
     seen: set[str] = set()
     for i, panel in enumerate(figure.panels):
         _panel(out, panel, dict(row=i // columns + 1, col=i % columns + 1), seen)
@@ -55,14 +58,16 @@ def _panel(out, panel, where, seen):
         legend = {"name": plain_text(item.name), "legendgroup": plain_text(item.name), "showlegend": shown}
         for k, trace in enumerate(_traces(item)):
             out.add_scatter(**trace, **(legend if k == 0 else {**legend, "showlegend": False}), **where)
-    x = {"title_text": plain_text(panel.x_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.x_range}
-    y = {"title_text": plain_text(panel.y_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.y_range}
+    x = {"title_text": plain_text(panel.x_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.x_range,
+         "exponentformat": "none"}
+    y = {"title_text": plain_text(panel.y_label), "title_standoff": 6, "title_font_size": 12.5, "range": panel.y_range,
+         "exponentformat": "power"}                         # no µ or k before the unit of the label
     for axis, whole in ((x, panel.whole_x), (y, panel.whole_y)):
         axis.update({"tickformat": "d", "minor": {"ticks": ""}, **_whole_ticks(panel, axis is x)} if whole else {})
     if panel.y_names:
         y.update(tickvals=0.45 + np.arange(len(panel.y_names)), ticktext=[plain_text(n) for n in panel.y_names])
     if panel.log_y:
-        y.update(type="log", exponentformat="power", dtick=1, minor={"ticks": "outside"},
+        y.update(type="log", dtick=1, minor={"ticks": "outside"},
                  range=None if panel.y_range is None else np.log10(panel.y_range))
     out.update_xaxes(**x, showgrid=True, gridcolor="#ececec", mirror=True, **where)
     out.update_yaxes(**y, showgrid=True, gridcolor="#ececec", mirror=True, **where)
@@ -77,7 +82,7 @@ def _whole_ticks(panel, of_x):
 def _tiles(out, item, where):
     colors = [[k / (len(SEQUENCE) - 1), color] for k, color in enumerate(SEQUENCE)]
     bar = {"title": {"text": plain_text(item.label), "side": "right", "font": {"size": 11.5}}, "thickness": 12,
-           "outlinewidth": 0, "tickfont": {"size": 11}}
+           "outlinewidth": 0, "tickfont": {"size": 11}, "exponentformat": "power"}
     out.add_heatmap(x=small(edges(item.x)), y=small(edges(item.y)), z=small(item.values), colorscale=colors, zmin=0.0,
                     zmax=item.top, xgap=1, ygap=1, showscale=where["col"] == 1 and where["row"] == 1, colorbar=bar,
                     hovertemplate="%{x:.5~g}, %{y:d}: %{z:.4~g}<extra></extra>", **where)

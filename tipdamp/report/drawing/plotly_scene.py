@@ -8,7 +8,7 @@ from tipdamp.report.drawing.scene import Points, Scene, Segments, Solid
 
 CONFIG_3D = {**CONFIG, "modeBarButtons": [["orbitRotation", "pan3d", "zoom3d", "resetCameraDefault3d", "toImage"]]}
 AXIS = {"backgroundcolor": "#fbfbfc", "gridcolor": "#e4e7ea", "showbackground": True, "zeroline": False,
-        "tickfont": {"size": 12}, "nticks": 5, "showspikes": False}
+        "tickfont": {"size": 12}, "nticks": 5, "showspikes": False, "exponentformat": "none"}
 PER_HEIGHT = 0.655       # heights of the picture that a unit takes, seen from the distance 1 (measured on plotly.js 3)
 LIGHT = {"ambient": 0.8, "diffuse": 0.45, "specular": 0.08, "roughness": 0.7, "fresnel": 0.05}
 
@@ -114,7 +114,7 @@ def _colors(item, bars) -> dict:
     place = list(bars).index(scale.title)
     bar = {"title": {"text": plain_text(scale.title), "side": "top", "font": {"size": 11.5}}, "orientation": "h",
            "len": 0.36, "thickness": 11, "x": 0.02 + 0.42 * place, "xanchor": "left", "y": 1.0, "yanchor": "bottom",
-           "outlinewidth": 0, "tickfont": {"size": 11}, "nticks": 6}
+           "outlinewidth": 0, "tickfont": {"size": 11}, "nticks": 6, "exponentformat": "power"}
     return {"colorscale": scale.colors, "cmin": scale.low, "cmax": scale.high, "showscale": new, "colorbar": bar}
 
 

@@ -1,12 +1,16 @@
 """What the preload figures share: forces along the axis of the damper, side by side."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from hbm.contact import ContactTable
+from tipdamp.report.drawing.figure import GREY, Marks
 from tipdamp.report.results import Results
 
 AXIAL = "axial coordinate (mm)"
 NODAL = "normal preload of each node (N)"
+CUT = 0.25             # of the largest preload: what open pairs take of an axis at most
 PRESSURE = "contact pressure (N/mm²)"
 
 
@@ -24,6 +28,18 @@ def load_of(pairs: ContactTable) -> tuple[np.ndarray, str]:
     if not pairs.on_surface.all():
         return pairs.preload, NODAL
     return pairs.preload / pairs.area / 1e6, PRESSURE
+
+
+def lowest_shown(load: np.ndarray) -> float:
+    """Lower end of an axis of preloads: pairs with wide gaps are so negative that closed ones would lie flat beside."""
+    top, low = float(load.max()), min(float(load.min()), 0.0)
+    return max(low, -CUT * top) if top > 0 else low
+
+
+def cut_marks(x: np.ndarray, y: np.ndarray, low: float) -> Iterator[Marks]:
+    """What lies below the axis, at its end."""
+    if (y < low).any():
+        yield Marks(x[y < low], np.full(int((y < low).sum()), low), "open, below the axis", GREY, "x", size=5)
 
 
 def of_side(pairs: ContactTable, side: str) -> ContactTable:

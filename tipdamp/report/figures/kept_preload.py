@@ -6,7 +6,7 @@ import numpy as np
 
 from hbm.contact import ContactTable
 from tipdamp.report.drawing.figure import BLUE, GREY, VERMILION, Curve, Figure, Item, Line, Marks, Panel
-from tipdamp.report.figures.axial import AXIAL, NODAL, of_side, side_title, station_sums
+from tipdamp.report.figures.axial import AXIAL, NODAL, cut_marks, lowest_shown, of_side, side_title, station_sums
 from tipdamp.report.results import Results
 from tipdamp.report.text import listing, number
 
@@ -21,8 +21,9 @@ def figures(results: Results) -> Iterator[Figure]:
         return
     sums_of_whole = [station_sums(results, of_side(whole, side))[1] for side in table.sides]
     values = np.r_[table.preload[table.carrying], whole.preload, np.concatenate(sums_of_whole)]
-    span = (min(1.1 * float(values.min()), 0.0) - 0.04 * float(values.max()), 1.12 * float(values.max()))
-    panels = [Panel(side_title(results, side), AXIAL, NODAL, tuple(_items(results, of_side(table, side), side)),
+    low = lowest_shown(values)
+    span = (1.1 * low - 0.04 * float(values.max()), 1.12 * float(values.max()))
+    panels = [Panel(side_title(results, side), AXIAL, NODAL, tuple(_items(results, of_side(table, side), side, low)),
                     y_range=span) for side in table.sides]
     sums = listing(f"{number(s.sum_N)} N on side '{name}' ({number(s.min_N, 3)} to {number(s.max_N, 3)} N, "
                    f"{s.detached} open)" for name, s in results.tune.preload_kept.items())
@@ -33,7 +34,7 @@ def figures(results: Results) -> Iterator[Figure]:
     yield Figure("preload_kept", "Preload of the kept stations", caption, tuple(panels), row_height=310)
 
 
-def _items(results, mine: ContactTable, side: str) -> Iterator[Item]:
+def _items(results, mine: ContactTable, side: str, low: float) -> Iterator[Item]:
     carrying = mine.select(mine.carrying)
     x, whole = station_sums(results, of_side(results.whole, side))
     yield Line("y", 0.0, dash="solid")
@@ -44,9 +45,10 @@ def _items(results, mine: ContactTable, side: str) -> Iterator[Item]:
         yield Marks(detached, np.zeros(len(detached)), "detached station", GREY, "x", size=6)
     at, force = results.along(carrying), carrying.preload
     gap = np.full(len(at), np.nan)
-    yield Curve(np.column_stack([at, at, gap]).ravel(), np.column_stack([0 * force, force, gap]).ravel(), "", BLUE,
-                width=1.2)
+    stems = np.column_stack([0 * force, np.maximum(force, low), gap]).ravel()
+    yield Curve(np.column_stack([at, at, gap]).ravel(), stems, "", BLUE, width=1.2)
     if (force > 0).any():
         yield Marks(at[force > 0], force[force > 0], "kept pair", BLUE)
-    if (force <= 0).any():
-        yield Marks(at[force <= 0], force[force <= 0], "kept pair, open at rest", VERMILION, filled=False)
+    if (opened := (force <= 0) & (force >= low)).any():
+        yield Marks(at[opened], force[opened], "kept pair, open at rest", VERMILION, filled=False)
+    yield from cut_marks(at, force, low)

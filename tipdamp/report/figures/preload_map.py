@@ -7,7 +7,7 @@ import numpy as np
 from hbm.contact import ContactTable
 from tipdamp.loads import rest_name
 from tipdamp.report.drawing.figure import BLUE, GREEN, ORANGE, VERMILION, Curve, Figure, Item, Line, Marks, Panel
-from tipdamp.report.figures.axial import AXIAL, load_of, of_side, side_title, station_sums
+from tipdamp.report.figures.axial import AXIAL, cut_marks, load_of, lowest_shown, of_side, side_title, station_sums
 from tipdamp.report.results import Results
 from tipdamp.report.text import listing, number
 
@@ -26,7 +26,8 @@ def figures(results: Results) -> Iterator[Figure]:
     points = results.whole.on_surface.all()
     what = "Contact pressure at every contact point" if points else "Normal preload of every node"
     caption = (f"{what} of the whole patch under {rest_name(results.study)}, along the axis of the damper. Filled "
-               "marks are closed pairs, hollow ones open (negative: kn times the remaining gap). "
+               "marks are closed pairs, hollow ones open (negative: kn times the remaining gap; crosses at the "
+               "lower edge lie below it). "
                f"The sum is {sums}; contact forces and load balance to {number(worst, 1)} of the load. {_ends(results)}"
                + results.beside_paper("Corresponds to figure 9"))
     yield Figure("preload", "Preload of the whole patch", caption, _panels(results, results.whole))
@@ -45,38 +46,40 @@ def load_case_figures(results: Results) -> Iterator[Figure]:
 def _panels(results, table: ContactTable) -> tuple[Panel, ...]:
     """One panel for each side, on one scale."""
     load, name = load_of(table)
-    top, low = float(load.max()), min(float(load.min()), 0.0)
+    top, low = float(load.max()), lowest_shown(load)
     span = (low - 0.05 * (top - low) if low < 0 else 0.0, top + 0.08 * (top - low))
     panels = []
     for side in table.sides:
         mine = of_side(table, side)
-        items = list(_points(results, mine, load[table.side == side])) if table.on_surface.all() else [
-            item for row in np.unique(mine.row) for item in _row(results, mine.select(mine.row == row), int(row))]
+        items = list(_points(results, mine, load[table.side == side], low)) if table.on_surface.all() else [
+            item for row in np.unique(mine.row) for item in _row(results, mine.select(mine.row == row), int(row), low)]
         panels.append(Panel(side_title(results, side), AXIAL, name, (Line("y", 0.0, dash="solid"), *items),
                             y_range=span))
     return tuple(panels)
 
 
-def _points(results, pairs: ContactTable, pressure: np.ndarray) -> Iterator[Item]:
+def _points(results, pairs: ContactTable, pressure: np.ndarray, low: float) -> Iterator[Item]:
     """Contact points of an unlike mesh lie in no rows: from the lower third of the side to the upper one."""
     height = pairs.position @ np.array(results.study.driver.pull_direction)
     third = np.minimum(3 * (height - height.min()) / max(float(np.ptp(height)), 1e-300), 2).astype(int)
     for k, name in enumerate(("lower third", "middle", "upper third")):
         for closed, more in ((True, ""), (False, ", open")):
-            mine = (third == k) & ((pressure > 0) == closed)
+            mine = (third == k) & ((pressure > 0) == closed) & (pressure >= low)
             if mine.any():
                 yield Marks(results.along(pairs)[mine], pressure[mine], name + more, ROWS[k], SYMBOLS[k], filled=closed)
+    yield from cut_marks(results.along(pairs), pressure, low)
 
 
-def _row(results, pairs: ContactTable, row: int) -> Iterator[Item]:
+def _row(results, pairs: ContactTable, row: int, low: float) -> Iterator[Item]:
     order = np.argsort(results.along(pairs))
     x, y = results.along(pairs)[order], pairs.preload[order]
     color, name, symbol = ROWS[row % len(ROWS)], f"row {row}" + " (lower edge line)" * (row == 0), SYMBOLS[row % 3]
-    closed = y > 0
-    yield Curve(x, y, "", color, width=1.0)
+    closed, opened = y > 0, (y <= 0) & (y >= low)
+    yield Curve(x, np.maximum(y, low), "", color, width=1.0)
     yield Marks(x[closed], y[closed], name, color, symbol)
-    if not closed.all():
-        yield Marks(x[~closed], y[~closed], f"{name}, open", color, symbol, filled=False)
+    if opened.any():
+        yield Marks(x[opened], y[opened], f"{name}, open", color, symbol, filled=False)
+    yield from cut_marks(x, y, low)
 
 
 def _ends(results) -> str:
