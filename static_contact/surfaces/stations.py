@@ -1,4 +1,4 @@
-"""Stations and rows of contact points: intervals along the damper axis, and the order across them."""
+"""Stations and rows of contact points: intervals along the damper axis and across it."""
 
 import numpy as np
 
@@ -10,7 +10,9 @@ def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.nda
     """(station, row) of the points of each side, (n, 3) m, whose faces are `sizes` m in size.
 
     Where the points of all sides lie on common lines across the axis, as on hexahedra, each line is a station; else
-    stations are intervals as wide as the faces. A row counts the points of a station along `up`, from 0.
+    stations are intervals as wide as the faces. Rows are the lines of a side along the axis, or else intervals no
+    higher than the faces, from the one around its lower edge (row 0) to that around its upper one, the same in all
+    stations. Of several points in an interval of a station all but the lowest move up.
     """
     along = np.concatenate(places) @ axis
     size = max(sizes)
@@ -19,14 +21,29 @@ def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.nda
         count = max(1, round(float(np.ptp(along)) / size))
         label = np.minimum((along - along.min()) / max(float(np.ptp(along)), 1e-300) * count, count - 1).astype(int)
     found = []
-    for place, station in zip(places, np.split(label, np.cumsum([len(p) for p in places])[:-1]), strict=True):
+    for place, own, station in zip(places, sizes, np.split(label, np.cumsum([len(p) for p in places])[:-1]),
+                                   strict=True):
         station = np.unique(station, return_inverse=True)[1]
-        order = np.lexsort((place @ up, station))
-        first = np.searchsorted(station[order], np.arange(station.max() + 1))
+        height = _height(place, axis, up)
+        interval, spread = _lines(height, settings.line * own)
+        if spread > settings.line * own:
+            low, whole = height.min(), float(np.ptp(height))
+            interval = np.rint((height - low) / whole * np.ceil(whole / own)).astype(int)
         row = np.empty(len(place), dtype=np.int64)
-        row[order] = np.arange(len(place)) - first[station[order]]
+        for k in range(station.max() + 1):
+            mine = np.flatnonzero(station == k)
+            mine, count = mine[np.argsort(height[mine], kind="stable")], np.arange(len(mine))
+            row[mine] = np.maximum.accumulate(interval[mine] - count) + count
         found.append((station, row))
     return found
+
+
+def _height(place, axis, up):
+    """(n,) m across the axis along the side, which is flat or an arc, from below."""
+    beside = place - place.mean(axis=0)
+    beside = beside - np.outer(beside @ axis, axis)
+    across = np.linalg.svd(beside, full_matrices=False)[2][0]
+    return beside @ (across if across @ up >= 0 else -across)
 
 
 def _lines(values, step):

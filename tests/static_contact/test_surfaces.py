@@ -197,6 +197,22 @@ def test_stations_of_rows_and_of_none():
         assert all(np.ptp(cloud[station == s, 0]) <= 0.5 for s in range(20))
 
 
+def test_rows_are_the_same_heights_in_all_stations():
+    """The points of a flank that leans, those of a hexahedron's corners moved about, the lowest of station 0 left out:
+    its others keep their rows; a point beside another of its interval goes one up."""
+    place = np.array([[i, j, 0.0] for i in range(6) for j in range(4)])
+    place = place + np.random.default_rng(2).uniform(-0.3, 0.3, place.shape) * [1, 1, 0]
+    place[::4, 1], place[3::4, 1] = 0, 3                   # the edges
+    lean = np.array([[1.0, 0, 0], [0, 0.5, np.sqrt(0.75)], [0, np.sqrt(0.75), -0.5]])
+    whole = place @ lean
+    for kept in (np.arange(24), np.arange(1, 24)):
+        [(station, row)] = stations_and_rows([whole[kept]], [1.001], np.array([1.0, 0, 0]), np.array([0, 0, 1.0]))
+        assert len(np.unique(station * 100 + row)) == len(kept)
+        lowest = np.array([place[kept, 1][station == s].min() for s in range(station.max() + 1)])
+        assert np.array_equal(np.unique(station[row == 0]), np.flatnonzero(lowest < 0.5))
+        assert (row >= np.rint(place[kept, 1])).all() and place[kept, 1][row == 0].max() < 0.5
+
+
 def test_bad_surfaces():
     """Each in one line with the sets, the count, the distance in the unit of the study, and what to do."""
     def refused(match, move=(0.0, 0.0, 0.0), turn=None, scale=1.0, faces=None, **settings):

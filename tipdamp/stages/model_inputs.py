@@ -44,7 +44,7 @@ def line_of(study: Study, pairs: ContactTable) -> ContactTable:
     for name in edge:
         mine = pairs.select((pairs.side == name) & pairs.on_surface)
         count = np.bincount(mine.station) if len(mine) else np.ones(1)
-        if np.ptp(count):
+        if np.ptp(count) or len(mine) and (np.bincount(mine.station, mine.row == 0) == 0).any():
             raise InputError(f"{study.path}: [contact.{name}] rows = 'edge': the damper's faces lie in no rows along "
                              f"the axis, its stations hold {count.min()} to {count.max()} contact points; rows = 'all'")
     detached = np.isin(pairs.side, edge) & (pairs.row > 0)
