@@ -13,6 +13,7 @@ from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.stages.results import SideCheck
 
 LARGEST_MU = 2.0         # more than any dry metals have
+LONGER = 1.5             # times as wide as long: no damper between blades is
 ODD_ANGLE = 20.0         # degrees between a pair's normal and the surfaces; as much as matching itself allows
 
 
@@ -58,6 +59,25 @@ def pull_warnings(pairs: ContactTable, pull_direction: np.ndarray | tuple[float,
     """One sentence when the pull does not press the damper against its sides."""
     _, trouble = forces_per_pull(pairs, pull_direction, held)
     return [f"pull_direction = {np.round(pull_direction, 4).tolist()}: {trouble}"] if trouble else []
+
+
+def axis_warnings(pairs: ContactTable, axis: np.ndarray | tuple[float, ...]) -> list[str]:
+    """What speaks against the axis: normals that lie along it, or a contact that is longer across it."""
+    stated, along = f"axis = {np.round(axis, 4).tolist()}", np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    angle = 90 - np.degrees(np.arccos(np.clip(np.abs(pairs.normal @ along), 0, 1)))
+    if (angle > ODD_ANGLE).any():
+        i = int(angle.argmax())
+        return [f"{stated}: {(angle > ODD_ANGLE).sum()} of {len(pairs)} contact normals are more than {ODD_ANGLE:g} "
+                f"degrees off being perpendicular to it, side '{pairs.side[i]}' {angle[i]:.0f}: the axis runs along "
+                "all contact sides"]
+    length = np.ptp(pairs.position @ along)
+    wide = {s: np.ptp(pairs.position[pairs.side == s] @ pairs.frame[pairs.side == s, 1].mean(axis=0))
+            for s in pairs.sides}
+    side = max(wide, key=lambda s: wide[s])
+    if wide[side] <= LONGER * length:
+        return []
+    return [f"{stated}: side '{side}' is {1e3 * wide[side]:.3g} mm wide across it, all contact {1e3 * length:.3g} mm "
+            "long along it: is it the long direction of the damper's contact?"]
 
 
 def side_checks(pairs: ContactTable, places: dict[str, np.ndarray], pull_direction: np.ndarray | tuple[float, ...],

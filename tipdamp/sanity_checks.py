@@ -137,18 +137,32 @@ def _stiffness(study, inspected):
         if side.shape == "cylinder" and not side.radius:             # none is larger than the damper
             side = side.model_copy(update={"radius": np.ptp(inspected.bodies[DAMPER].box_m, axis=0).max() / 2})
         sized = side.radius if side.shape == "cylinder" else side.width or found.across_m
-        if side.kn is None or not found.force_per_pull or not found.length_m or not sized:
+        share = found.force_per_pull or (1.0 if side.shape == "flat" else 0.0)      # a flat's does not depend on it
+        if not side.given or not share or not found.length_m or not sized:
             continue
         try:
             one = contact_side(side, found.length_m, moduli, found.across_m)
-            bound = side_stiffness(one, found.force_per_pull * pull).normal
+            bound = side_stiffness(one, share * pull).normal
         except InputError:       # a radius that is missing, or far too small for the load
             continue
-        total = side.kn * found.pairs
+        total, said, asked = _given_total(side, found)
         if total > bound:
-            yield (f"[contact.{name}] kn = {side.kn:.4g} N/m on {found.pairs} nodes is {total:.3g} N/m for the side, "
+            yield (f"[contact.{name}] {said} for the side, "
                    f"{total / bound:.2g} times that of two smooth half-spaces of its size and material ({bound:.3g} "
-                   "N/m), real contacts are softer: is kn per node, and in the units of [units]?")
+                   f"N/m), real contacts are softer: is {asked}, and in the units of [units]?")
+
+
+def _given_total(side, found):
+    """N/m of the whole side, how the study states it, and what may be meant."""
+    if side.kn is not None:
+        total = side.kn * found.pairs
+        return total, f"kn = {side.kn:.4g} N/m on {found.pairs} nodes is {total:.3g} N/m", "kn per node"
+    if side.kn_total is not None:
+        return side.kn_total, f"kn_total = {side.kn_total:.4g} N/m", "kn_total that of the side"
+    area = found.area_m2 or found.length_m * (side.width or found.across_m)
+    total = side.kn_per_area * area
+    return total, (f"kn_per_area = {side.kn_per_area:.4g} N/m3 on {1e6 * area:.4g} mm2 is {total:.3g} N/m"), \
+        "kn_per_area per area"
 
 
 def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> Iterator[str]:

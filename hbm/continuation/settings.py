@@ -34,6 +34,8 @@ class Settings:
     large: int = 400              # unknowns from which on the calls hold as they are
     progress_interval: int = 20   # residual calls without a new point after which progress is reported
     start_calls: int = 120        # of damped Newton for a first point or a restart: where it converges it takes 80
+    start_steps: int = 1000       # of a period integrated for a first point, with 100 motions of contacts; (100/n)^2
+                                  # times as many with n, a step costs as n^2; steady motions take some hundred
     max_gaps: int = 3             # places without a solution before the branch counts as lost
     max_restarts: int = 12
     runaway: float = 1e12         # unknowns this many times those of the start, where stiff contacts may have stuck: no

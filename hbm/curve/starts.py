@@ -64,13 +64,16 @@ def _raise_level(balance, w, settings):
 
 
 def _integrate(balance, w, settings):
-    """(x or None, residual calls): where time integration from rest leads; piecewise-linear laws only."""
+    """(x or None, residual calls): where time integration from rest leads; piecewise-linear laws only, as long as no
+    period takes too many steps."""
     if balance.problem.law.piecewise_linear(balance.problem.contacts) is None:
         return None, 0
-    integrator = ExactIntegrator(balance, w, IntegrationSettings(tolerance=1e-4))
+    usual, motions = IntegrationSettings(), len(balance.problem.contacts) * balance.nd
+    steps = max(1, min(usual.max_steps, int(settings.start_steps * (100 / motions) ** 2)))
+    integrator = ExactIntegrator(balance, w, replace(usual, tolerance=1e-4, max_steps=steps))
     cycle = integrator.periods(integrator.at_rest(), 60)
     x = fourier.to_real(integrator.stuck.relative_motion(cycle.force)).ravel()
-    return x if np.isfinite(x).all() else None, 0
+    return x if cycle.finished and np.isfinite(x).all() else None, 0
 
 
 def _from_frequency(balance, other, w, settings):

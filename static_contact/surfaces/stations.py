@@ -30,10 +30,10 @@ def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.nda
             low, whole = height.min(), float(np.ptp(height))
             interval = np.rint((height - low) / whole * np.ceil(whole / own)).astype(int)
         row = np.empty(len(place), dtype=np.int64)
-        for k in range(station.max() + 1):
+        for k in np.unique(station):
             mine = np.flatnonzero(station == k)
-            mine, count = mine[np.argsort(height[mine], kind="stable")], np.arange(len(mine))
-            row[mine] = np.maximum.accumulate(interval[mine] - count) + count
+            mine, rank = mine[np.argsort(height[mine], kind="stable")], np.arange(len(mine))
+            row[mine] = np.maximum.accumulate(interval[mine] - rank) + rank
         found.append((station, row))
     return found
 

@@ -94,6 +94,14 @@ def damper(kind="hexahedron", at=(0.0, 0.0, 0.0)):
     return replace(mesh, groups=groups)
 
 
+def unlike():
+    """The cube of tetrahedra, three by two by four of them along its edges."""
+    mesh = cube("tetra10", divisions=(3, 2, 4))
+    groups = {"face_x": on(mesh, 0, A), "face_z": on(mesh, 2, A),
+              "load": np.intersect1d(on(mesh, 0, 0.0), on(mesh, 2, 0.0))}
+    return replace(mesh, groups=groups)
+
+
 def write(folder, blade_mesh=None, damper_mesh=None, change=()):
     """Study and meshes into a folder; change: (old, new) texts of the study. Returns the study's path."""
     (folder / "blades.inp").write_text(mesh_texts.plain(blade_mesh or blades()))

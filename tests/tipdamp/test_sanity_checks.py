@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from static_contact.pairing import Side, contact_frames
+from tests.static_contact.beams import supports
 from tests.tipdamp import corner_study
 from tests.tipdamp.bad_meshes import inspect
 from tipdamp.bodies.read import read_meshes
 from tipdamp.cli import main
+from tipdamp.pair_checks import axis_warnings
 from tipdamp.sanity_checks import mesh_warnings
 from tipdamp.study.study import load_study
 
@@ -54,6 +57,43 @@ def test_contact_stiffer_than_two_half_spaces(tmp_path, capsys):
     assert len(found) == 1 and found[0].startswith("[contact.one] kn = 1e+09 N/m on 9 nodes is 9e+09 N/m")
     bound = float(found[0].split(" N/m), real")[0].rpartition("(")[2])
     assert 1.28e9 < bound < 1.32e9
+
+
+@pytest.mark.parametrize("given, said", [
+    ("kn_total = 9e9\nkt_total = 9e9", "kn_total = 9e+09 N/m for the side"),
+    ("kn_per_area = 9e13\nkt_per_area = 9e13", "kn_per_area = 9e+13 N/m3 on 100 mm2 is 9e+09 N/m for the side")])
+def test_total_and_areal_stiffness_beyond_half_spaces(tmp_path, capsys, given, said):
+    """The bound of the test above, 1.29e9 N/m, on surfaces and on matching nodes."""
+    for k, mesh in enumerate((None, corner_study.unlike())):
+        folder = tmp_path / str(k)
+        folder.mkdir()
+        _, _, warnings = inspect(corner_study.write(folder, damper_mesh=mesh, change=[
+            ("kn = 1e6\nkt = 1e6", given), ("kn = 1e6\nkt = 1e6", "kn_total = 1e9\nkt_total = 1e9")]), capsys)
+        [found] = [w for w in warnings if "half-spaces" in w]
+        assert found.startswith(f"[contact.one] {said}, ")
+        assert 1.1e9 < float(found.split(" N/m), real")[0].rpartition("(")[2]) < 1.32e9
+
+
+@pytest.mark.parametrize("axis, said", [
+    ("[0, 1, 0]", []), ("[1, 1, 0]", ["9 of 18 contact normals are more than 20 degrees off being perpendicular to it, "
+                                      "side 'one' 45"])])
+def test_wrong_axis(tmp_path, capsys, axis, said):
+    """The cube's contact runs along y; the sides are square, which is no reason."""
+    _, error, warnings = inspect(corner_study.write(tmp_path, change=[
+        ("modes = 3\n", f"modes = 3\naxis = {axis}\n"), ("mu = 0.3", 'mu = 0.3\nmethod = "surfaces"'),
+        *[("kn = 1e6\nkt = 1e6", "kn_total = 1e7\nkt_total = 1e7")] * 2]), capsys)
+    assert warnings is not None, error
+    assert [w.split(": ")[1] for w in warnings if w.startswith("axis = ")] == said
+
+
+def test_axis_across_the_contact():
+    """Two flat sides, 40 mm along x and 5 mm wide: y as the axis is warned of, x is not; normals along z."""
+    place = np.array([[x, y, 0.0] for x in np.linspace(0, 0.04, 5) for y in (0, 0.005)])
+    for axis, count in (((1.0, 0, 0), 0), ((0, 1.0, 0), 1)):
+        frames = contact_frames(np.tile([0, 0, 1.0], (10, 1)), np.array(axis), Side("one", "b", "d"))
+        pairs = supports(place[:, 0], np.ones(10), np.zeros(10)).replace(position=place, frame=frames)
+        found = axis_warnings(pairs, axis)
+        assert len(found) == count and all("40 mm wide across it, all contact 5 mm long" in w for w in found)
 
 
 def test_cylinder_without_radius(tmp_path, capsys):

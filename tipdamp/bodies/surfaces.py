@@ -11,7 +11,7 @@ from hbm.errors import InputError
 from modal.faces import face_corners, face_keys
 from modal.mesh import Mesh
 from static_contact.pairing import Side, matches
-from static_contact.surfaces.facets import Surface
+from static_contact.surfaces.facets import Surface, facets
 from static_contact.surfaces.pick import FacePick, faces_of
 from static_contact.surfaces.points import FacingSides, MeshPoints, check_faces, surface_contact
 from tipdamp.bodies import BLADES, DAMPER
@@ -78,6 +78,13 @@ def surface_points(study: Study, meshes: dict[str, Mesh]) -> SurfaceContact | No
                                pull=study.driver.pull_direction, closed=study.contact.distance == "closed",
                                shown=length_text(study.length_unit))
     return SurfaceContact(pairs, dict(zip((BLADES, DAMPER), points, strict=True)))
+
+
+def damper_areas(study: Study, meshes: dict[str, Mesh]) -> dict[str, float]:
+    """{side: m2} of all faces of the damper on the sides that meet as surfaces."""
+    damper = meshes[DAMPER]
+    return {name: sum(float(kind.area.sum()) for kind in facets(Surface(damper, faces_of(
+        damper, named_side(study, name).damper)))) for name in on_surfaces(study, meshes)}
 
 
 def contact_edges(study: Study, meshes: dict[str, Mesh]) -> dict[str, np.ndarray]:

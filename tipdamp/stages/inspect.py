@@ -1,5 +1,7 @@
 """Stage inspect: what is in the meshes or matrices, before anything is computed, and the page to look at it."""
 
+from types import MappingProxyType
+
 import numpy as np
 
 from hbm.errors import InputError, shown
@@ -11,9 +13,11 @@ from tipdamp.bodies.assemble import assemble_bodies, master_nodes
 from tipdamp.bodies.matrices import given_model, ground_warnings
 from tipdamp.bodies.pair import matched_pairs, places_on
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
+from tipdamp.bodies.surfaces import damper_areas
 from tipdamp.progress import Tick
 from tipdamp.report.inspection_page import Inspected, inspection_page
 from tipdamp.report.libraries import missing
+from tipdamp.report.tables.inspected import covered
 from tipdamp.sanity_checks import distance_warnings, expectations, first_frequency, friction_warnings, mesh_warnings
 from tipdamp.stages.results import InspectedBody, InspectResult
 from tipdamp.stages.stage import Stage
@@ -34,6 +38,7 @@ def _matrices(study, store):
     shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
     warnings = [*ground_warnings(model, pairs), *friction_warnings(study), *pair_checks.warnings(pairs)]
     warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
+    warnings += pair_checks.axis_warnings(pairs, study.driver.axis)
     bodies = {b: InspectedBody(dofs=int((model.body == b).sum())) for b in (BLADES, DAMPER)}
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings), shown)
 
@@ -60,10 +65,11 @@ def _meshes(study, store, tick):
         warnings += distance_warnings(study, pairs, meshes)
     warnings += [*friction_warnings(study), *pair_checks.warnings(pairs, angles)]
     warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
+    warnings += pair_checks.axis_warnings(pairs, study.driver.axis)
     moduli = side_materials(study, meshes, pairs)
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings, side_moduli=moduli,
                                                   columns=_columns(study, meshes, pairs)),
-                      Inspected(meshes, pairs, places_on(meshes, pairs), angles))
+                      Inspected(meshes, pairs, places_on(meshes, pairs), angles), damper_areas(study, meshes))
 
 
 def _of_mesh(mesh, file):
@@ -95,14 +101,19 @@ def _columns(study, meshes, pairs):
             for name, nodes in master_nodes(study, meshes, pairs).items()}
 
 
-def _with_page(study, store, result, shown):
-    """The result with its pairs, and inspect.html beside it; a warning instead where a library is missing."""
+def _with_page(study, store, result, shown, areas=MappingProxyType({})):
+    """The result with its pairs and the areas {side: m2} of the damper's faces where they meet as surfaces, and
+    inspect.html beside it; a warning instead where a library is missing."""
     found = dict(result)
     if shown.pairs is not None:
         direction = np.array(study.driver.pull_direction)
         found["pairs"] = {s: int((shown.pairs.side == s).sum()) for s in shown.pairs.sides}
         found["pair_checks"] = pair_checks.side_checks(shown.pairs, shown.places, direction, shown.angles,
                                                         loads.held_directions(study, shown.pairs))
+        for side, faces in areas.items():
+            area = float(shown.pairs.area[shown.pairs.side == side].sum())
+            found["pair_checks"][side] = found["pair_checks"][side].model_copy(
+                update={"area_m2": area, "faces_m2": faces})
     if absent := missing("plotly", "jinja2"):
         found["warnings"] = (*result.warnings, f"inspect.html is left out: {absent} is not installed")
         return InspectResult(**found)
@@ -114,7 +125,7 @@ def _with_page(study, store, result, shown):
 def line(store: Store) -> str:
     """Numbers of pairs, then a line for each body."""
     found = InspectResult.load(store)
-    lines = [", ".join(f"{n} pairs on side '{s}'" for s, n in found.pairs.items())]
+    lines = [", ".join(f"{n} pairs on side '{s}'{_covered(found.pair_checks.get(s))}" for s, n in found.pairs.items())]
     for name, b in found.bodies.items():
         if b.moving_mass_kg is None:             # given matrices
             lines.append(f"{name}: {b.dofs} dofs")
@@ -127,6 +138,10 @@ def line(store: Store) -> str:
                      f"{b.moving_mass_kg[0]:.4g} kg, {b.rigid_modes} rigid modes; groups (nodes): {groups}")
     lines += [f"to look at: {store.path(name)}" for name in found.pictures]
     return "\n".join([lines[0], *(" " * 21 + text for text in lines[1:])])
+
+
+def _covered(check):
+    return f" ({covered(check)} mm2 covered)" if check and check.area_m2 is not None else ""
 
 
 def warnings(study: Study, store: Store) -> list[str]:

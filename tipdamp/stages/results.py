@@ -35,7 +35,8 @@ class InspectedBody(Record):
 
 class SideCheck(Record):
     """Geometry of the pairs of one side; length_m, across_m - extent along t1 and t2; force_per_pull - N on the side
-    for 1 N of pull without friction, None with the reason in `trouble`."""
+    for 1 N of pull without friction, None with the reason in `trouble`; area_m2 of contact between surfaces, of the
+    faces_m2 that the damper has there, None where nodes match."""
     pairs: int
     stations: int
     rows: int
@@ -48,6 +49,8 @@ class SideCheck(Record):
     apart_across_m: float
     force_per_pull: Number
     trouble: str | None
+    area_m2: float | None = None
+    faces_m2: float | None = None
 
 
 class InspectResult(Result):

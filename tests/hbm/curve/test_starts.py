@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hbm.balance.residual import HarmonicBalance
+from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.settings import Settings
 from hbm.curve import starts
 from hbm.response import follow_band
@@ -44,3 +45,11 @@ def test_first_point_from_outside_the_band():
     point = starts._from_frequency(balance, 0.95 * w, w, settings)
     assert point.converged and point.parameter == w and point.iterations > 20
     assert np.linalg.norm(balance.evaluate(point.x, w).residual) < 1e-9 * np.linalg.norm(point.x)
+
+
+def test_integration_ends_where_its_periods_take_too_many_steps():
+    """It leads to where Newton converges, and to none where the steps of a period are used up before it ends."""
+    balance, w = HarmonicBalance(oscillator(), {1: 5 * FORCE}, 5, "zero_force"), 2 * np.pi * 170
+    x, _ = starts._integrate(balance, w, Settings())
+    assert solve_fixed(balance.evaluate, x, w, balance.weights).converged
+    assert starts._integrate(balance, w, Settings(start_steps=0))[0] is None

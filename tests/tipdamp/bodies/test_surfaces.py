@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from tests.tipdamp import corner_study
 from tests.tipdamp.bad_meshes import inspect
-from tests.tipdamp.corner_study import A
+from tests.tipdamp.corner_study import A, unlike
 from tipdamp.bodies.pair import matched_pairs, places_on
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.surfaces import surface_points
@@ -20,14 +19,6 @@ from tipdamp.stages.model_inputs import line_of
 from tipdamp.study.study import load_study
 
 TOTAL = [("kn = 1e6\nkt = 1e6", "kn_total = 9e6\nkt_total = 9e6")] * 2
-
-
-def unlike():
-    """The cube of tetrahedra, three by two by four of them along its edges."""
-    mesh = corner_study.cube("tetra10", divisions=(3, 2, 4))
-    groups = {"face_x": corner_study.on(mesh, 0, A), "face_z": corner_study.on(mesh, 2, A),
-              "load": np.intersect1d(corner_study.on(mesh, 0, 0.0), corner_study.on(mesh, 2, 0.0))}
-    return replace(mesh, groups=groups)
 
 
 def read(path):
@@ -146,6 +137,9 @@ def test_gaps_of_whole_faces_are_said(tmp_path, capsys):
     code, _, warnings = inspect(corner_study.write(tmp_path, damper_mesh=apart, change=TOTAL), capsys)
     assert code == 0
     [found] = [w for w in warnings if w.startswith("side 'one'")]
+    checks = json.loads((tmp_path / "results/corner/inspect.json").read_text())["pair_checks"]
+    assert [checks[s]["area_m2"] / A**2 for s in ("one", "two")] == pytest.approx([1, 0.94])      # two: 0.6 mm beside
+    assert [checks[s]["faces_m2"] / A**2 for s in ("one", "two")] == pytest.approx([1, 1])
     assert "9 of 9 contact points have gaps" in found and "up to 0.0006 m at point" in found
 
 

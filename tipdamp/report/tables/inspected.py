@@ -2,7 +2,7 @@
 
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.text import MM, NOTHING, distance, listing, number
-from tipdamp.stages.results import InspectedBody, InspectResult
+from tipdamp.stages.results import InspectedBody, InspectResult, SideCheck
 
 
 def pairs_table(found: InspectResult) -> Table:
@@ -11,11 +11,19 @@ def pairs_table(found: InspectResult) -> Table:
     return Table(
         "Contact pairs. The mean normal points from the damper into the blade. Spread: largest angle between a normal "
         "and their mean. Off the surface: largest angle between a normal and that of the faces of damper or blade. "
-        "Apart: from the node of the damper to that of the blade. Force: on the side per newton of pull, without "
+        "Apart: from the node of the damper to that of the blade. Covered: area of contact between surfaces, and of "
+        "all faces of the damper there. Force: on the side per newton of pull, without "
         "friction" + (f" (not found: {trouble})." if trouble else "."),
         ("side", "pairs", "stations × rows", "mean normal", "spread", "off the surface", "apart along n (µm)",
-         "apart across (µm)", "force (N/N)"),
+         "apart across (µm)", "covered (mm²)", "force (N/N)"),
         tuple(_side(name, check) for name, check in found.pair_checks.items()), left=(0,))
+
+
+def covered(check: SideCheck) -> str:
+    """'143.8 of 144': mm2 of contact, and of the damper's faces on the side; none where nodes match."""
+    if check.area_m2 is None or check.faces_m2 is None:
+        return NOTHING
+    return f"{MM**2 * check.area_m2:.4g} of {MM**2 * check.faces_m2:.4g}"
 
 
 def _side(name, check):
@@ -23,7 +31,8 @@ def _side(name, check):
     return (name, f"{check.pairs}", f"{check.stations} × {check.rows}",
             f"({', '.join(f'{v:+.3f}' for v in check.mean_normal)})", f"{check.normals_within_deg:.1f}°",
             NOTHING if check.off_surface_deg is None else f"{check.off_surface_deg:.1f}°",
-            low if low == high else f"{low} to {high}", distance(check.apart_across_m), number(check.force_per_pull))
+            low if low == high else f"{low} to {high}", distance(check.apart_across_m), covered(check),
+            number(check.force_per_pull))
 
 
 def bodies_table(found: InspectResult) -> Table:
