@@ -92,6 +92,11 @@ def test_method_and_matching_nodes(tmp_path):
     ([*TOTAL, ('"face_x"', "{ plane = [1, 0, 0], point = [0.02, 0, 0] }")],
      r"\[contact.one\] damper: no face on the surface of damper.inp: "
      "the nearest lies 0.01 m off the plane and its normal 0 degrees; .* state tolerance"),
+    ([*TOTAL, ('"face_x"', "{ box = [[5, 5, 5], [6, 6, 6]] }")], "none has all its nodes in the box; enlarge it"),
+    ([*TOTAL, ('"face_x"', "{ plane = [1, 0, 0], point = [0, 0, 0], within = 1e-4 }")],
+     r"\d+ faces fulfil the rest, but none of them lies within 0.0001 m of a face of blades.inp"),
+    ([*TOTAL, ('"face_x"', "{ cylinder = [0, 1, 0], point = [0, 0, 0], radius = 0.05, tolerance = 1e-3 }")],
+     r"the nearest lies 0.0\d+ m off the cylinder and its normal \d+ degrees; .* \(now 0.001 m\)"),
     ([*TOTAL, ('"face_x"', '"load"')], r"\[contact.one\] damper: no face .* among the \d+ nodes of group 'load'"),
     ([*TOTAL, ('"face_x"', '"face_z"')], "side 'one': .* damper faces of 'face_z' and 4 blade faces of 'touch_one'"),
     ([*TOTAL, ("[material]", '[units]\nlength = "mm"\n[material]'), ('"touch_one"', '"clamp_one"')],
