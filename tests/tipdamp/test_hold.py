@@ -11,6 +11,9 @@ from hbm.model import ReducedModel
 from hbm.result import ForcedResponse
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
+from tipdamp.stages.adrift import adrift
+from tipdamp.stages.respond import assembled
+from tipdamp.stages.results import PreloadResult
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.keys import json_schema
 from tipdamp.study.study import load_study
@@ -63,6 +66,19 @@ def test_friction_leaves_the_hold_little(tmp_path):
     found = store.read_json("preload.json")
     assert 0 < found["held"]["damper: slide along y"] < 1e-3 * ALONG
     assert all(side["balance_error"] < 1e-4 for side in found["sides"].values())
+
+
+@pytest.mark.parametrize("level, hold, count", [(0.01, None, 0), (1e4, None, 1), (1e4, '"y"', 0)])
+def test_a_hold_is_advised_before_the_curves(tmp_path, level, hold, count):
+    """The cube slides freely along y: said where all friction, 0.3 of 2 x 7.07 N, is less than stuck contacts carry."""
+    store = run(tmp_path, ("levels = [1]", f"levels = [{level}]"), *([held(hold)] if hold else []),
+                ("[respond]", '[tune]\nstations = "all"\n[respond]'), stages=("reduce", "preload", "tune"))
+    study = load_study(tmp_path / "corner.toml")
+    found = assembled(study, store)
+    free = PreloadResult.load(store).free_motions
+    said = list(adrift(study, free, (found.model, found.kept), found.curves.force))
+    assert len(said) == count
+    assert all('(slide along y)' in s and 'hold = "y"' in s and "gives 4.24 N" in s for s in said)
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Stage respond: forced response of the kept pairs at every level and number of harmonics."""
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -19,10 +20,11 @@ from tipdamp.curves import Case, Curves, forget, sweep
 from tipdamp.interface import doubts, facts_of, in_words, shapes_of
 from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Ticker
+from tipdamp.stages.adrift import adrift
 from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
 from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, ratio
 from tipdamp.stages.response_results import CurveResult, Peak, RespondResult
-from tipdamp.stages.results import TuneResult
+from tipdamp.stages.results import PreloadResult, TuneResult
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
 from tipdamp.study.schema import Respond
@@ -61,6 +63,9 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     settings, assembly = study.respond, assembled(study, store)
     ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
     cases = [[Case(Fe, H, way) for way in ways] for H in settings.harmonics for Fe in settings.levels]
+    small = assembly.model if assembly.interface is None else assembly.interface.model
+    for text in adrift(study, PreloadResult.load(store).free_motions, (small, assembly.kept), assembly.curves.force):
+        logging.getLogger("tipdamp").warning(text)             # before the curves: the first point may not be found
     _make([case for both in cases for case in both], assembly.curves, tick, workers)
     found, shapes, difference = list[CurveResult](), [], {}
     for there, *back in cases:

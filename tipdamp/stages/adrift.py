@@ -1,0 +1,36 @@
+"""Whether friction holds a damper that else slides freely where a curve starts; said before the curves are made."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from hbm.balance.receptance import linear_response
+from hbm.contact import ContactTable, relative_motion
+from hbm.model import ReducedModel
+from tipdamp.bodies import DAMPER
+from tipdamp.stages.model_inputs import ratio
+from tipdamp.stages.results import FreeMotion
+from tipdamp.study.view import Study
+
+
+def adrift(study: Study, free: Sequence[FreeMotion], contact: tuple[ReducedModel, ContactTable],
+           force: np.ndarray) -> Iterator[str]:
+    """One sentence where the damper has motions `free` of friction that nothing holds, and all friction together is
+    less than what the contacts, stuck, would carry at an end of the band from which a curve starts.
+
+    contact - the model and its kept pairs; force (r,) N for a level of 1 N
+    """
+    (model, kept), settings = contact, study.respond
+    closed, level = kept.select(kept.preload > 0), max(settings.levels)
+    if not free or study.driver.hold or not len(closed):
+        return
+    rows = {str(i): row for i, row in enumerate(relative_motion(model, closed).toarray())}
+    u = linear_response(model, closed, level * force, settings.band[:1 + settings.both_ways],
+                        ratio(settings.damping_ratio), rows).reshape(-1, len(closed), 3)
+    needed = (np.linalg.norm(u[:, :, :2], axis=2) * closed.kt * closed.weight).sum(axis=1).max()
+    given, motion = (closed.mu * closed.preload).sum(), free[0].name
+    if needed > given:
+        hold = f' = "{motion.rpartition(" ")[2]}"' if motion.startswith("slide along") else ""
+        yield (f"nothing but friction holds the damper ({motion}), and at {level:g} N its contacts would need "
+               f"{needed:.3g} N to stick where the band starts, friction gives {given:.3g} N: a curve may find "
+               f"no first point; hold that motion: [{'model' if 'model' in study else DAMPER}] hold{hold}")
