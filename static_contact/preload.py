@@ -60,7 +60,7 @@ class Preload:
     displacement : (r,) m; motions - free ones and the load along each; held : {name: N or N m} - force on what holds a
     motion
     reactions : {name: N or N m} - of loads and contact forces along free motions, taken up in the reference
-    state; empty where that is no more than 1e-8 of the load
+    state; empty where that is no more than 1e-10 of it
     residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
     balance - |sum of contact forces, loads and constraint reactions| / |sum of loads| on the floating dampers, None
     where none floats

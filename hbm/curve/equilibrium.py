@@ -77,14 +77,15 @@ def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray
     solved = [i for i, point in enumerate(points) if point.converged]
     if not solved:
         return found, energy
-    runs = [Kept(equation, [points[i] for i in run]) for run in _alike(points, solved, equation.balance)]
-    motion = np.concatenate([_parts(run.modal) for run in runs])
+    motion = np.concatenate([_parts(points[i].detail.modal[None]) for i in solved])
     share, last = np.zeros(2), len(solved) - 1
     for k in {0, last, int(motion[:, 1].argmax())}:
         error = Kept(equation, [points[solved[k]]]).response_error()[0]
         share = np.maximum(share, error / np.maximum(motion[k], TINY))
-    found[solved] = np.concatenate([run.over_scale(run.contact_error() + share * _parts(run.modal)) for run in runs])
-    energy[solved] = [one.error for run in runs for one in run.energies()]
+    for run in _alike(points, solved, equation.balance):        # one after the other: all at once need memory
+        kept = Kept(equation, [points[i] for i in run])
+        found[run] = kept.over_scale(kept.contact_error() + share * _parts(kept.modal))
+        energy[run] = [one.error for one in kept.energies()]
     return found, energy
 
 

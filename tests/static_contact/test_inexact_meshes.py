@@ -112,6 +112,7 @@ def test_the_full_model_takes_up_the_same(error, shift):
     """Newton on the unreduced equations accepts what the condensed route accepts and reports the same; forces to a
     multiple of error/size, as the two spread what is held over other nodes."""
     pytest.importorskip("petsc4py")
+    from static_contact.full.newton import SETTINGS as FULL
     from static_contact.full.newton import full_preload
 
     model, pairs, load = pin(error, shift)
@@ -122,8 +123,11 @@ def test_the_full_model_takes_up_the_same(error, shift):
         nodal[damper.node_dofs([model.node[i]])["xyz".index(model.direction[i])]] = load[i]
     found = StaticContact(model, pairs).solve(load)
     other = full_preload(list(bodies.values()), pairs, {"damper": nodal})
-    assert set(other.reactions) == set(found.reactions) and bool(found.reactions) == (error > 0 or shift > 0)
-    for name, amount in found.reactions.items():
+    # the full model reports less: what it leaves out is below its own threshold
+    both = {name: amount for name, amount in found.reactions.items()
+            if name in other.reactions or abs(amount) > FULL.reported * np.abs(load).sum()}
+    assert set(other.reactions) == set(both) and bool(found.reactions) == (error > 0 or shift > 0)
+    for name, amount in both.items():
         assert other.reactions[name] == pytest.approx(amount, rel=1e-3)
     assert other.force == pytest.approx(found.force, abs=(1e-10 + 1e3 * error + 10 * shift) * found.force.max())
     with pytest.raises(InputError, match="roll about y is loaded: 0.011. N m, and no contact resists it"):

@@ -121,8 +121,8 @@ def test_a23_hostile_names_through_a_study(tmp_path, capsys):
         assert main([verb, str(path), "--quiet"]) == 0
     found = json.loads((tmp_path / "results" / "corner" / "inspect.json").read_text())
     assert name in found["bodies"]["blades"]["groups"]
-    assert {p.suffix for p in (tmp_path / "results").rglob("[!.]*") if p.is_file()} <= {".json", ".csv", ".npz", ".vtu",
-                                                                                          ".html"}
+    assert {p.suffix for p in (tmp_path / "results").rglob("[!.]*") if p.is_file()} <= {
+        ".json", ".csv", ".npz", ".vtu", ".from", ".html"}
     page = (tmp_path / "results" / "corner" / "inspect.html").read_text(encoding="utf-8")
     assert name not in page and "x:y" in page
     assert sorted(p.name for p in tmp_path.iterdir()) == ["blades.inp", "corner.toml", "damper.inp", "results"]

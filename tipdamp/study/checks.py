@@ -35,7 +35,7 @@ def check_study(study: Study) -> None:
     path, contact = study.path, study.contact
     for key, file in study.inputs().items():
         if file.exists() and not (file.is_file() or file.is_dir()):       # a pipe or a device, which may never end
-            raise InputError(f"{path}: {key} = {shown(file)}: is not a file")
+            raise InputError(f"{path}: {key} = {shown(file, 400)}: is not a file")
     if not contact.pairs and contact.mu is None:
         raise InputError(f"{path}: [contact] mu is missing: {Contact.data_sheets()['mu'].text}")
     if "model" in study and not contact.pairs:

@@ -87,7 +87,7 @@ class CoulombFriction(ContactLaw):
         law = events.Sliders(self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
         pieces, counts = np.empty((P, self.sliders + 1, 8 * nh + 64, 7)), np.empty((P, self.sliders + 1), np.int64)
         active, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))
-        wave, rate = ((x.reshape(P * nd, nh) @ basis.T).reshape(P, nd, -1) for basis in (E, E_rate))
+        wave, rate = ((x.reshape(P * nd, nh) @ basis.T).reshape(P, nd, len(basis)) for basis in (E, E_rate))
         events.find_pieces(x, (tau, wave, rate), law, start, (pieces, counts, active, shares))
         moving = np.flatnonzero(active.any(axis=1))
         place = np.full(P, -1)
