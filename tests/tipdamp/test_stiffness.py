@@ -32,7 +32,7 @@ def stiffness_of(rig_results, tmp_path, *changes):
     study, pairs = load_study(tmp_path / "s.toml"), ContactTable.load(rig_results.path("preload.csv"))
     materials = dict.fromkeys(pairs.sides, STEEL)
     return (stiffness.with_values(study, pairs, materials),
-            stiffness.facts(study, stiffness.side_stiffness(study, pairs, materials), materials))
+            stiffness.facts(study, pairs, stiffness.side_stiffness(study, pairs, materials), materials))
 
 
 @pytest.mark.parametrize("words, left, right, how", [
