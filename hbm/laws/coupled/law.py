@@ -24,11 +24,6 @@ class IsotropicFriction(ContactLaw):
     states: ClassVar[int] = 5
     coupled: ClassVar[bool] = True
 
-    def default_samples(self, H: int) -> int:
-        """Samples of a cycle: of second order, 1024 left 3.8e-4 of the forces in the worst of five systems, 256 up to
-        4e-3 in random ones (kt over five decades)."""
-        return max(1024, super().default_samples(H))
-
     def stuck_stiffness(self, contacts):
         """(P, 3) N/m: kt, kt, kn."""
         return np.stack([contacts.kt, contacts.kt, contacts.kn], axis=1)
