@@ -36,10 +36,11 @@ class ForecastSettings:
     solves_a_mode: int = 4          # of the Lanczos process
     dense: int = 6                  # products of dofs x masters with masters in a reduction
     eigen: float = 25.0             # flops of the modes of r dofs over r^3
-    points: int = 200               # of a curve, one way
+    points: int = 80                # of a curve, one way [the two-blade rig: 50]
     steps: int = 4                  # of Newton's method a point
-    contact: float = 2e-5           # s a pair and step for its force of one harmonic
+    contact: float = 8e-6           # s a pair and step for its force of one harmonic
     slipping: float = 0.25          # of the pairs; all of them is the upper bound
+    kept: float = 0.3               # of the pairs, where they are detached to a frequency: 9 of 31 [Zucca 2016]
     short: float = 60.0             # s below which nothing is measured and nothing said
     slow: float = 600.0             # s above which a stage is warned of
     many: int = 900                 # masters above which fewer stations are advised
@@ -52,12 +53,13 @@ COMMON = Machine(factor=0.25, solve=2.5e-3, flops=1e10)     # one core of an off
 @dataclass(frozen=True)
 class Size:
     """bodies {name: (dofs, columns, modes)}, columns - master dofs and contact shapes; pairs; curves - H of each, each
-    way counted; followed - pairs that a reduced interface follows, 0 where all are."""
+    way counted; followed - pairs that a reduced interface follows, 0 where all are; kept - share of pairs that stay."""
 
     bodies: dict[str, tuple[int, int, int]]
     pairs: int
     curves: tuple[int, ...]
     followed: int = 0
+    kept: float = 1.0
 
     @property
     def reduced(self) -> int:
@@ -88,7 +90,9 @@ def size_of(study: Study, found: InspectResult) -> Size:
     curves = () if "respond" not in study else tuple(
         H for H in study.respond.harmonics for _ in study.respond.levels for _ in range(1 + study.respond.both_ways))
     pairs = sum(found.pairs.values())
-    return Size(bodies, pairs, curves, study.respond.followed if curves and is_reduced(study, pairs) else 0)
+    detached = "tune" in study and bool(study.tune.target_hz or study.tune.target_from)
+    return Size(bodies, pairs, curves, study.respond.followed if curves and is_reduced(study, pairs) else 0,
+                SETTINGS.kept if detached else 1.0)
 
 
 def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS) -> dict[str, Cost]:
@@ -108,7 +112,7 @@ def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS
     if any(columns for _, columns, _ in size.bodies.values()):              # not so of given matrices
         costs = {"reduce": Cost(seconds, memory), **costs}
     if size.curves:
-        moving = min(size.followed or pairs, pairs)
+        moving = max(int(size.kept * min(size.followed or pairs, pairs)), 1)
         some, worst = (sum(_curve(moving, H, share, machine, settings) for H in size.curves) + modes_of_all
                        for share in (settings.slipping, 1.0))
         need = curve_bytes(max(int(settings.slipping * moving), 1), moving, 3, max(size.curves))
