@@ -223,7 +223,7 @@ def versions(folder):
                   Facts({**good, "numpy": Module("2.1", "/home/x/numpy/__init__.py")}, debian_numpy="1.24.2")):
         failed = next(c for c in checks(facts) if c.status == "fail" and c.name in ("PETSc's scalars", "numpy's age"))
         assert failed.repair
-        yield f"tipdamp doctor: {failed.name}: {failed.what}; {failed.repair}"
+        yield f"tipdamp doctor: {failed.name}: {failed.what}; {failed.repair.replace(sys.executable, 'python')}"
 
 
 @row("x10", "limits of the address space", "E")

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 from hbm.errors import InputError, nearest, shown
 from modal.mesh import Mesh
+from static_contact.surfaces.pick import FacePick
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.split import Wanted, cut_named, named_cells, split
 from tipdamp.bodies.surfaces import with_picked
-from tipdamp.study.faces import FaceChoice
 from tipdamp.study.view import Study, every_key
 
 # what every stage that works on meshes or given matrices reads of the study
@@ -85,6 +85,6 @@ def named_groups(study: Study) -> Iterator[NamedGroup]:
     for name, side in study.sides.items():
         dimensions = (0, 1, 2) if side.shape == "cylinder" else (0, 2)
         for body, what, faces in ((BLADES, "blade", side.blade), (DAMPER, "damper", side.damper)):
-            group = faces.group if isinstance(faces, FaceChoice) else faces
+            group = faces.group if isinstance(faces, FacePick) else faces
             if group:
                 yield NamedGroup(body, f"[contact.{name}] {what}", group, dimensions)

@@ -15,7 +15,6 @@ from static_contact.surfaces.facets import Surface, facets
 from static_contact.surfaces.pick import FacePick, faces_of
 from static_contact.surfaces.points import FacingSides, MeshPoints, check_faces, surface_contact
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.study.faces import FaceChoice
 from tipdamp.study.view import Study
 
 
@@ -29,7 +28,7 @@ class SurfaceContact(NamedTuple):
 def named_side(study: Study, name: str) -> Side:
     """A side with the names of its groups; faces picked by geometry are the group "[contact.NAME] blade"."""
     side = study.sides[name]
-    blade, damper = (f"[contact.{name}] {what}" if isinstance(faces, FaceChoice) else faces
+    blade, damper = (f"[contact.{name}] {what}" if isinstance(faces, FacePick) else faces
                      for what, faces in (("blade", side.blade), ("damper", side.damper)))
     return Side(name, blade, damper, BLADES, DAMPER)
 
@@ -42,11 +41,10 @@ def with_picked(study: Study, meshes: dict[str, Mesh]) -> dict[str, Mesh]:
         named = named_side(study, name)
         for body, other, what, chosen, group in ((BLADES, DAMPER, "blade", side.blade, named.blade),
                                                  (DAMPER, BLADES, "damper", side.damper, named.damper)):
-            if isinstance(chosen, FaceChoice):
-                pick = FacePick(**dict(chosen))
-                faces = pick.faces(meshes[body], meshes[other])
+            if isinstance(chosen, FacePick):
+                faces = chosen.faces(meshes[body], meshes[other])
                 if not any(map(len, faces)):
-                    why = pick.why_none(meshes[body], meshes[other], length_text(study.length_unit))
+                    why = chosen.why_none(meshes[body], meshes[other], length_text(study.length_unit))
                     _in_study(study, check_faces, named, what, group, meshes[body], faces, why)
                 found[body] = with_faces(found[body], group, faces)
     return found

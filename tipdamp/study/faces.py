@@ -1,34 +1,18 @@
 """Faces of a contact side: the name of a group, or a table that picks them by geometry."""
 
+from dataclasses import fields
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
-
 from hbm.errors import nearest
+from static_contact.surfaces.pick import FacePick
 from tipdamp.study.values import NUMBER, Key, Kind, number
 
-Vector = tuple[float, float, float]
 LENGTH = Key(NUMBER, "", low=0, open_low=True)
-KEYS = ("plane", "cylinder", "point", "radius", "tolerance", "within", "box", "group")
+KEYS = tuple(field.name for field in fields(FacePick))
 EXAMPLE = 'such as { plane = [0, 0, 1], point = [0, 0, 5] }, { within = 0.1 } or { box = [[0, 0, 0], [9, 9, 1]] }'
 
 
-class FaceChoice(BaseModel):
-    """Keys as in `static_contact.surfaces.pick.FacePick`; lengths in m."""
-
-    model_config = ConfigDict(frozen=True)
-
-    plane: Vector | None = None
-    cylinder: Vector | None = None
-    point: Vector = (0.0, 0.0, 0.0)
-    radius: float | None = None
-    tolerance: float | None = None
-    within: float | None = None
-    box: tuple[Vector, Vector] | None = None
-    group: str = ""
-
-
-def _read(value: Any, key: Key, factor: float) -> str | FaceChoice:
+def _read(value: Any, key: Key, factor: float) -> str | FacePick:
     if isinstance(value, str) and value:
         return value
     if not isinstance(value, dict):
@@ -51,7 +35,7 @@ def _read(value: Any, key: Key, factor: float) -> str | FaceChoice:
                 found[name] = read(value[name], factor)
             except ValueError as error:
                 raise ValueError(f"{name} {error}") from None
-    return FaceChoice(**found)
+    return FacePick(**found)
 
 
 def _length(value, factor):

@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from tipdamp.study.faces import FACES, FaceChoice
+from static_contact.surfaces.pick import FacePick
+from tipdamp.study.faces import FACES
 from tipdamp.study.hold import HOLD, HoldChoice
 from tipdamp.study.law import DEFAULT, LAW, LawChoice
 from tipdamp.study.values import (
@@ -191,11 +192,11 @@ class Contact(Section):
 
 class Side(Section):
     """[contact.NAME]: one side of the damper."""
-    blade: Annotated[str | FaceChoice, Key(
+    blade: Annotated[str | FacePick, Key(
         FACES, "group of the blades' mesh: a surface, or nodes; or { ... } with what the faces fulfil: plane (normal) "
         "or cylinder (axis) with point, radius and tolerance, within (distance of the other body), box (two corners), "
         "group", "length")] = ""
-    damper: Annotated[str | FaceChoice, Key(FACES, "group of the damper's mesh, or { ... } as for blade",
+    damper: Annotated[str | FacePick, Key(FACES, "group of the damper's mesh, or { ... } as for blade",
                                             "length")] = ""
     shape: Annotated[Literal["cylinder", "flat", "rounded"], Key(CHOICE, "form of the damper's side")]
     kn: Annotated[float | None, Key(NUMBER, "normal stiffness per node; with kt it replaces [contact] stiffness",

@@ -92,13 +92,7 @@ def test_given_matrices_take_another_pull_as_a_case(tmp_path, capsys):
     store, _ = run(tmp_path, "", "reduce", "preload")
     shutil.copy(store.path("model.npz"), tmp_path)
     shutil.copy(store.path("preload.csv"), tmp_path / "my_pairs.csv")
-    text = """[model]
-matrices = "model.npz"
-pull = 10
-pull_direction = [1, 0, 1]
-[contact]
-pairs = "my_pairs.csv"
-[loads.heavy]
+    text = corner_study.MATRICES.split("[contact.one]")[0].replace("pairs.csv", "my_pairs.csv") + """[loads.heavy]
 pull = 30
 [preload]
 friction = true
