@@ -39,7 +39,7 @@ class ContactProblem:
         static loads
     damping_ratio : of the modes of the stuck system; None takes C
     describe : motion (r,) -> NamedMotion for messages (see `hbm.balance.named_motion.describe_motion`), or None
-    held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see `hbm.hold.held_motions`)
+    held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see `hbm.hold.spring.held_motions`)
     Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or damping feeds energy in.
     """
 
@@ -214,7 +214,7 @@ def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, o
 
     model, pairs, law, origin, damping_ratio : as in `hbm.response.forced_response`
     static : (r,) N - constant loads: all of them with the unloaded origin, those beside the preload's else
-    hold : rigid motions of bodies that no contact resists, and that are held (`hbm.hold.Hold`)
+    hold : rigid motions of bodies that no contact resists, and that are held (`hbm.hold.spring.Hold`)
     Raises InputError on unusable input; warns where the model cannot move along the normal of a pair.
     """
     problem, kept, doubts = doubted_problem(model, pairs, law, (origin, static, damping_ratio, hold))

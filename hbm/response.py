@@ -3,8 +3,8 @@
     curve = forced_response(model, pairs, DryFriction2T(), F, (900, 1400), damping_ratio=0.01, outputs={"tip": row})
 
 The story: the equations of the harmonic balance (`hbm.balance`), one parameter that varies in them (`hbm.parameter`),
-a first solution (`hbm.starts`), the branch through it (`hbm.continuation`), solved points where values were asked for
-and at the peaks, and the arrays of the curve (`hbm.result`).
+a first solution (`hbm.curve.starts`), the branch through it (`hbm.continuation`), solved points where values were
+asked for and at the peaks, and the arrays of the curve (`hbm.result`).
 """
 
 import time

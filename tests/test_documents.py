@@ -24,20 +24,31 @@ def _names(source):
     return {getattr(node, fields[type(node)]) for node in ast.walk(ast.parse(source)) if type(node) in fields}
 
 
+def _missing(dotted):
+    """Of `hbm.testing.check_law` what is not there: a module is a file, what follows a name in it (or its package)."""
+    place, names = ROOT, dotted.split(".")
+    while names and (place / names[0]).is_dir():
+        place /= names.pop(0)
+    if names and names[-1] in ("md", "py", "toml"):
+        return []                                           # a file, see below
+    if names and (place / f"{names[0]}.py").exists():
+        place /= f"{names.pop(0)}.py"
+    source = place if place.is_file() else place / "__init__.py"
+    words = _names(_text(source)) if names and source.exists() else ()
+    return [name for name in names if name not in words]
+
+
 @each_page
 def test_modules_and_their_names(page):
-    """`hbm.testing.check_law`: the module is a file, what follows is a name in it (or in its package)."""
     for dotted in re.findall(rf"(?<![\w./-])(?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+", _text(page)):
-        place, names = ROOT, dotted.split(".")
-        while names and (place / names[0]).is_dir():
-            place /= names.pop(0)
-        if names and names[-1] in ("md", "py", "toml"):
-            continue                                        # a file, see below
-        if names and (place / f"{names[0]}.py").exists():
-            place /= f"{names.pop(0)}.py"
-        source = place if place.is_file() else place / "__init__.py"
-        words = _names(_text(source)) if source.exists() else ()
-        assert [name for name in names if name not in words] == [], dotted
+        assert _missing(dotted) == [], dotted
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_modules_named_in_the_sources(package):
+    named = {(source.relative_to(ROOT).as_posix(), dotted) for source in (ROOT / package).rglob("*.py")
+             for dotted in re.findall(rf"`((?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+)", _text(source))}
+    assert [(source, dotted) for source, dotted in sorted(named) if _missing(dotted)] == []
 
 
 @each_page

@@ -60,7 +60,8 @@ class HarmonicBalance:
     """Residual of a ContactProblem under forces {harmonic: (r,) complex N} for harmonics 0..H.
 
     x (P nd nh,) are the real coefficients of the relative motion, contact by contact, component by component.
-    start, samples : as in `hbm.options.CurveOptions`. Raises InputError where these do not fit, or memory is short.
+    start, samples : as in `hbm.curve.options.CurveOptions`. Raises InputError where these do not fit, or memory is
+        short.
     """
 
     def __init__(self, problem: ContactProblem, forces: dict, H: int, start: str | np.ndarray = "zero_slider",

@@ -42,7 +42,7 @@ class CurveOptions:
     progress : function (value, step, calls), called at each point with the residual calls that it took, and at
         every 20 calls between points with step 0 and the calls since
     settings : of the continuation: steps, points, budget; None takes `hbm.continuation.settings.DEFAULT`
-    journal : of a curve that may be interrupted, to continue it later (`hbm.journal`)
+    journal : of a curve that may be interrupted, to continue it later (`hbm.curve.journal`)
     """
 
     outputs: dict
