@@ -122,12 +122,6 @@ class ContactLaw:
         """
         return None
 
-    def orbit_tangents(self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any,
-                       omega: float) -> tuple[np.ndarray, np.ndarray]:
-        """(force_u, force_v), each (n, P, nd, nd): derivatives of the force at the samples of the periodic cycle."""
-        t = sampled.periodic(self, contacts, x, start, grid, omega).tangents
-        return t.force_u, t.force_v
-
     def sticks_surely(self, contacts: Contacts, amplitude: np.ndarray) -> np.ndarray:
         """(P,) bool, guaranteed to stay stuck for any motion with component amplitudes up to `amplitude` (P, nd)
         m about that at which their sliders carry no force; False where that is not known."""
