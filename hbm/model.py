@@ -186,7 +186,7 @@ class ReducedModel:
     def save(self, path: str | Path) -> Path:
         """Write one .npz without pickled objects."""
         path = Path(path)
-        arrays = dict(M=self.M, K=self.K, body=self.body, node=self.node, direction=self.direction,
+        arrays: dict[str, Any] = dict(M=self.M, K=self.K, body=self.body, node=self.node, direction=self.direction,
                       position=self.position)
         if self.C is not None:
             arrays["C"] = self.C
@@ -319,7 +319,7 @@ def _positive(matrix, shift) -> bool:
     row = np.arange(len(matrix))
     first = np.minimum((matrix != 0).argmax(axis=1), row)          # entry of a row, or its diagonal
     edges = np.flatnonzero(np.minimum.accumulate(first[::-1])[::-1] == row)
-    return all(_has_factor(matrix[i:j, i:j], shift) for i, j in pairwise([*edges.tolist(), len(matrix)]))
+    return all(_has_factor(matrix[i:j, i:j], shift) for i, j in pairwise([*edges, len(matrix)]))
 
 
 def _has_factor(matrix, shift):

@@ -78,7 +78,7 @@ def motion_of(numbers: ArrayLike, dofs: Callable[[int], np.ndarray], points: Con
     dofs : node number to (3,) int, -1 where clamped; it raises where there is no such node
     """
     numbers = np.asarray(numbers, dtype=np.int64)
-    found = np.full(len(numbers), -1)
+    found: np.ndarray = np.full(len(numbers), -1)
     if points is not None and len(points.number):
         order = np.argsort(points.number)
         place = order[np.minimum(np.searchsorted(points.number, numbers, sorter=order), len(order) - 1)]

@@ -3,6 +3,7 @@
 import warnings
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -237,7 +238,8 @@ class ForcedResponse(ArrayRecord):
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)
-        np.savez(path, **{f.name: np.asarray(vars(self)[f.name]) for f in fields(self)})
+        arrays: dict[str, Any] = {f.name: np.asarray(vars(self)[f.name]) for f in fields(self)}
+        np.savez(path, **arrays)
         return path
 
     @classmethod

@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from scipy.integrate import trapezoid
 from scipy.spatial import cKDTree
 
 from meshes.rig import SIDES, STATIONS, Contact, Rig, contact
@@ -106,7 +107,7 @@ def blades_volume(rig: Rig, found: Contact) -> float:
         z = np.array([bottom, found.turn[side], rig.height])
         to_blade = ((rig.pitch - thickness) / 2).integ()
         area += to_blade(rig.height) - to_blade(bottom)
-        area -= np.trapz(np.abs(found.face_x(side, z)), z)
+        area -= trapezoid(np.abs(found.face_x(side, z)), z)
     return area * rig.length
 
 

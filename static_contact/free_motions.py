@@ -164,7 +164,7 @@ def name_motions(rigid: np.ndarray, coefficients: np.ndarray, settings: RigidMot
     rolled = np.r_[share, np.zeros(len(rows) - len(share))] > settings.roll
     names: dict[int, tuple[str, str]] = {}
     for kind in (False, True):
-        mine = np.flatnonzero(rolled == kind).tolist()
+        mine = list(map(int, np.flatnonzero(rolled == kind)))
         while left := [i for i in mine if i not in names]:
             at, j = np.unravel_index(np.abs(rows[left] * (rolls == kind)).argmax(), (len(left), rows.shape[1]))
             i = left[at]

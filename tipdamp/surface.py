@@ -6,6 +6,7 @@ Written by the stage `reduce` into surface.npz, so that no picture needs a mesh 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -111,7 +112,7 @@ def _recovery(reduction, index) -> np.ndarray:
 
 def save(surfaces: Iterable[Surface], path: Path) -> None:
     """Several bodies in one .npz."""
-    content = {"bodies": np.array([s.body for s in surfaces])}
+    content: dict[str, Any] = {"bodies": np.array([s.body for s in surfaces])}
     for s in surfaces:
         parts = {"node": s.node, "position": s.position, "triangles": s.triangles.astype(np.int32),
                  "edges": s.edges.astype(np.int32), "thinned": np.array(s.thinned)}

@@ -55,12 +55,13 @@ def keep_bodies(store: Store, meshes: Mapping[str, Mesh], reductions: Sequence[R
     """surface.npz, free_modes.npz and free_modes.vtu of the bodies by themselves; the names of what was written."""
     with store.writing("surface.npz") as path:
         surface.save([surface.skin(meshes[r.body.name], r.body.name, r) for r in reductions], path)
-    kinds, hz, q = [], [], []
+    kinds, q = [], []
+    hz: list[float] = []
     for reduction in reductions:
         name = reduction.body.name
         found, shapes = free_shapes(reduction.model)
         kinds += [f"{name} by themselves" if name.endswith("s") else f"{name} by itself"] * len(found)
-        hz += found.tolist()
+        hz += map(float, found)
         whole = np.zeros((model.size, len(found)))
         whole[model.body == name] = shapes
         q.append(whole)

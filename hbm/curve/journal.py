@@ -67,7 +67,8 @@ class Journal:
 
 def packed(steps: Iterable[tuple[int, tuple[np.ndarray, ...]]]) -> Block:
     """Steps (mark, real or complex arrays) as one block."""
-    numbers, layout = [], []
+    numbers: list[np.ndarray] = []
+    layout: list[int] = []
     for mark, arrays in steps:
         layout += [mark, len(arrays)]
         for a in arrays:
@@ -81,7 +82,7 @@ def unpacked(block: Block) -> Iterator[tuple[int, tuple[np.ndarray, ...]]]:
     try:
         if block.numbers.dtype != float or block.layout.dtype.kind != "i" or block.layout.ndim != 1:
             raise ValueError
-        numbers, layout, at = block.numbers, iter(block.layout.tolist()), 0
+        numbers, layout, at = block.numbers, map(int, block.layout), 0
         for mark in layout:
             arrays = []
             for _ in range(next(layout)):

@@ -130,11 +130,9 @@ def abaqus_text(path: str | Path) -> tuple[Any, Any]:
         ij = np.array([r[:2] for r in rows], dtype=np.int64) - 1
         return sp.coo_matrix((values, ij.T), shape=(ij.max() + 1,) * 2).tocsr(), None
     pairs = np.array([r[:4] for r in rows], dtype=np.int64)
-    labels = sorted({(int(a), int(b)) for a, b in np.vstack([pairs[:, :2], pairs[:, 2:]])})
-    place = {label: k for k, label in enumerate(labels)}
-    i = [place[tuple(p[:2])] for p in pairs.tolist()]
-    j = [place[tuple(p[2:])] for p in pairs.tolist()]
-    return sp.coo_matrix((values, (i, j)), shape=(len(labels),) * 2).tocsr(), tuple(labels)
+    labels, place = np.unique(np.vstack([pairs[:, :2], pairs[:, 2:]]), axis=0, return_inverse=True)
+    K = sp.coo_matrix((values, place.reshape(2, -1)), shape=(len(labels),) * 2)
+    return K.tocsr(), tuple((int(a), int(b)) for a, b in labels)
 
 
 def _ansys(path):

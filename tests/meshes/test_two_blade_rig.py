@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from hbm.errors import InputError
 from meshes.checks import MeshError, cell_volumes, check, check_solid, damper_volume
@@ -90,7 +91,7 @@ def test_cylinder_volume_converges_with_fourth_order():
 def test_flats_take_their_segments_off():
     """Area of a circular segment by the trapezoidal rule over the chord's depth."""
     z = RIG.flat_distance + (RIG.damper_radius - RIG.flat_distance) * np.linspace(0, 1, 200001) ** 2
-    segment = np.trapz(2 * np.sqrt(np.maximum(RIG.damper_radius**2 - z**2, 0)), z) * RIG.length
+    segment = trapezoid(2 * np.sqrt(np.maximum(RIG.damper_radius**2 - z**2, 0)), z) * RIG.length
     v = {d: damper_volume(RIG, contact(RIG, d)) for d in DAMPERS}
     assert v["cylindrical"] - v["asymmetric"] == pytest.approx(segment, rel=1e-6)
     assert v["asymmetric"] - v["wedge"] == pytest.approx(segment, rel=1e-6)

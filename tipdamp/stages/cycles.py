@@ -56,7 +56,7 @@ def highest_point(case: CurveResult, curve: ForcedResponse) -> int | None:
 def _facts(case: CurveResult, curve: ForcedResponse, point: int, energy: EnergyBalance, names) -> PeakCycle:
     return PeakCycle(file=f"cycles/{case.file.rpartition('/')[2]}", Fe_N=case.Fe_N, H=case.H,
                      hz=float(curve.frequency[point]), input_J=energy.input, damping_J=energy.damping,
-                     friction_J=dict(zip(names, energy.friction.tolist(), strict=True)), error=energy.error)
+                     friction_J=dict(zip(names, map(float, energy.friction), strict=True)), error=energy.error)
 
 
 def _save(path, cycle: ContactCycles, names) -> None:

@@ -122,7 +122,7 @@ def force_factors(settings: Respond) -> np.ndarray:
         degrees = settings.phase
     turns = np.array([0.0, *degrees]) / 360.0 % 1.0
     exact = {0.0: 1, 0.25: 1j, 0.5: -1, 0.75: -1j}              # no rounding of what is real or imaginary
-    phases = np.array([exact.get(turn, np.exp(2j * np.pi * turn)) for turn in turns.tolist()])
+    phases = np.array([exact.get(turn, np.exp(2j * np.pi * turn)) for turn in map(float, turns)])
     return phases * (settings.amplitudes or 1.0)
 
 

@@ -192,7 +192,7 @@ def _table(value: Any, _: Key, factor: float) -> tuple:
         raise ValueError(f"must have at most {LONGEST} rows, of numbers up to 1e+30")
     if (np.diff(table[:, 0]) <= 0).any():
         raise ValueError("the coordinates must ascend")
-    return tuple(map(tuple, (table * factor).tolist()))
+    return tuple((float(x), float(gap)) for x, gap in table * factor)
 
 
 # ---- JSON schema -----------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from hbm.contact import ContactTable
 from tests.tipdamp.curved_pairs import curved_pairs
@@ -32,7 +33,7 @@ def drawn_force(item, points=None) -> float:
         return float((size * item.values[item.triangles].mean(axis=1)).sum())
     order = np.argsort(item.position[:, 1])
     return float(np.trapezoid(item.values[order], item.position[order, 1]) if hasattr(np, "trapezoid")
-                 else np.trapz(item.values[order], item.position[order, 1]))
+                 else trapezoid(item.values[order], item.position[order, 1]))
 
 
 def test_drawn_pressure_carries_side_force():

@@ -20,7 +20,7 @@ def figures(results: Results) -> Iterator[Figure]:
     one = max(curves, key=lambda c: (c.H, c.Fe_N))
     loops = results.loops[one.file]
     work = np.array([one.friction_J[name] for name in loops.pairs])
-    chosen = [i for i in np.argsort(-work, kind="stable")[:SHOWN].tolist() if work[i] > 1e-3 * work.max()] or [0]
+    chosen = [i for i in map(int, np.argsort(-work, kind="stable")[:SHOWN]) if work[i] > 1e-3 * work.max()] or [0]
     chosen.sort()
     what = f"at the highest point of Fe = {one.Fe_N:g} N, H = {one.H} ({one.hz:.1f} Hz)"
     tangents = [k for k, name in enumerate(loops.components) if name != "n"]

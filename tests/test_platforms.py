@@ -1,0 +1,65 @@
+"""What is said of machines and versions in pyproject.toml, constraints/, ./dev and the documents agrees."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import tipdamp
+
+ROOT = Path(__file__).resolve().parents[1]
+CONSTRAINTS = sorted((ROOT / "constraints").glob("*.txt"))
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+each_machine = pytest.mark.parametrize("path", CONSTRAINTS, ids=lambda path: path.stem)
+
+
+def _numbers(version):
+    return [int(part) for part in re.findall(r"\d+", version)]
+
+
+def _pins(path):
+    lines = [line.partition("#")[0].strip() for line in path.read_text().splitlines()]
+    pins = [line.split("==") for line in lines if line]
+    assert len({name.lower() for name, _ in pins}) == len(pins)
+    return {name.lower(): version for name, version in pins}
+
+
+def _lower_bounds():
+    project = PROJECT["project"]
+    extras = project["optional-dependencies"].values()
+    for requirement in (*project["dependencies"], *(r for extra in extras for r in extra),
+                        *PROJECT["build-system"]["requires"]):
+        name, _, bound = requirement.partition(">=")
+        yield name.lower(), bound
+
+
+@each_machine
+def test_each_machine_pins_every_dependency_within_its_bound(path):
+    pins = _pins(path)
+    for name, bound in _lower_bounds():
+        assert name in pins, name
+        assert _numbers(pins[name]) >= _numbers(bound), name
+
+
+def test_machines_pin_the_same_packages():
+    first, *others = map(_pins, CONSTRAINTS)
+    assert others and all(set(pins) == set(first) for pins in others)
+
+
+def test_the_bare_machines_of_dev_are_those_with_constraints():
+    releases = re.search(r"declare -A releases=\((.*)\)", (ROOT / "dev").read_text())[1]
+    found = dict(re.findall(r"\[(\w+)\]=(\d+)", releases))
+    assert {f"debian{number}" for number in found.values()} == {path.stem for path in CONSTRAINTS}
+    workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text()
+    assert f"debian: [{', '.join(sorted(found.values()))}]" in workflow
+    assert f"release: [{', '.join(sorted(found))}]" in workflow
+    assert f"On Debian {' or '.join(sorted(found.values()))}, as root" in (ROOT / "README.md").read_text()
+
+
+def test_a_release_is_told_alike():
+    version = tipdamp.__version__
+    heading = re.search(r"^## (\S+) - (\S+)$", (ROOT / "CHANGELOG.md").read_text(), re.M)
+    citation = (ROOT / "CITATION.cff").read_text()
+    assert heading[1] == version and f"\nversion: {version}\n" in citation
+    assert f"\ndate-released: {heading[2]}\n" in citation
