@@ -10,7 +10,7 @@ import re
 import site
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
@@ -246,10 +246,16 @@ def look() -> Facts:
         modules={n: Module(r.get("version", ""), r.get("file", ""), r.get("error", "")) for n, r in rows.items()},
         blas=tuple(sorted({path for row in rows.values() for path in row.get("blas", ()) if "gslcblas" not in path})),
         scalar=rows["petsc4py"].get("scalar", ""),
-        debian_numpy=next((d.version for d in metadata.distributions(name="numpy", path=[DEBIAN])), ""),
+        debian_numpy=debian_numpy(sys.path),
         origins={name: _origin(name) for name in OURS},
         providers={name: found for name, found in metadata.packages_distributions().items() if name in OURS},
     )
+
+
+def debian_numpy(places: Sequence[str]) -> str:
+    """Version of Debian's numpy, "" where these places (of sys.path) hold no packages of Debian."""
+    seen = [place for place in places if place == DEBIAN]
+    return next((d.version for d in metadata.distributions(name="numpy", path=seen)), "")
 
 
 def _try_jobs(rows: dict[str, dict]) -> tuple[int, str]:

@@ -15,12 +15,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tipdamp.readers.dispatch import read_mesh
+
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "docs" / "studies" / "matrices_only"
 HEAVY = ("dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio")
-LIGHT = {"tipdamp", "numpy", "scipy", "numba", "llvmlite", "pip", "setuptools", "wheel", "packaging"}
+LIGHT = {"tipdamp", "numpy", "scipy", "numba", "llvmlite", "pip", "setuptools", "packaging"}
 
 
 def run(*command, cwd):
@@ -59,7 +61,7 @@ def python(tmp_path_factory):
                                  capture_output=True, timeout=120)
         if reached.returncode:
             pytest.skip("no package index can be reached")
-        run(interpreter, "-m", "pip", "install", "setuptools>=64", "wheel", cwd=work)
+        run(interpreter, "-m", "pip", "install", "setuptools>=77", cwd=work)
         run(interpreter, "-m", "pip", "install", source, cwd=work)                 # with its dependencies
         stamp.touch()
     files = sorted(path for path in source.rglob("*") if path.is_file())
@@ -99,3 +101,18 @@ def test_the_example_runs_from_its_files_alone(python, tmp_path):
 
 def test_the_command_line_starts(python, tmp_path):
     assert "tipdamp" in run(python.parent / "tipdamp", "--help", cwd=tmp_path)
+
+
+def test_what_is_installed_reads_meshes_and_checks_own_laws(python, tmp_path):
+    """All readers, without a mesh library; the law of the example; no file of the tests or documents."""
+    shutil.copy(ROOT / "docs" / "studies" / "own_law" / "dahl.py", tmp_path)
+    run(python, "-c", "from dahl import Dahl; from hbm.testing import check_law; check_law(Dahl())", cwd=tmp_path)
+    meshes = [path for path in sorted((ROOT / "tests" / "reference" / "meshes").iterdir()) if path.suffix != ".md"]
+    assert {path.suffix for path in meshes} == {".bdf", ".cdb", ".inp", ".msh"}
+    told = run(python, "-c", "import sys; from pathlib import Path; from tipdamp.readers.dispatch import read_mesh\n"
+               "print([len(read_mesh(Path(mesh)).node) for mesh in sys.argv[1:]])", *meshes, cwd=tmp_path)
+    assert told.strip() == str([len(read_mesh(mesh).node) for mesh in meshes])
+    files = run(python, "-c", "from importlib import metadata; print(*{f.parts[0] for f in metadata.files('tipdamp')})",
+                cwd=tmp_path).split()
+    assert {"hbm", "meshes", "modal", "static_contact", "tipdamp"} == {
+        name for name in files if name != ".." and not name.endswith(".dist-info")}

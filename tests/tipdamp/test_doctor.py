@@ -22,6 +22,7 @@ from tipdamp.doctor import (
     _import_all,
     _try_jobs,
     checks,
+    debian_numpy,
     look,
     report,
 )
@@ -95,6 +96,16 @@ def test_numpy_too_new_explains_the_other_failed_imports():
 
 def test_numpy_may_be_new_where_debian_has_none():
     assert troubles(replace(with_module("numpy", version="2.4.1"), debian_numpy="")) == {}
+
+
+def test_debian_counts_where_python_looks_there(monkeypatch, tmp_path):
+    """An environment of its own does not see what is installed in /usr."""
+    about = tmp_path / "numpy-1.24.2.dist-info" / "METADATA"
+    about.parent.mkdir()
+    about.write_text("Metadata-Version: 2.1\nName: numpy\nVersion: 1.24.2\n")
+    monkeypatch.setattr("tipdamp.doctor.DEBIAN", str(tmp_path))
+    assert debian_numpy(["/venv/site-packages", str(tmp_path)]) == "1.24.2"
+    assert debian_numpy(["/venv/site-packages"]) == ""
 
 
 @pytest.mark.parametrize("name, works", [("dolfinx", OWN_CELLS), ("petsc4py", OWN_FACTORS), ("gmsh", NO_RIG),

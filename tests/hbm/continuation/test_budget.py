@@ -20,3 +20,13 @@ def test_progress_between_points_and_the_limit():
     for _ in range(2):
         with pytest.raises(BudgetExceeded):
             budget.call()
+
+
+def test_the_first_point_has_a_limit_of_its_own():
+    budget = Budget(replace(DEFAULT, max_calls=1000, max_first_calls=3), None, 80.0, 400)
+    for _ in range(3):
+        budget.call()
+    with pytest.raises(BudgetExceeded):
+        budget.call()
+    budget.point(81.0, 0.1, 4)
+    budget.call()

