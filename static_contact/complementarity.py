@@ -43,12 +43,21 @@ class Cycling(RuntimeError):
     """The sets of closed pairs repeat."""
 
 
+class SetSolution(NamedTuple):
+    """u, N : (P,) motion and force of the pairs of one set; amount : (h,) of the loose motions of the bodies"""
+
+    u: np.ndarray
+    N: np.ndarray
+    amount: np.ndarray
+
+
 class ContactSolution(NamedTuple):
-    """u, N : (P,) motion and force of the pairs; closed : (P,) bool; sets - how many were tried
+    """u, N, amount - as of its set; closed : (P,) bool; sets - how many were tried
     method - 'newton', 'pivoting' where full steps failed, or 'proximal'"""
 
     u: np.ndarray
     N: np.ndarray
+    amount: np.ndarray
     closed: np.ndarray
     sets: int
     method: str
@@ -66,8 +75,8 @@ class ContactProblem(Protocol):
         """(P,) bool."""
 
     def solve_set(self, closed: np.ndarray, u0: Any, gap: np.ndarray, anchor: float = 0.0,
-                  at: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """u, N (P,) with the pairs `closed` closed and all others open, under a load u0 in the problem's own terms."""
+                  at: np.ndarray | float = 0.0) -> SetSolution:
+        """With the pairs `closed` (P,) bool closed and all others open, under a load u0 in the problem's own terms."""
 
     def wrong(self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
@@ -117,45 +126,45 @@ def _proximal(problem, u0, gap, settings):
     best, least, drift = None, settings.anchor_forces, None
     for _ in range(settings.rounds):
         try:
-            u, N, closed, sets, _ = _pivot(problem, u0, gap, settings, anchor, at)
+            found = _pivot(problem, u0, gap, settings, anchor, at)
         except (NoEquilibrium, Cycling):
             anchor = weakest = min(100 * anchor, settings.anchor)
             continue
-        total += sets
-        exact = _without_anchors(problem, closed, u0, gap)
+        total += found.sets
+        found = found._replace(sets=total, method="proximal")
+        exact = _without_anchors(problem, found.closed, u0, gap)
         if exact is not None:
-            return ContactSolution(*exact, closed, total, "proximal")
-        drift = u - at
+            return ContactSolution(*exact, found.closed, total, "proximal")
+        drift = found.u - at
         anchored = anchor * problem.k0 * drift
-        found = ContactSolution(u, N, closed, total, "proximal")
-        if np.abs(anchored).max() <= settings.anchor_force * np.abs(N).max():
+        if np.abs(anchored).max() <= settings.anchor_force * np.abs(found.N).max():
             return found
-        if np.abs(anchored).sum() <= least * np.abs(N).sum():
-            best, least = found, 0.5 * np.abs(anchored).sum() / np.abs(N).sum()
-        at, anchor = u, max(anchor / 100, weakest)
+        if np.abs(anchored).sum() <= least * np.abs(found.N).sum():
+            best, least = found, 0.5 * np.abs(anchored).sum() / np.abs(found.N).sum()
+        at, anchor = found.u, max(anchor / 100, weakest)
     if best is None and drift is not None:
-        raise no_equilibrium(closed, drift)
+        raise no_equilibrium(found.closed, drift)
     return best
 
 
 def _without_anchors(problem, closed, u0, gap):
-    """(u, N) where the set solves the true problem, else None."""
+    """What the set gives where that solves the true problem, else None."""
     try:
-        u, N = problem.solve_set(closed, u0, gap)
+        found = problem.solve_set(closed, u0, gap)
     except NoEquilibrium:
         return None
-    return None if problem.wrong(closed, u, N, gap).any() else (u, N)
+    return None if problem.wrong(closed, found.u, found.N, gap).any() else found
 
 
 def _pivot(problem, u0, gap, settings, anchor=0.0, at=0.0, start=None):
     closed = problem.free.copy() if start is None else problem.free & start
     fewest, patience, method = np.inf, settings.patience, "newton"
     for step in range(1, settings.steps + 1):
-        u, N = problem.solve_set(closed, u0, gap, anchor, at)
-        wrong = problem.wrong(closed, u, N, gap)
+        found = problem.solve_set(closed, u0, gap, anchor, at)
+        wrong = problem.wrong(closed, found.u, found.N, gap)
         count = int(wrong.sum())
         if not count:
-            return ContactSolution(u, N, closed, step, method)
+            return ContactSolution(*found, closed, step, method)
         if count < fewest:
             fewest, patience = count, settings.patience
         else:

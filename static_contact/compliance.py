@@ -6,6 +6,7 @@ H = K + g Z Z', and X = g H^-1 Z are these motions with what K makes of them (Z 
     q = H^-1 (f - B' N) + X a,    X' K Z a = X' (f - B' N)
 
 is the same problem: the balance of the loose motions stands alone, and keeps its digits whatever moves how far.
+Springs k that hold motions s = a' q are pairs that are always closed: their forces k s are eliminated from it.
 """
 
 from collections.abc import Sequence
@@ -17,7 +18,7 @@ import scipy.sparse as sp
 
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
-from hbm.hold.spring import HeldMotion, with_springs
+from hbm.hold.spring import HeldMotion
 from hbm.model import ReducedModel
 from static_contact.free_motions import FreeMotions, free_motions
 from static_contact.normal_contact import Loading
@@ -30,9 +31,9 @@ DOUBTFUL = 1e-10     # of the stiffness of single dofs: a motion that meets less
 @dataclass(frozen=True)
 class Loose:
     """rigid : (r, 6 b) - unit rigid motions; floats : (6 b, m) coefficients of those that K does not resist
-    free - of them, those that no pair resists either
-    Z : (r, h) orthonormal - those that pairs or weak stiffness hold; idle : (r, i) - the free ones; resisted : (r, h) -
-    K Z, zero of what floats
+    free - of them, those that no pair and no spring resists either
+    Z : (r, h) orthonormal - those that pairs, springs or weak stiffness hold; idle : (r, i) - the free ones
+    resisted : (r, h) - K Z, zero of what floats
     """
 
     rigid: np.ndarray
@@ -45,19 +46,22 @@ class Loose:
     @classmethod
     def of(cls, model: ReducedModel, motion: sp.csr_matrix, pushed: np.ndarray, held: Sequence[HeldMotion],
            settings: RigidMotionSettings) -> "Loose":
-        """motion (3P, r) of the pairs, of which springs act on the rows `pushed`; held - springs beside K."""
+        """motion (3P, r) of the pairs, of which springs act on the rows `pushed`; held - springs that hold motions."""
         rigid = rigid_motions(model)
         floats = loose(model, rigid, settings=settings)
-        springs = np.array([np.sqrt(one.stiffness) * one.row for one in held]).reshape(-1, model.size)
         floating = rigid @ floats
-        left = _unfelt(springs, floating)
+        left = _unfelt(spring_rows(held, model.size), floating)
         free = free_motions(model, rigid, floats @ left, motion, pushed, settings)
         idle = np.linalg.qr(free.shape)[0]
         floating = _beside(idle, floating)
         weak = _beside(np.hstack([idle, floating]), rigid @ loose(model, rigid, settings.weak, settings))
         Z = np.hstack([floating, weak])
-        resisted = np.hstack([np.zeros(floating.shape), model.K @ weak]) + springs.T @ (springs @ Z)
-        return cls(rigid, floats, free, Z, idle, resisted)
+        return cls(rigid, floats, free, Z, idle, np.hstack([np.zeros(floating.shape), model.K @ weak]))
+
+
+def spring_rows(held: Sequence[HeldMotion], size: int) -> np.ndarray:
+    """(s, r): rows of the held motions."""
+    return np.array([one.row for one in held]).reshape(-1, size)
 
 
 def _unfelt(springs, motions):
@@ -93,27 +97,41 @@ class Compliance:
         pushed = 3 * np.flatnonzero(kn > 0) + 2
         self.loose = Loose.of(model, motion, pushed, held, settings)
         self.Z, self.resisted = self.loose.Z, self.loose.resisted
-        self.springs = held
-        K = with_springs(model.K, held)
-        diagonal = K.diagonal()
+        diagonal = model.K.diagonal()
         self.gauge = float(np.median(diagonal[diagonal > 0])) if (diagonal > 0).any() else 1.0
-        self.factor = self._factored(model, K)
+        self.factor = self._factored(model)
         self.X = self.gauge * self._solve(self.Z)
         # what floats exactly is its own shape
         exact = ~self.resisted.any(axis=0)
         self.X[:, exact] = self.Z[:, exact]
-        self.Y, self.E = self.B @ self.X, self.X.T @ self.resisted
-        self.E = (self.E + self.E.T) / 2
-        self.G = self._compliance()
+        self.Y, self.E0, self.G = self.B @ self.X, self.X.T @ self.resisted, self._compliance()
+        self._with_springs(held)
+
+    def _with_springs(self, held):
+        """Eliminates the forces of the springs: F = S (U' (f - B' N) + held X a)."""
+        self.held = spring_rows(held, self.K.shape[0])
+        self.U = self._solve(self.held.T)
+        self.E0 = self.E = (self.E0 + self.E0.T) / 2
+        if not len(held):
+            return
+        self.S = np.linalg.inv(np.diag([1 / one.stiffness for one in held]) + self.held @ self.U)
+        self.pushed, self.turned = self.B @ self.U, self.held @ self.X
+        self.G -= self.pushed @ self.S @ self.pushed.T
+        self.Y = self.Y - self.pushed @ self.S @ self.turned
+        self.E = self.E0 + self.turned.T @ self.S @ self.turned
 
     def _solve(self, right):
         """H^-1 right, (r,) or (r, m)."""
         return sl.cho_solve(self.factor, right)
 
+    def _felt(self, load):
+        return self.B @ self._solve(load)
+
     def _compliance(self):
         return self.B @ self._solve(self.B.T.toarray(order="F"))
 
-    def _factored(self, model, K):
+    def _factored(self, model):
+        K = model.K
         gauged = np.hstack([self.Z, self.loose.idle])
         H = K + self.gauge * (gauged @ gauged.T)
         try:
@@ -132,13 +150,21 @@ class Compliance:
 
     def loading(self, load: np.ndarray) -> Loading:
         """Of a load (r,) N."""
-        return Loading(self.B @ self._solve(load), self.X.T @ load)
+        u, work = self._felt(load), self.X.T @ load
+        if len(self.held):
+            first = self.S @ (self.U.T @ load)
+            u, work = u - self.pushed @ first, work - self.turned.T @ first
+        return Loading(u, work)
+
+    def spring_forces(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray) -> np.ndarray:
+        """(s,) N or N m on the springs that hold motions, as of `displacement`."""
+        if not len(self.held):
+            return np.zeros(0)
+        return self.S @ (self.U.T @ (applied - self.B.T @ force) + self.turned @ amount)
 
     def displacement(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
                      ) -> tuple[np.ndarray, np.ndarray]:
-        """q (r,) m and the forces K q (r,) N of bodies and held motions under applied (r,) and contact forces (P,)."""
-        near = self._solve(applied - self.B.T @ force)
-        elastic = self.K @ near + self.Z @ (self.E @ amount)          # K X = Z E
-        for one in self.springs:
-            elastic += one.stiffness * (one.row @ near) * one.row
-        return near + self.X @ amount, elastic
+        """q (r,) m and the forces (r,) N of bodies, K q, and springs under applied (r,) and contact forces (P,)."""
+        sprung = self.held.T @ self.spring_forces(applied, force, amount)
+        near = self._solve(applied - self.B.T @ force - sprung)
+        return near + self.X @ amount, self.K @ near + self.Z @ (self.E0 @ amount) + sprung       # K X = Z E

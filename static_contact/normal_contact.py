@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from static_contact.closed_factor import ClosedFactor
-from static_contact.complementarity import ContactSolution, NoEquilibrium, no_equilibrium, wrong_pairs
+from static_contact.complementarity import SetSolution, no_equilibrium, wrong_pairs
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class SetSettings:
 
     singular: float = 1e-12     # of the stiffness of single loose motions: a set below it does not hold the bodies
     rounding: float = 5e-12     # of the largest force: below it the sign of a force is rounding (hard contact of beams)
-    repeats: int = 2            # steps of iterative refinement
+    repeats: int = 2            # steps of iterative refinement at most
+    refined: float = 1e-15      # of the terms of the equations of a set: what no refinement makes smaller
     residual: float = 1e-8      # of a solve on one set, of the load
 
 
@@ -54,28 +55,28 @@ class NormalContact:
     settings: SetSettings = SETTINGS
 
     def solve_set(self, closed: np.ndarray, load: Loading, gap: np.ndarray, anchor: float = 0.0,
-                  at: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """u, N (P,) with the pairs `closed` closed and all others open.
+                  at: np.ndarray | float = 0.0) -> SetSolution:
+        """With the pairs `closed` (P,) bool closed and all others open.
 
         anchor : share of k0 that acts as a spring between each pair and its motion `at` (proximal term)
         Raises NoEquilibrium where the system of this set is singular.
         """
         if not anchor:
-            return self.balance(closed, load, gap)[:2]
+            return self._balanced(closed, load, gap)
         # each pair and its anchor k together: u = g + soft F, with F = N + k (u - at)
         k = anchor * self.k0
         acting = k > 0
         soft = np.where(closed, self.c / (1 + k * self.c), np.divide(1.0, k, out=np.ones(len(k)), where=acting))
         together = np.where(closed, (gap + k * self.c * at) / (1 + k * self.c), at)
-        anchored = NormalContact(self.A + np.diag(soft - self.c), soft, self.Y, self.E, self.k0, acting, self.settings)
-        u, force, _ = anchored.balance(acting, load, together)
-        return u, np.where(closed, (force - k * (gap - at)) / (1 + k * self.c), 0.0)
+        A = self.A.copy()
+        A[np.diag_indices(len(k))] += soft - self.c
+        anchored = NormalContact(A, soft, self.Y, self.E, self.k0, acting, self.settings)
+        u, force, a = anchored.solve_set(acting, load, together)
+        return SetSolution(u, np.where(closed, (force - k * (gap - at)) / (1 + k * self.c), 0.0), a)
 
-    def balance(self, closed: np.ndarray, load: Loading, gap: np.ndarray
-                ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """u, N (P,) and the amplitudes a (h,) on a set; raises NoEquilibrium where its system is singular."""
-        A, Y = self.A, np.where(closed[:, None], self.Y, 0.0)
-        right = np.where(closed, load.u0 - gap, 0.0)
+    def _balanced(self, closed, load, gap):
+        """As `solve_set`, without anchors."""
+        Y, right = np.where(closed[:, None], self.Y, 0.0), np.where(closed, load.u0 - gap, 0.0)
         try:
             X = self._factor.solve(closed, np.column_stack([right, Y]))
             T = self.E + Y.T @ X[:, 1:]
@@ -83,31 +84,33 @@ class NormalContact:
                 raise no_equilibrium(closed)
             a = np.linalg.solve(T, load.work - Y.T @ X[:, 0])
             N = X[:, 0] + X[:, 1:] @ a
+            pressed, left, off = self._left(closed, right, load.work, N, a)
             for _ in range(self.settings.repeats):
-                left = np.where(closed, right - A @ N + Y @ a, 0.0)
+                if off <= self.settings.refined:
+                    break
                 more = self._factor.solve(closed, left[:, None])[:, 0]
                 da = np.linalg.solve(T, load.work - self.E @ a - Y.T @ (N + more))
                 N, a = N + more + X[:, 1:] @ da, a + da
+                pressed, left, off = self._left(closed, right, load.work, N, a)
         except np.linalg.LinAlgError:
             raise no_equilibrium(closed) from None
-        left = np.where(closed, right - A @ N + Y @ a, 0.0)
-        size = np.linalg.norm(right) + np.linalg.norm(Y @ a) + np.linalg.norm(A.diagonal() * N)
-        if not np.linalg.norm(left) <= self.settings.residual * size:
+        if not off <= self.settings.residual:
             raise no_equilibrium(closed)
-        return np.where(closed, gap + self.c * N, load.u0 - A @ N + self.c * N + self.Y @ a), N, a
+        return SetSolution(np.where(closed, gap + self.c * N, load.u0 - pressed + self.c * N + self.Y @ a), N, a)
+
+    def _left(self, closed, right, work, N, a):
+        """A N (P,), what N and a leave of the closed pairs' equations (P,), and how much that, and what they leave of
+        the balance, is of the terms."""
+        pressed, moved, held = self.A @ N, np.where(closed, self.Y @ a, 0.0), self.E @ a
+        left = np.where(closed, right - pressed + moved, 0.0)
+        size = np.linalg.norm(right) + np.linalg.norm(moved) + np.linalg.norm(self.A.diagonal() * N)
+        sums = np.abs(work) + np.abs(held) + np.abs(N) @ np.abs(self.Y)
+        unbalanced = np.abs(work - held - N @ self.Y) / np.where(sums > 0, sums, 1.0)
+        return pressed, left, max(np.linalg.norm(left) / size if size > 0 else 0.0, unbalanced.max(initial=0.0))
 
     def wrong(self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
         return wrong_pairs(self, closed, u, N, gap, self.settings.rounding)
-
-    def amounts(self, found: ContactSolution, load: Loading, gap: np.ndarray) -> np.ndarray:
-        """(h,) amplitudes of the loose motions in a solution; where its set alone does not hold the bodies, those that
-        come nearest to the motions of the pairs."""
-        try:
-            return self.balance(found.closed, load, gap)[2]
-        except NoEquilibrium:
-            left = found.u - load.u0 + self.A @ found.N - self.c * found.N
-            return np.linalg.lstsq(self.Y, left, rcond=None)[0]
 
     def held(self) -> bool:
         """Whether all pairs together hold the bodies, were they as stiff as they look one by one."""

@@ -18,9 +18,9 @@ from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable, check_pairs_once
 from hbm.errors import InputError
-from hbm.hold.spring import HeldMotion, spring_forces
+from hbm.hold.spring import HeldMotion
 from hbm.model import ReducedModel
-from static_contact.complementarity import NoEquilibrium, solve_complementarity
+from static_contact.complementarity import ContactSolution, NoEquilibrium, solve_complementarity
 from static_contact.compliance import Compliance
 from static_contact.free_motions import name_of_drift
 from static_contact.normal_contact import NormalContact
@@ -54,14 +54,12 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Preload:
+class ContactForces:
     """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening of open ones (0
     where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
-    displacement : (r,) m; motions - free ones and the load along each; held : {name: N or N m} - force on what holds a
-    motion
+    motions - free ones and the load along each; held : {name: N or N m} - force on what holds a motion
     reactions : {name: N or N m} - of loads and contact forces along free motions, taken up in the reference
     state; empty where that is no more than 1e-10 of it
-    residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
     balance - |sum of contact forces, loads and constraint reactions| / |sum of loads| on the floating dampers, None
     where none floats
     iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a singular set
@@ -71,14 +69,22 @@ class Preload:
     pairs: ContactTable
     force: np.ndarray
     opening: np.ndarray
-    displacement: np.ndarray
     motions: tuple[Motion, ...]
     reactions: dict[str, float]
     held: dict[str, float]
-    residual: float
     balance: float | None
     iterations: int
     method: str
+
+
+@dataclass(frozen=True)
+class Preload(ContactForces):
+    """ContactForces with the displacement (r,) m of the bodies
+    residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
+    """
+
+    displacement: np.ndarray
+    residual: float
 
 
 class StaticContact:
@@ -93,7 +99,7 @@ class StaticContact:
         self.model, self.pairs, self.settings, self.held = model, pairs, settings, held
         self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
         self.bodies = compliance(model, pairs, self.kn, held, settings.rigid)
-        self.B, self.motions = self.bodies.B, self.bodies.loose.free
+        self.B, self.motions, self.loose = self.bodies.B, self.bodies.loose.free, self.bodies.loose
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
         A = self.bodies.G
         A[np.diag_indices(len(c))] += c
@@ -105,7 +111,7 @@ class StaticContact:
                              "body with known node positions")
 
     def solve(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False,
-              near: Preload | None = None) -> Preload:
+              near: ContactForces | None = None) -> Preload:
         """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
 
         A load along a motion that no contact resists raises InputError with its amount; below 1e-3 of what the load
@@ -113,19 +119,43 @@ class StaticContact:
         state instead, and its reaction is reported. Raises InputError when the load lifts the damper off, and when the
         solution leaves more than 1e-8 of the load unbalanced. near - a solution with almost the same closed pairs.
         """
+        load, gap, taken = self._given(load, gap, constrain)
+        found, q = self._contact(load - taken, gap, near)
+        if q is None:
+            q, elastic = self.bodies.displacement(load - taken, found.N, found.amount)
+        else:
+            elastic = np.zeros(len(q))
+        forces, residual = self._checked(load, gap, taken, found, elastic + self.B.T @ found.N - load, constrain)
+        return Preload(**vars(forces), displacement=q, residual=residual)
+
+    def forces(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False,
+               near: ContactForces | None = None) -> ContactForces:
+        """As `solve`, without the displacement of the bodies, whose balance alone is checked: for many further cases
+        of bodies with many dofs."""
+        load, gap, taken = self._given(load, gap, constrain)
+        found, _ = self._contact(load - taken, gap, near)
+        idle = self.loose.idle
+        return self._checked(load, gap, taken, found, idle @ (idle.T @ (self.B.T @ found.N - load)), constrain)[0]
+
+    def _given(self, load, gap, constrain):
+        """Load and gaps, looked at, and what constraints take up of the load."""
         load = finite_values("load", load, self.model.size, "dofs of the model")
         gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
         along = self.motions.shape.T @ load
         if not constrain:
             self.motions.refuse(along, load)
-        taken = self.motions.taken_up(along)
-        q, elastic, u, force, closed, iterations, method = self._contact(load - taken, gap, near)
-        scale = load if load.any() else abs(self.B).T @ np.abs(force)
-        left, reaction, idle = elastic + self.B.T @ force - load, {}, self.bodies.loose.idle
+        return load, gap, self.motions.taken_up(along)
+
+    def _checked(self, load, gap, taken, found, left, constrain):
+        """ContactForces of a solution that leaves `left` (r,) N of the load unbalanced, and how much that is."""
+        force, kn = found.N, self.kn
+        along, idle = self.motions.shape.T @ load, self.loose.idle
+        applied = load - taken
+        scale, reaction = load if load.any() else abs(self.B).T @ np.abs(force), {}
         if _ratio(left, scale) > self.settings.residual:
             # the gauge balances the part of the contact forces along nearly free motions: tilted normals slide a little
-            taken -= idle @ (idle.T @ (left + taken))
-            left += taken
+            taken = taken - idle @ (idle.T @ (left + taken))
+            left = left + taken
             amounts = self.motions.shape.T @ taken
             if not constrain:
                 self.motions.refuse(amounts, scale)
@@ -133,41 +163,38 @@ class StaticContact:
         if not _ratio(left, scale) <= self.settings.residual:
             raise InputError(f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced (allowed: "
                              f"{self.settings.residual:g}): the model's K is too ill-conditioned")
-        held = sum((one.stiffness * (one.row @ q) * one.row for one in self.held), np.zeros(len(q)))
-        balance = self._balance((load - taken if reaction else load) - held, force)
+        held = self.bodies.spring_forces(applied, force, found.amount)
+        balance = self._balance((load - taken if reaction else load) - self.bodies.held.T @ held, force)
         if balance is not None and not balance <= self.settings.residual:
             raise InputError(f"the contact forces leave {balance:.1e} of the load on the damper unbalanced (allowed: "
                              f"{self.settings.residual:g}): the model's K resists, or drives, the motion of a damper "
                              "that floats")
-        spring = np.where(np.isinf(self.kn), 0.0, self.kn)
-        return Preload(pairs=self.pairs.replace(preload=np.where(closed, force, spring * (u - gap)), gap=gap),
-                       force=force, opening=np.where(closed, 0.0, gap - u), displacement=q,
-                       motions=tuple(Motion(*name, float(amount)) for name, amount
-                                     in zip(self.motions.names, along, strict=True)),
-                       reactions=reaction, held=spring_forces(self.held, q), residual=_ratio(left, scale),
-                       balance=balance, iterations=iterations, method=method)
+        spring = np.where(np.isinf(kn), 0.0, kn)
+        return ContactForces(
+            pairs=self.pairs.replace(preload=np.where(found.closed, force, spring * (found.u - gap)), gap=gap),
+            force=force, opening=np.where(found.closed, 0.0, gap - found.u),
+            motions=tuple(Motion(*name, float(amount)) for name, amount in zip(self.motions.names, along, strict=True)),
+            reactions=reaction, held={one.name: float(f) for one, f in zip(self.held, held, strict=True)},
+            balance=balance, iterations=found.sets, method=found.method), _ratio(left, scale)
 
     def _contact(self, applied, gap, near):
-        """Displacement and the bodies' forces K q, motion and force of the pairs, which are closed, sets tried, method.
+        """The solution of the contact, and the displacement (r,) where no load acts and the bodies fit without force.
         """
-        loose = self.bodies.loose
+        loose = self.loose
         if not applied.any():
             may_close = self.normal.free
             q = unstressed(loose.rigid @ loose.floats, self.B[may_close], gap[may_close])
             if q is not None:
-                nothing = np.zeros(len(gap))
-                return q, np.zeros(len(q)), self.B @ q, nothing, nothing > 0, 0, "unloaded"
-        loading = self.bodies.loading(applied)
+                none = np.zeros(len(gap))
+                return ContactSolution(self.B @ q, none, np.zeros(loose.Z.shape[1]), none > 0, 0, "unloaded"), q
         try:
-            found = solve_complementarity(self.normal, loading, gap, start=None if near is None else near.opening <= 0)
+            return solve_complementarity(self.normal, self.bodies.loading(applied), gap,
+                                         start=None if near is None else near.opening <= 0), None
         except NoEquilibrium as error:
             if error.drift is None:
                 raise
             name = name_of_drift(loose.rigid, loose.floats, self.B, error.drift, self.settings.rigid)
             raise NoEquilibrium(f"{error}, the load leaves it free to move: {name}", error.drift) from None
-        amount = self.normal.amounts(found, loading, gap)
-        q, elastic = self.bodies.displacement(applied, found.N, amount)
-        return q, elastic, found.u, found.N, found.closed, found.sets, found.method
 
     @cached_property
     def _dampers(self):

@@ -17,19 +17,19 @@ from numpy.typing import ArrayLike
 from hbm.io.dof_table import DIRECTIONS
 from modal.body import Body, check_support
 from modal.contact_shapes import holding_nodes
-from modal.solvers.cholesky import sparse_factor
+from modal.solvers.dissection import dissection
+from modal.solvers.multifrontal import CarryingFactor
 from static_contact.compliance import Compliance
 from static_contact.full.assembled import AssembledBodies
-
-COLUMNS = 256           # unit forces that are dense at once, which bounds the memory
 
 
 @dataclass(frozen=True)
 class SparseBodies:
-    """The dofs of bodies one behind the other: as a ReducedModel names them, with K (r, r) as CSR."""
+    """The dofs of bodies one behind the other: as a ReducedModel names them, with K and M (r, r) as CSR."""
 
     bodies: tuple[Body, ...]
     K: sp.csr_matrix
+    M: sp.csr_matrix
     body: np.ndarray
     node: np.ndarray
     direction: np.ndarray
@@ -42,7 +42,8 @@ class SparseBodies:
         for one in bodies:
             check_support(one)
         join = np.concatenate
-        return cls(tuple(bodies), sp.block_diag([one.K for one in bodies], format="csr"),
+        K, M = (sp.block_diag(each, format="csr") for each in zip(*((one.K, one.M) for one in bodies), strict=True))
+        return cls(tuple(bodies), K, M,
                    np.repeat([one.name for one in bodies], [one.dofs for one in bodies]),
                    join([one.node[one.dof_node] for one in bodies]),
                    join([np.array(DIRECTIONS)[one.dof_direction] for one in bodies]),
@@ -65,12 +66,13 @@ class SparseBodies:
 
 
 class SparseCompliance(Compliance):
-    """As `Compliance`, of a SparseBodies: K is not resisted by weak springs, and no motion is held by one."""
+    """As `Compliance`, of a SparseBodies: K is not resisted by weak springs."""
 
-    def _factored(self, model, K):
+    def _factored(self, model):
         ends = np.cumsum([0, *(one.dofs for one in model.bodies)])
         self.parts = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False)]
-        return [sparse_factor(pinned(one)) for one in model.bodies]
+        return [CarryingFactor(pinned(one), self.B[:, part], elimination(one))
+                for one, part in zip(model.bodies, self.parts, strict=True)]
 
     def _solve(self, right):
         found = np.zeros(right.shape)
@@ -80,15 +82,18 @@ class SparseCompliance(Compliance):
         return found
 
     def _compliance(self):
-        G = np.zeros((self.B.shape[0],) * 2)
-        for factor, part in zip(self.factor, self.parts, strict=True):
-            own = self.B[:, part]
-            mine = np.flatnonzero(np.diff(own.indptr))
-            own = own[mine]
-            for first in range(0, len(mine), COLUMNS):
-                some = slice(first, first + COLUMNS)
-                G[np.ix_(mine, mine[some])] += own @ factor.solve(own[some].T.toarray(order="F"))
+        G = self.factor[0].take_compliance()
+        for factor in self.factor[1:]:
+            G += factor.take_compliance()
+        G += np.tril(G, -1).T
         return G
+
+    def _felt(self, load):
+        found = np.zeros(self.B.shape[0])
+        for factor, part in zip(self.factor, self.parts, strict=True):
+            if load[part].any():
+                found += factor.felt(load[part])
+        return found
 
     def displacement(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
                      ) -> tuple[np.ndarray, np.ndarray]:
@@ -106,3 +111,14 @@ def pinned(body: Body) -> sp.csr_matrix:
     springs = np.zeros(body.dofs)
     springs[six] = body.K.diagonal()[six]
     return (body.K + sp.diags(springs)).tocsr()
+
+
+def elimination(body: Body) -> list[tuple[np.ndarray, int]]:
+    """Dofs of a body in the order of their elimination, as `modal.solvers.multifrontal` takes them."""
+    node = sp.csr_matrix((np.ones(body.dofs), (np.arange(body.dofs), body.dof_node)), (body.dofs, len(body.node)))
+    used = np.flatnonzero(np.bincount(body.dof_node, minlength=len(body.node)))
+    node = node[:, used]
+    pattern = sp.csr_matrix((np.ones(body.K.nnz), body.K.indices, body.K.indptr), body.K.shape)
+    of_node = np.split(np.argsort(body.dof_node, kind="stable"), np.cumsum(np.bincount(body.dof_node)[used])[:-1])
+    return [(np.concatenate([of_node[i] for i in nodes]), children)
+            for nodes, children in dissection((node.T @ pattern @ node).tocsr(), body.position[used])]

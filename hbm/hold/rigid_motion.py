@@ -70,12 +70,14 @@ def rigid_coordinate(model: Any, body: str, coefficients: np.ndarray) -> tuple[n
     coefficients : (6,) in `body_motions`, rotations about the centre of mass
     """
     mine = model.body == body
-    M, R = model.M * np.outer(mine, mine), body_motions(model, body)
+    R = body_motions(model, body)
     slides = R[:, :3][:, R[:, :3].any(axis=0)]
-    R[:, 3:] -= slides @ np.linalg.lstsq(slides.T @ M @ slides, slides.T @ M @ R[:, 3:], rcond=None)[0]
-    unit = 1 / np.sqrt(np.maximum(np.einsum("ij,ij->j", R, M @ R), np.finfo(float).tiny))
-    G = (R * unit).T @ M @ (R * unit)
-    row = M @ (R * unit) @ (np.linalg.pinv(G, rcond=DEFAULT.on_axis, hermitian=True) @ (coefficients * unit))
+    inertia = mine[:, None] * (model.M @ slides)
+    R[:, 3:] -= slides @ np.linalg.lstsq(slides.T @ inertia, inertia.T @ R[:, 3:], rcond=None)[0]
+    inertia = mine[:, None] * (model.M @ R)
+    unit = 1 / np.sqrt(np.maximum(np.einsum("ij,ij->j", R, inertia), np.finfo(float).tiny))
+    G = (R * unit).T @ inertia * unit
+    row = inertia * unit @ (np.linalg.pinv(G, rcond=DEFAULT.on_axis, hermitian=True) @ (coefficients * unit))
     motion = R @ coefficients
     if abs(row @ motion - 1) > DEFAULT.on_axis:          # on one line, or in a plane: nodes do not feel it
         return np.zeros_like(row), motion

@@ -142,8 +142,8 @@ def _stuck_stiffness(B, pairs, motion):
 
 def _refuse_supported(model, body, motion, stiffness):
     """InputError where K resists the motion by more than the hold would, beyond rounding."""
-    own = motion @ model.K @ motion
-    noise = DEFAULT.noise * np.finfo(float).eps * (np.abs(motion) @ np.abs(model.K) @ np.abs(motion))
+    own = motion @ (model.K @ motion)
+    noise = DEFAULT.noise * np.finfo(float).eps * (np.abs(motion) @ (abs(model.K) @ np.abs(motion)))
     if own > max(stiffness, noise):
         raise InputError(f"the {body} is supported: its own stiffness resists this motion with {own:.3g}, and the hold "
                          f"would with {stiffness:.3g}; there is nothing to hold, leave it out")

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from static_contact.complementarity import no_equilibrium, solve_complementarity, wrong_pairs
+from static_contact.complementarity import SetSolution, no_equilibrium, solve_complementarity, wrong_pairs
 
 
 class FullSets:
@@ -24,19 +24,18 @@ class FullSets:
     def solve(self) -> tuple[np.ndarray, float]:
         """k (C x - gap) of closed pairs and k (u - gap) of open ones as motions C x, and the residual."""
         gap = self.newton.gap
-        u, N, closed, *_ = solve_complementarity(self, None, gap)
-        residual = self.found[u.tobytes()]
-        return gap + np.divide(np.where(closed, N, self.k0 * (u - gap)), self.k0, out=np.zeros(len(gap)),
-                               where=self.k0 > 0), residual
+        found = solve_complementarity(self, None, gap)
+        push = np.where(found.closed, found.N, self.k0 * (found.u - gap))
+        return (gap + np.divide(push, self.k0, out=np.zeros(len(gap)), where=self.k0 > 0),
+                self.found[found.u.tobytes()])
 
     def wrong(self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
         return wrong_pairs(self, closed, u, N, gap)
 
     def solve_set(self, closed: np.ndarray, u0: Any, gap: np.ndarray, anchor: float = 0.0, at: np.ndarray | float = 0.0
-                  ) -> tuple[np.ndarray, np.ndarray]:
-        """u, N (P,) on a set, as `complementarity.NormalContact.solve_set`; the load stands in the equations, not in
-        u0."""
+                  ) -> SetSolution:
+        """As `complementarity.ContactProblem.solve_set`; the load stands in the equations, not in u0."""
         newton, k = self.newton, self.k0
         anchors = anchor * (self.B_own.T @ sp.diags(k) @ self.B)
         newton.set_closed(newton.tangent, closed.astype(float), anchors)
@@ -61,4 +60,4 @@ class FullSets:
         self.found[u.tobytes()] = F.norm() / newton.load
         for one in (ksp, right, x, F):
             one.destroy()
-        return u, N
+        return SetSolution(u, N, np.zeros(0))

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from hbm.errors import InputError
+from hbm.hold.spring import Hold, held_motions
 from hbm.model import ReducedModel
 from static_contact.complementarity import NoEquilibrium
+from static_contact.compliance import Compliance
 from static_contact.preload import StaticContact
 from static_contact.sparse_bodies import SparseBodies, SparseCompliance
 from tests.static_contact.pin_pocket import PULL, SIDE, bodies, case, pulled_nodes
@@ -76,8 +78,30 @@ def test_the_unreduced_bodies_carry_the_same():
         other = StaticContact(model, table).solve(load)
         assert before.pairs.preload == pytest.approx(other.pairs.preload, abs=1e-10 * other.force.max())
         assert before.balance < 1e-12 and before.residual < 1e-10
+        alone = statics.forces(f)
+        assert alone.pairs.preload == pytest.approx(other.pairs.preload, abs=1e-10 * other.force.max())
+        assert alone.balance < 1e-12
     again = statics.solve(f)
     assert again.pairs.preload == pytest.approx(before.pairs.preload, abs=1e-11 * before.force.max())
+
+
+def test_the_unreduced_bodies_are_held_the_same():
+    """A slide along the pin on a spring, and a roll on a soft one, with loads along both: the springs take these up."""
+    stations = on_both((3, 9, 17, 28))
+    model, table, load = case(stations, (0, 30))
+    whole, found = SparseBodies.of(list(bodies().values())), []
+    nodal = sum(PULL / 2 * ((whole.body == "pin") & (whole.node == node) & (whole.direction == "y"))
+                for node in pulled_nodes((0, 30)))
+    holds = [Hold("z", 3e4, body="pin"), Hold("about z", 0.2, body="pin")]
+    for body, pull, kind in ((model, load, Compliance), (whole, nodal, SparseCompliance)):
+        held = held_motions(body, table, holds)
+        f = pull + sum(a * one.row for a, one in zip((7.0, -1e-3), held, strict=True))
+        contact = StaticContact(body, table, held=held, compliance=kind)
+        found += [contact.solve(f), contact.forces(f)]
+        assert found[-2].residual < 1e-10
+    for one in found:
+        assert list(one.held.values()) == pytest.approx([7.0, -1e-3], rel=1e-8) and one.balance < 1e-9
+        assert one.force == pytest.approx(found[0].force, abs=1e-9 * PULL) and not one.reactions and not one.motions
 
 
 def test_what_floats_travels_with_the_model(tmp_path):
