@@ -105,7 +105,7 @@ def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float,
     where two modes come close the tracked frequency may rise as stations go. Raises InputError "not reachable: a..b
     Hz" when the target lies outside what they give.
     """
-    search = _search(assembly, pairs, follow, options)
+    search = search_of(assembly, pairs, follow, options)
     sets = list(_from_middle(pairs, search.closed, options.at_least) if options.order == "from_middle"
                 else _least_loaded(pairs, search.closed, options))
     history = []
@@ -137,14 +137,16 @@ def keep_stations(assembly: StuckAssembly, pairs: ContactTable, ends: tuple[int,
 def keep_weights(assembly: StuckAssembly, pairs: ContactTable, weight: np.ndarray, follow: np.ndarray,
                  options: DetachmentOptions = DEFAULT, ends: tuple[int, int] | None = None) -> Detachment:
     """Keep pairs with the given weights (P,); ends - (front, back) stations, counted from the middle where None."""
-    search = _search(assembly, pairs, follow, options)
-    front, back = ends or _halves(pairs, weight > 0)
+    search = search_of(assembly, pairs, follow, options)
+    front, back = ends or halves(pairs, weight > 0)
     step = Step(front, back, *search.find(weight))
     return Detachment(search.table(weight), step, (step,), None, _stations(pairs, weight),
                       _worth(search, pairs, weight))
 
 
-def _search(assembly, pairs, follow, options):
+def search_of(assembly: StuckAssembly, pairs: ContactTable, follow: np.ndarray,
+              options: DetachmentOptions) -> StuckSearch:
+    """The stuck frequencies of sets of the pairs; those that carry no load do not stick."""
     closed = pairs.carrying if options.load is None else pairs.carrying & (options.load > 0)
     conserve = (lambda kept: conserve_total(kept, pairs)) if options.conserve else None
     return StuckSearch(assembly, pairs, closed, follow, options.springs, conserve)
@@ -182,10 +184,10 @@ def _least_loaded(pairs, closed, options) -> Iterator[_Kept]:
     order = stations[np.lexsort((-np.abs(stations - pairs.station.max() / 2), -share))]
     for count in range(len(order), options.at_least - 1, -1):
         kept = np.isin(pairs.station, order[:count]) & pairs.carrying
-        yield _Kept(*_halves(pairs, kept), kept)
+        yield _Kept(*halves(pairs, kept), kept)
 
 
-def _halves(pairs, kept) -> tuple[int, int]:
+def halves(pairs: ContactTable, kept: np.ndarray) -> tuple[int, int]:
     """(front, back): kept stations before and behind the middle."""
     stations = np.unique(pairs.station[kept])
     front = int((stations <= pairs.station.max() / 2).sum())

@@ -1,5 +1,7 @@
 """Checks of contact pairs before anything is computed: normals, distances, nodes without a partner."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
@@ -14,7 +16,19 @@ from tipdamp.stages.results import SideCheck
 
 LARGEST_MU = 2.0         # more than any dry metals have
 LONGER = 1.5             # times as wide as long: no damper between blades is
+ONE_ROW = 0.9            # of the closed area in one row of contact points
 ODD_ANGLE = 20.0         # degrees between a pair's normal and the surfaces; as much as matching itself allows
+
+
+def one_row_warnings(pairs: ContactTable) -> Iterator[str]:
+    """A sentence for each side of contact points that is closed along one row of them alone; pairs with preload."""
+    for side in pairs.sides:
+        mine = pairs.select((pairs.side == side) & pairs.on_surface)
+        closed = np.bincount(mine.row, np.where(mine.preload > 0, mine.area, 0.0))
+        if len(np.unique(mine.row)) > 1 and closed.max() > ONE_ROW * closed.sum() > 0:
+            yield (f"side '{side}': the closed part is one row of contact points, as wide as the faces there are; with "
+                   "them its area, its stiffness per area and the stuck frequency change by percents: refine the "
+                   "damper across the side, or let by = 'area' in [tune] meet a measured frequency")
 
 
 def places_in(model: ReducedModel | None, pairs: ContactTable) -> dict:

@@ -106,15 +106,34 @@ def contact_side(side: Side, length: float, moduli: Moduli, width: float | None 
 
 def node_stiffness(study: Study, pairs: ContactTable,
                    sides: dict[str, NodalStiffness]) -> tuple[np.ndarray, np.ndarray]:
-    """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by tributary area."""
+    """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by tributary area. What is
+    given or found for a whole side is shared by those of its nodes that can touch; the others have the same per area.
+    """
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
     for name, one in sides.items():
         mine, weights = pairs.side == name, np.ones(one.n_nodes)
         if shares(study, name, pairs.select(mine)) == "tributary":
             weights = _tributary(study, name, pairs.select(mine))
-            weights = weights / weights.mean()
+            of = np.ones(len(weights), dtype=bool) if study.sides[name].kn_per_area else can_touch(
+                study.sides[name], pairs.select(mine), weights, one)
+            weights = weights * one.n_nodes / weights[of].sum()
         kn[mine], kt[mine] = one.kn * weights, one.kt * weights
     return kn, kt
+
+
+def can_touch(side: Side, pairs: ContactTable, weights: np.ndarray, one: NodalStiffness) -> np.ndarray:
+    """(n,) bool: contact points of a round side between which and the blade there is less than the side's force presses
+    them together by, load / kn beyond their mean distance, each beside the nearest of its station; all of a flat."""
+    if side.shape == "flat" or not pairs.on_surface.all():
+        return np.ones(len(pairs), dtype=bool)
+    nearest = np.full(pairs.station.max() + 1, np.inf)
+    np.minimum.at(nearest, pairs.station, pairs.gap)
+    apart = pairs.gap - nearest[pairs.station]
+    found, before = apart <= 0, None
+    while before is None or (found != before).any():
+        before, approach = found, one.load / (one.kn * one.n_nodes) + np.average(apart[found], weights=weights[found])
+        found = found | (apart < approach)
+    return found
 
 
 def shares(study: Study, name: str, mine: ContactTable) -> str:

@@ -51,6 +51,28 @@ def test_from_unlike_meshes_to_a_report(tmp_path):
     assert pairs.on_surface.all() and left.kn / left.area == pytest.approx(np.full(len(left), 102e6 / left.area.sum()))
     assert left.area.sum() == pytest.approx(36e-3 * 4.6188e-3, rel=1e-4)
     assert (store.folder / "report.html").is_file() and (store.folder / "figures" / "preload.png").is_file()
+    tuned_by_area(tmp_path, store, free)
+
+
+def tuned_by_area(folder, before, free):
+    """The same, tuned half way to the free frequency: what is kept is where the preload is, in one piece on the side
+    that rests on its lower edge."""
+    target = round((before.read_json("tune.json")["stuck_hz"]["full_area"] + free) / 2, 1)
+    path = folder / "unlike.toml"
+    path.write_text(changed(path.read_text(), ('stations = "all"', f'by = "area"\ntarget_hz = {target}')))
+    assert main(["tune", str(path), "--quiet"]) == 0
+    found, whole, kept = before.read_json("tune.json"), *(ContactTable.load(before.path(f"{n}.csv"))
+                                                          for n in ("preload", "kept"))
+    assert found["stuck_hz"]["tuned"] == pytest.approx(target, abs=0.1)
+    for side, force in BALANCE.items():
+        mine = kept.side == side
+        part = found["area"]["sides"][side]
+        assert kept.preload[mine & kept.carrying].sum() == pytest.approx(force, rel=1e-6)
+        assert kept.weight[mine] @ kept.area[mine] * 1e6 == pytest.approx(part["kept"], rel=1e-6)
+        assert part["kept"] / part["closed"] == pytest.approx(found["area"]["share"], rel=1e-6)
+    right = whole.side == "right"
+    pressure = whole.preload / whole.area
+    assert pressure[right & kept.carrying].min() > 0.8 * pressure[right & ~kept.carrying].max()
 
 
 def test_matching_meshes_as_surfaces_and_as_nodes(tmp_path):

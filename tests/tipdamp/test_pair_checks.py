@@ -4,7 +4,20 @@ import numpy as np
 import pytest
 
 from hbm.contact import ContactTable
-from tipdamp.pair_checks import jamming
+from tests.contact_tables import contact_table
+from tipdamp.pair_checks import jamming, one_row_warnings
+
+
+def test_a_closed_part_of_one_row_is_said():
+    """Of contact points with several rows; not of pairs of nodes, nor where two rows are closed."""
+    row = np.tile(np.arange(3), 8)
+    table = contact_table(np.tile(np.eye(3), (24, 1, 1)), side=np.repeat(["left", "right"], 12), row=row,
+                          station=np.repeat(np.arange(8), 3), area=1e-6)
+    one = table.replace(preload=np.where((row == 1) | (table.side == "right"), 1.0, -1.0))
+    (said,) = one_row_warnings(one)
+    assert "side 'left': the closed part is one row" in said and "by = 'area'" in said
+    assert not list(one_row_warnings(one.replace(area=np.zeros(24))))
+    assert not list(one_row_warnings(table.replace(preload=np.where(row < 2, 1.0, -1.0))))
 
 
 @pytest.mark.parametrize(("mu", "degrees", "jams"), [(0.3, 16, True), (0.3, 17, False), (0.6, 30.9, True),

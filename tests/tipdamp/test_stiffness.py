@@ -191,3 +191,29 @@ def test_half_space_stiffness_of_each_sides_own_materials(tmp_path):
     steel = load_study(corner_study.write(tmp_path, change=change[1:]))
     kn_steel = with_values(steel, pairs, side_materials(steel, meshes, pairs)).kn
     assert kn_steel[0] == pytest.approx(kn[0]) and kn_steel[-1] == pytest.approx(kn_steel[0])
+
+
+@pytest.mark.parametrize("lines", [5, 21, 201])
+def test_a_round_side_shares_its_total_over_what_can_touch(tmp_path, lines):
+    """A cylinder of 2 mm on a plane, pressed by 80 N: whatever the mesh across it, the points that the force closes
+    (found by bisection, both bodies rigid) have the total together. One line of points, or many."""
+    across = np.linspace(-0.5e-3, 0.5e-3, lines)
+    place = np.array([[0.0, y, z] for y in np.linspace(0, 0.01, 4) for z in across])
+    n, area = len(place), np.outer([0.5, 1, 1, 0.5], np.r_[0.5, np.ones(lines - 2), 0.5]).ravel()
+    gap = 1e-6 + place[:, 2]**2 / (2 * 2e-3)
+    pairs = contact_table(np.tile([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]], (n, 1, 1)), position=place, side="one", gap=gap,
+                          station=np.repeat(np.arange(4), lines), row=np.tile(np.arange(lines), 4), area=area * 1e-8)
+    study = load_study(corner_study.write(tmp_path, change=[
+        ('shape = "flat"\nkn = 1e6\nkt = 1e6\nwidth = 0.01\n', 'shape = "cylinder"\nkn_total = 2e7\nkt_total = 1e7\n'),
+        ("kn = 1e6\nkt = 1e6\n", "kn_total = 2e7\nkt_total = 2e7\n")]))
+    one = given_stiffness(stiffness._per_node(study, "one", pairs), n, 80.0, 0.01)
+    kn, kt = stiffness.node_stiffness(study, pairs, {"one": one})
+    low, high = 0.0, 1e-3
+    for _ in range(100):
+        middle = (low + high) / 2
+        low, high = (middle, high) if kn @ np.maximum(middle - gap, 0) < 80 else (low, middle)
+    closed = gap < low
+    assert kn[closed].sum() == pytest.approx(2e7, rel=1e-9) and kt[closed].sum() == pytest.approx(1e7, rel=1e-9)
+    half = np.sqrt(2 * 2e-3 * 1.5 * 80 / 2e7)                 # a parabola cut off at its approach
+    assert closed.sum() / 4 * across[-1] * 2 / (lines - 1) == pytest.approx(2 * half, abs=1.5e-3 / (lines - 1))
+    assert np.ptp(kn / pairs.area) < 1e-9 * kn.max() / pairs.area.min()

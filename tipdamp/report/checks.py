@@ -71,7 +71,8 @@ def _stuck(results):
 
 def _tune(results):
     tune, reference, kept = results.tune, results.study.reference, results.tune.tuned_pairs
-    if {"front", "back"} <= set(reference) and (kept.front, kept.back) != (reference["front"], reference["back"]):
+    given = tuple(reference.get(end) for end in ("front", "back"))
+    if not tune.area and None not in given and (kept.front, kept.back) != given:
         yield (f"The study keeps {kept.front} + {kept.back} stations, the reference is {reference['front']:g} + "
                f"{reference['back']:g}.")
     if tune.target_hz and abs(tune.stuck_hz.tuned / tune.target_hz - 1) > LIMITS.target:

@@ -32,14 +32,9 @@ def _kept(results) -> Iterator[str]:
     tune = results.tune
     if tune is not None:
         how = (f"its table {tune.table} keeps" if tune.table else "the study keeps" if not tune.target_hz
-               else f"detaching stations (target {tune.target_hz:g} Hz) leaves")
+               else f"detaching {'area' if tune.area else 'stations'} (target {tune.target_hz:g} Hz) leaves")
         yield (f"With all pairs stuck the tracked mode lies at {hertz(tune.stuck_hz.full_area)} Hz; {how} "
-               f"{tune.tuned_pairs.front} + {tune.tuned_pairs.back} stations{_graded(tune)}, with which it lies at "
-               f"{hertz(tune.stuck_hz.tuned)} Hz.")
-
-
-def _graded(tune) -> str:
-    return f", station {tune.graded.station} with {tune.graded.part:.1%} of its area" if tune.graded else ""
+               f"{tune.kept_in_words}, with which it lies at {hertz(tune.stuck_hz.tuned)} Hz.")
 
 
 def _response(results) -> Iterator[str]:

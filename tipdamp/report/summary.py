@@ -32,6 +32,8 @@ def summarise(results: Results) -> dict:
         summary["full_preload"] = results.full.model_dump(exclude={"of", "warnings"})
     if results.tune is not None:
         summary |= results.tune.model_dump(include=OF_TUNE)
+        if results.tune.area is not None:
+            summary["area"] = results.tune.area.model_dump(exclude={"history"})
         errors = [check.largest_error for check in results.tune.full_model_check.values()]
         if errors:
             summary["reduction"] = {**summary["reduction"], "largest_error": max(errors)}

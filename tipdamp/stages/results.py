@@ -248,6 +248,31 @@ class StationWorth(Record):
     position_m: float
 
 
+class AreaStep(Record):
+    """A kept share of the closed area of every side that was tried; mac as in TuneStep."""
+    share: float
+    hz: float
+    mac: float
+
+
+class KeptSide(Record):
+    """What is kept of the closed part of a side, in mm2, or in mm where the side is a line; cells - those of the closed
+    part, and of them those that are kept at least in part."""
+    unit: str
+    closed: float
+    kept: float
+    cells: int
+    kept_cells: int
+
+
+class KeptArea(Record):
+    """Tuning by area or by cell: the share kept on every side; hz_per_percent - what a percent of it is worth."""
+    share: float
+    hz_per_percent: float
+    sides: dict[str, KeptSide]
+    history: tuple[AreaStep, ...]
+
+
 class TrackedMode(Record):
     """A stuck mode, found by a free one; mac - their energy-weighted MAC."""
     hz: float
@@ -293,6 +318,7 @@ class TuneResult(Result):
     graded: GradedStation | None = None
     equivalent: tuple[TuneStep, ...] = ()
     station_worth: tuple[StationWorth, ...] = ()
+    area: KeptArea | None = None
     closed_pairs: OfSets[int]
     open_pairs: OfSets[int]
     history: tuple[TuneStep, ...]
@@ -305,3 +331,13 @@ class TuneResult(Result):
     redistribution: Redistribution
     roll_stiffness_Nm_per_rad: float
     cases: dict[str, KeptCase] = {}
+
+    @property
+    def kept_in_words(self) -> str:
+        """'5 + 4 stations (station 4 with 20.0% of its area)', '62 % of the closed area (103 of 166 mm2 on 'left')'."""
+        if self.area is not None:
+            sides = ", ".join(f"{side.kept:.4g} of {side.closed:.4g} {side.unit} on '{name}'"
+                              for name, side in self.area.sides.items())
+            return f"{100 * self.area.share:.3g} % of the closed area ({sides})"
+        part = f" (station {self.graded.station} with {self.graded.part:.1%} of its area)" if self.graded else ""
+        return f"{self.tuned_pairs.front} + {self.tuned_pairs.back} stations{part}"

@@ -18,9 +18,10 @@ from tipdamp.bodies import BLADES, CHECK_BELOW_HZ
 from tipdamp.bodies.check import full_model_check
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.free_modes import tracking_warnings
+from tipdamp.pair_checks import one_row_warnings
 from tipdamp.progress import Tick
+from tipdamp.stages import kept_area, results
 from tipdamp.stages import model_inputs as inputs
-from tipdamp.stages import results
 from tipdamp.stages.kept_preload import kept_case, kept_preload
 from tipdamp.stages.preload import side_forces
 from tipdamp.stages.reduce import free_modes
@@ -60,8 +61,8 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     follow = shapes.pop(study.tune.follow)
     line, assembly = inputs.line_of(study, whole), StuckAssembly(model)
     load, goal = carried(whole, line), target(study, store)
-    found = _keep(study, assembly, line, load, follow, goal, tick)
-    kept = kept_preload(study, store, model, whole, found.pairs)
+    pairs, tuned = _keep(study, assembly, line, load, follow, goal, tick)
+    kept = kept_preload(study, store, model, _without_detached(study, whole, line, pairs), pairs)
     sets = _stuck_sets(study, assembly, follow, {
         "full_area": (whole, whole.preload > 0), "full_line": (line, load > 0),
         "tuned": (kept.pairs, kept.pairs.preload > 0)})
@@ -72,11 +73,12 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     results.TuneResult(
         other_modes={name: _other_mode(assembly.modes(sets.pairs["tuned"], shape, extra=springs))
                      for name, shape in shapes.items()},
-        **tuning_figures(found, goal, line.position @ study.driver.axis), **stuck_figures(sets),
-        table=study.tune.kept or None, full_model_check=checked, redistribution=kept.facts,
+        target_hz=goal.hz if goal else None, scatter_hz=goal.scatter_hz if goal else 0.0,
+        **tuned, **stuck_figures(sets), table=study.tune.kept or None, full_model_check=checked,
+        redistribution=kept.facts,
         preload_kept=side_forces(on_kept, kept.forces, kept.balance),
         roll_stiffness_Nm_per_rad=sum(s.k for s in sets.springs["tuned"]),
-        cases={name: kept_case(study, model, found.pairs, name) for name in study.loads}).save(store)
+        cases={name: kept_case(study, model, pairs, name) for name in study.loads}).save(store)
     shown = {"kept stations stuck": sets.modes["tuned"], "whole area stuck": sets.modes["full_area"]}
     return [*files, *keep_stuck(store, model, shown)]
 
@@ -105,26 +107,49 @@ def target(study: Study, store: Store) -> Target | None:
     return None if hz is None else Target(hz, scatter or 0.0)
 
 
-def _keep(study, assembly, line, load, follow, goal, tick) -> Detachment:
-    """The pairs of the line that are kept: those of a table, those that the study gives, or by the target."""
+def _keep(study, assembly, line, load, follow, goal, tick) -> tuple[ContactTable, dict]:
+    """The pairs of the line that are kept, those of a table, those that the study gives, or by the target; and the
+    fields of TuneResult on how they were found."""
     def report(step, share):
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
     options = DetachmentOptions(springs=lambda pairs: inputs.declared_springs(study, pairs), load=load,
                                 order=study.tune.order, graded=study.tune.graded, conserve=inputs.conserves(study),
                                 scatter_hz=goal.scatter_hz if goal else 0.0)
+    along = line.position @ study.driver.axis
     if study.tune.kept:
         own, touching = kept_table.read(study, line), load
         if study.tune.preload == "table":
             touching = own.preload
         whole = own.replace(weight=np.where(own.weight > 0, 1.0, line.weight))
-        return keep_weights(assembly, whole, own.weight, follow, replace(options, load=touching, conserve=False))
-    if goal is None:
-        return keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options)
+        return _by_station(keep_weights(assembly, whole, own.weight, follow,
+                                        replace(options, load=touching, conserve=False)), along)
     try:
-        return detach_until(assembly, line, goal.hz, follow, options, report)
+        if study.tune.by != "station":
+            return kept_area.keep(study, assembly, line, follow, goal.hz if goal else None, options, tick)
+        if goal is None:
+            return _by_station(keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options), along)
+        return _by_station(detach_until(assembly, line, goal.hz, follow, options, report), along)
     except InputError as error:
-        raise InputError(f"{error}{inputs.softer(study)}") from None
+        raise InputError(f"{error}{inputs.softer(study) if goal else ''}") from None
+
+
+def _by_station(found: Detachment, along: np.ndarray) -> tuple[ContactTable, dict]:
+    """The pairs, and fields of TuneResult; along (P,) m: the pairs along the axis."""
+    worth = [results.StationWorth(**vars(w), position_m=along[found.pairs.station == w.station].mean())
+             for w in found.worth]
+    return found.pairs, {
+        "tuned_pairs": results.Stations(front=found.chosen.front, back=found.chosen.back), "history": found.history,
+        "equivalent": found.equivalent, "graded": found.graded, "kept_stations": found.stations,
+        "station_worth": worth}
+
+
+def _without_detached(study, whole, line, kept):
+    """The map without what tuning by area took off, whose force is not moved to its neighbours; the rows for which a
+    line stands are still there."""
+    if study.tune.by == "station":
+        return whole
+    return whole.replace(weight=np.where(line.carrying & ~kept.carrying, 0.0, whole.weight))
 
 
 def _stuck_sets(study, assembly, follow, sets) -> Sets:
@@ -146,16 +171,6 @@ def _full_model_check(study, store, model, sets, tick) -> dict[str, results.Full
     return full_model_check(study, model, truncation, {
         name: StuckSet(pairs, sets.springs[name], modes.hz[modes.hz < CHECK_BELOW_HZ])
         for (name, pairs), modes in zip(sets.pairs.items(), sets.modes.values(), strict=True)}, tick)
-
-
-def tuning_figures(found: Detachment, goal: Target | None, along: np.ndarray) -> dict:
-    """Fields of TuneResult on the search; along (P,) m: the pairs along the axis."""
-    kept, scatter = results.Stations(front=found.chosen.front, back=found.chosen.back), goal.scatter_hz if goal else 0.0
-    worth = [results.StationWorth(**vars(w), position_m=along[found.pairs.station == w.station].mean())
-             for w in found.worth]
-    return {"target_hz": goal.hz if goal else None, "scatter_hz": scatter, "tuned_pairs": kept,
-            "history": found.history, "equivalent": found.equivalent, "graded": found.graded,
-            "kept_stations": found.stations, "station_worth": worth}
 
 
 def stuck_figures(sets: Sets) -> dict:
@@ -180,19 +195,19 @@ def _write_kept(store, kept):
 
 
 def line(store: Store) -> str:
-    """Stuck frequencies and the stations kept."""
+    """Stuck frequencies and what is kept."""
     found = results.TuneResult.load(store)
-    stuck, kept = found.stuck_hz, found.tuned_pairs
-    graded = f" (station {found.graded.station} with {found.graded.part:.1%} of its area)" if found.graded else ""
+    stuck = found.stuck_hz
     opened = {name: f" ({n} pair{'s' * (n > 1)} open at rest)" if n else "" for name, n in found.open_pairs}
     return (f"stuck: area {stuck.full_area:.0f} Hz{opened['full_area']}, line {stuck.full_line:.0f} Hz"
-            f"{opened['full_line']}, {kept.front} + {kept.back} stations{graded} {stuck.tuned:.0f} Hz{opened['tuned']}")
+            f"{opened['full_line']}, {found.kept_in_words} {stuck.tuned:.0f} Hz{opened['tuned']}")
 
 
 def warnings(study: Study, store: Store) -> list[str]:
-    """Of the tracked mode."""
+    """Of the tracked mode, and of a closed part that follows the mesh."""
     found = results.TuneResult.load(store)
-    return [*found.warnings, *tracking_warnings(study, found)]
+    rows = one_row_warnings(ContactTable.load(store.path("preload.csv")))
+    return [*found.warnings, *tracking_warnings(study, found), *rows]
 
 
 def _reads_more(study):

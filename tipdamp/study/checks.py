@@ -207,18 +207,33 @@ def check_modes(where: str, body: Section) -> None:
 def check_tune(where: str, tune: Tune, measured: Iterable[str] = ()) -> None:
     """A target, the stations or a table; keys of a target have no meaning without one."""
     stations, target = tune.stations, tune.target_hz is not None or bool(tune.target_from)
-    if not tune.kept and target == bool(stations):
-        raise InputError(f"{where} needs either target_hz, or stations = [front, back], or a table kept = \"...\"")
+    if tune.by == "station":
+        _refuse(where, tune, ("cell_size", "kept_share"), "by = 'area' or 'cell'")
+        if tune.order == "from_edge":
+            raise InputError(f"{where} order = 'from_edge' is of by = 'area' or 'cell'; for stations 'from_middle' or "
+                             "'least_loaded'")
+    else:
+        _refuse(where, tune, ("stations", "kept"), "by = 'station'")
+    if tune.by == "area" and "graded" in tune.model_fields_set:
+        raise InputError(f"{where} graded: leave it out, by = 'area' meets the target exactly")
+    if not tune.kept and target == bool(stations or tune.kept_share):
+        raise InputError(f"{where} needs either target_hz, or stations = [front, back], or a table kept = \"...\""
+                         if tune.by == "station" else f"{where} needs either target_hz or kept_share")
     if tune.target_hz is not None and tune.target_from:
         raise InputError(f"{where} target_hz and target_from exclude each other: a number or a measured curve")
     if tune.target_from and tune.target_from not in measured:
         raise InputError(f"{where} target_from = '{tune.target_from}': there is no [measured.{tune.target_from}]; "
                          f"{nearest(tune.target_from, list(measured))}")
-    for key in ("scatter_hz", "order", "graded"):
-        if key in tune.model_fields_set and not target:
-            raise InputError(f"{where} {key}: leave it out, it belongs to target_hz")
+    if not target:
+        _refuse(where, tune, ("scatter_hz", "graded", *(("order",) if tune.by == "station" else ())), "target_hz")
     if tune.preload == "table" and not tune.kept:
         raise InputError(f"{where} preload = 'table': needs a table kept = \"...\"; without one 'scaled' or 'resolved'")
     if stations and stations != "all" and (len(stations) != 2 or not any(stations)):
         raise InputError(f"{where} stations = {list(stations)}: must be two numbers [front, back], not both 0, or "
                          "'all'")
+
+
+def _refuse(where, section, keys, of):
+    for key in keys:
+        if key in section.model_fields_set:
+            raise InputError(f"{where} {key}: leave it out, it belongs to {of}")

@@ -209,7 +209,8 @@ class Side(Section):
     kt_per_area: Annotated[float | None, Key(NUMBER, "tangential stiffness per area", "force/length3", low=0,
                                              open_low=True)] = None
     kn_total: Annotated[float | None, Key(NUMBER, "normal stiffness of the whole side instead, shared as [contact] "
-                                          "shares says", "force/length", low=0, open_low=True)] = None
+                                          "shares says; on round surfaces by the points that can touch",
+                                          "force/length", low=0, open_low=True)] = None
     kt_total: Annotated[float | None, Key(NUMBER, "tangential stiffness of the whole side", "force/length", low=0,
                                           open_low=True)] = None
     reference_kn: Annotated[float | None, Key(NUMBER, "published or measured normal stiffness per node, set beside the "
@@ -286,7 +287,7 @@ class Preload(Section):
 
 
 class Tune(Section):
-    """[tune]: which stations are kept."""
+    """[tune]: which stations, or which part of the closed area, are kept."""
     target_hz: Annotated[float | None, Key(NUMBER, "measured stuck frequency that the kept stations must meet", low=0,
                                            open_low=True)] = None
     target_from: Annotated[str, Key(TEXT, "measured curve ([measured.NAME]) whose peak is the target instead: the mean "
@@ -294,12 +295,23 @@ class Tune(Section):
     scatter_hz: Annotated[float | None, Key(NUMBER, "measured scatter of the target: sets of stations whose frequency "
                                             "is as near to it fit equally well, and are listed; default: 0, or that "
                                             "of the measured curve", low=0)] = None
-    order: Annotated[Literal["from_middle", "least_loaded"], Key(
-        CHOICE, "in which stations are detached to meet the target: 'from_middle': every number of stations at the "
-        "front and at the back is tried; 'least_loaded': by the preload map, the least loaded station first")
-    ] = "from_middle"
-    graded: Annotated[bool, Key(FLAG, "the last station keeps a part of its area, a factor on its kn and kt, so that "
-                                "the target is met exactly")] = False
+    by: Annotated[Literal["station", "area", "cell"], Key(
+        CHOICE, "what is detached: 'station': all pairs at one place of the axis; 'area': the closed part of every "
+        "side shrinks by the same share, the contact at its edge keeps a part of its own area, so that the target is "
+        "met exactly; 'cell': cells of the closed part, whole")] = "station"
+    cell_size: Annotated[float | None, Key(NUMBER, "edge of the cells of by = 'area' or 'cell', along the axis and "
+                                           "across it; default: every contact point, which stands for the faces "
+                                           "around it", "length", low=0, open_low=True)] = None
+    kept_share: Annotated[float | None, Key(NUMBER, "with by = 'area' or 'cell', instead of a target: part of the "
+                                            "closed area that is kept on every side", low=0, open_low=True,
+                                            high=1)] = None
+    order: Annotated[Literal["from_middle", "least_loaded", "from_edge"], Key(
+        CHOICE, "in which stations, area or cells are detached. 'from_middle': from the middle of the axis (of "
+        "stations, every number at the front and at the back is tried); 'least_loaded': by the preload map, the least "
+        "loaded station or the least pressure first; 'from_edge', the default with 'area' and 'cell': from the edge of "
+        "the closed part inwards, at the edge the least pressure first")] = "from_middle"
+    graded: Annotated[bool, Key(FLAG, "the last station or cell keeps a part of its area, a factor on its kn and kt, "
+                                "so that the target is met exactly")] = False
     stations: Annotated[tuple[int, ...] | Literal["all"], Key(
         STATIONS, "[front, back]: stations kept at each end, or 'all', instead of a target", low=0, high=9999)] = ()
     kept: Annotated[str, Key(TEXT, "your own table of kept pairs: a copy of kept.csv, edited by hand. Its weight, kn, "
@@ -314,7 +326,8 @@ class Tune(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_table(cls, given: dict) -> dict:
+    def _of_others(cls, given: dict) -> dict:
+        given = {"order": "from_edge", **given} if given.get("by") in ("area", "cell") else given
         return {"preload": "table", **given} if "kept" in given else given
 
 

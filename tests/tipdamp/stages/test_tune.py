@@ -227,3 +227,33 @@ def test_detached_rows_of_an_own_table_carry_nothing(variant, tmp_path):
     assert ContactTable.load(folder / "preload.csv").preload[upper].tolist() == [0.0] * int(upper.sum())
     assert all(1 < scale < 4 for scale in found["redistribution"]["scale"].values())
     assert abs(found["redistribution"]["moment_Nm"]) < 0.1
+
+
+@pytest.mark.parametrize("keys, off", [('by = "area"', 0.1), ('by = "area"\norder = "from_middle"', 0.1),
+                                       ('by = "cell"\ncell_size = 0.006\ngraded = true', 0.1),
+                                       ('by = "cell"\ncell_size = 0.004', 60.0)])
+def test_tuning_by_area(variant, keys, off):
+    """The target is met, as nearly as whole cells let it; the same share of the line of the cylinder and of the flat
+    stays and carries the whole pull, each contact its own part of the map."""
+    folder = variant("tune", ("stations = [5, 4]", f"{keys}\ntarget_hz = 2500"))
+    found = read(folder, "tune.json")
+    whole, kept = (ContactTable.load(folder / f"{n}.csv") for n in ("preload", "kept"))
+    area = found["area"]
+    assert abs(found["stuck_hz"]["tuned"] - 2500) <= off and 0.1 < area["share"] < 0.9
+    assert {name: side["unit"] for name, side in area["sides"].items()} == {"left": "mm", "right": "mm"}
+    for name, side in area["sides"].items():
+        on = kept.carrying & (kept.side == name)
+        assert kept.preload[on].sum() == pytest.approx(EACH_SIDE, rel=1e-6)
+        assert side["kept"] / side["closed"] == pytest.approx(area["share"], abs=0.1 if off > 1 else 1e-6)
+        if name == "left":                       # one row: nothing is moved from other rows to it
+            factor = kept.preload[on] / whole.preload[on] / kept.weight[on]
+            assert np.ptp(factor) < 1e-9 * factor.mean()
+    hz = [step["hz"] for step in area["history"]]
+    assert hz[0] == pytest.approx(found["stuck_hz"]["full_line"], abs=1e-3) and hz[0] > hz[-1]
+
+
+def test_a_given_share_of_the_area(variant):
+    """All of it is the whole line; half of it lies between that and nothing."""
+    hz = {share: read(variant("tune", ("stations = [5, 4]", f'by = "area"\nkept_share = {share}')),
+                      "tune.json")["stuck_hz"] for share in (1, 0.5)}
+    assert hz[1]["tuned"] == pytest.approx(hz[1]["full_line"], rel=1e-9) and hz[0.5]["tuned"] < hz[1]["tuned"] - 50

@@ -35,6 +35,13 @@ NO_LEFT, NO_RIGHT = ("kn = 3.32e6\nkt = 3.02e6\n", ""), ("kn = 1.03e6\nkt = 0.94
     ([("stations = [5, 4]", 'target_from = "low"')], r"target_from = 'low': there is no \[measured.low\]"),
     ([("stations = [5, 4]", "stations = [5, 4]\nscatter_hz = 10")], r"\[tune\] scatter_hz: leave it out"),
     ([("stations = [5, 4]", "target_hz = 2800\norder = \"random\"")], r"order = 'random': .*from_middle, least_loaded"),
+    ([("stations = [5, 4]", "target_hz = 2800\norder = \"from_edge\"")], r"order = 'from_edge' is of by = 'area' or"),
+    ([("[tune]", "[tune]\nkept_share = 0.5")], r"kept_share: leave it out, it belongs to by = 'area' or 'cell'"),
+    ([("[tune]", "[tune]\nby = \"cell\"")], r"\[tune\] stations: leave it out, it belongs to by = 'station'"),
+    ([("stations = [5, 4]", "by = \"area\"")], r"\[tune\] needs either target_hz or kept_share"),
+    ([("stations = [5, 4]", "by = \"area\"\ntarget_hz = 2800\nkept_share = 0.5")], r"either target_hz or kept_share"),
+    ([("stations = [5, 4]", "by = \"area\"\ntarget_hz = 2800\ngraded = true")], r"graded: leave it out, by = 'area'"),
+    ([("stations = [5, 4]", "by = \"cell\"\ntarget_hz = 2800\ncell_size = 0")], r"cell_size = 0: must be above 0"),
     ([("stations = [5, 4]", "stations = [5, 4]\npreload = \"table\"")], r"preload = 'table': needs a table kept"),
     ([("mu = 0.6", "mu = 0.6\nshares = \"area\"")], r"\[contact\] shares = 'area': .*equal, tributary"),
 ])

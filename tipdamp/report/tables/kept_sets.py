@@ -13,7 +13,7 @@ HEAD = ("stations, front + back", "stuck frequency (Hz)", "off the target (Hz)",
 def tables(results: Results) -> Iterator[Table]:
     """One table, where the study states the scatter of its target."""
     tune = results.tune
-    if tune is None or not tune.scatter_hz or not tune.target_hz:
+    if tune is None or not tune.history or not tune.scatter_hz or not tune.target_hz:
         return
     sets = tune.equivalent
     scatter = f"{number(tune.scatter_hz, 3)} Hz of the target of {tune.target_hz:g} Hz, its measured scatter"

@@ -6,7 +6,7 @@ import numpy as np
 
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
-from tipdamp.report.text import NOTHING, deviation, hertz, listing
+from tipdamp.report.text import NOTHING, deviation, hertz, listing, number
 
 
 def tables(results: Results) -> Iterator[Table]:
@@ -40,12 +40,25 @@ def _stuck(results):
     yield _frequency(results, f"stuck, whole area: {detail}{opened['full_area']} (Hz)", tune.stuck_hz.full_area,
                      "full_area_hz")
     yield _frequency(results, f"stuck, whole line{opened['full_line']} (Hz)", tune.stuck_hz.full_line, "full_line_hz")
-    kept = ("own table" if tune.table else f"tuned to {tune.target_hz:g} Hz" if tune.target_hz else "given stations")
+    kept = ("own table" if tune.table else f"tuned to {tune.target_hz:g} Hz" if tune.target_hz else
+            "given share of the area" if tune.area else "given stations")
     yield _frequency(results, f"stuck, {kept}{opened['tuned']} (Hz)", tune.stuck_hz.tuned, "tuned_hz")
     for name, mode in tune.other_modes.items():
         free = results.reduce.free_hz.get(name)
         yield (f"{name.replace('_', ' ')} with damper, {kept}; without: {hertz(free)} (Hz)", hertz(mode.hz), NOTHING,
                NOTHING)
+    yield from _area(tune) if tune.area else _stations(tune, reference)
+
+
+def _area(tune):
+    for name, side in tune.area.sides.items():
+        unit = side.unit.replace("2", "²")
+        yield (f"kept part of the closed {'area' if side.unit == 'mm2' else 'length'}, side '{name}' ({unit})",
+               f"{number(side.kept)} of {number(side.closed)}", NOTHING, NOTHING)
+    yield "stuck frequency for a percent of the closed area (Hz)", number(tune.area.hz_per_percent, 3), NOTHING, NOTHING
+
+
+def _stations(tune, reference):
     for end, count in (("front", tune.tuned_pairs.front), ("back", tune.tuned_pairs.back)):
         given = reference.get(end)
         yield (f"kept stations, {end}", f"{count}", NOTHING if given is None else f"{given:g}",
