@@ -3,7 +3,8 @@
 With all closed pairs stuck, K_s = K + B' K_c B, the contact acts on the vibration by what some pairs do beyond their
 springs: those that slip or lift. Kept are, in the energy of K_s,
 
-    the static shapes of the forces and of unit forces on the followed pairs, those nearest to slip or lift-off,
+    the static shapes of the forces and of unit forces on the followed pairs, those nearest to slip or lift-off, and on
+    the motions that are held, with the motions themselves,
     and of their moments (w^2 K_s^-1 M)^j the directions that matter up to the highest frequency,
 
 a block Krylov space with deflation [Bai, Su 2005], in the place of the constraint modes of all pairs: their
@@ -12,16 +13,19 @@ kept in these shapes; forces on followed pairs move them exactly in statics.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
+from hbm.balance.aft import sample_grid
 from hbm.balance.reduced import Space, StuckMatrices
 from hbm.balance.restraint import stiff_factor
 from hbm.contact import GROUND, ContactTable, relative_motion
+from hbm.hold.spring import HeldMotion, with_springs
 from hbm.laws.base import ContactLaw
-from hbm.laws.records import Contacts
+from hbm.laws.records import Contacts, SliderStart
 from hbm.model import ReducedModel
 from hbm.points import ContactPoints
 
@@ -37,6 +41,8 @@ class InterfaceSettings:
     ratio: float = 0.01         # damping ratio of the stuck response by which that is told
     grid: int = 41              # frequencies of the band at which the nearness to slip is seen, beside its resonances
     steps: int = 81             # factors on the motion by which pairs are ranked
+    halvings: int = 11          # of a range of 1e4 of these factors, for laws that are asked for their forces
+    sticks: float = 1e-3        # of the force of the stuck springs: a force that differs by less is theirs
     checks: tuple = (0.2, 0.5, 0.8, 1.0)        # shares of the highest frequency where the error is estimated
 
 
@@ -46,43 +52,51 @@ SETTINGS = InterfaceSettings()
 @dataclass(frozen=True)
 class InterfaceReduction:
     """model - of modal dofs alone, with a contact point for each node of the pairs; basis : (r, m) - q = basis q_m
+    held - what is held, on these dofs: `dataclasses.replace(problem, held=...)` of a ContactProblem of the model
     followed : (P,) bool; response_error - estimate of the error of the response to forces and followed pairs, of its
     energy; frequency_error - largest possible error of the stuck frequencies up to the end of the band."""
 
     model: ReducedModel
     basis: np.ndarray
+    held: tuple[HeldMotion, ...]
     followed: np.ndarray
     response_error: float
     frequency_error: float
 
 
-def reduce_interface(model: ReducedModel, pairs: ContactTable, law: ContactLaw, forces: Sequence[np.ndarray],
-                     band: Sequence[float], harmonics: int,
+class Excitation(NamedTuple):
+    """forces : (r,) N each, at their largest; band : Hz; harmonics : highest order."""
+
+    forces: Sequence[np.ndarray]
+    band: Sequence[float]
+    harmonics: int
+
+
+def reduce_interface(model: ReducedModel, pairs: ContactTable, law: ContactLaw, excitation: Excitation,
+                     held: Sequence[HeldMotion] = (),
                      settings: InterfaceSettings = SETTINGS) -> InterfaceReduction | None:
     """The model in the shapes that its response takes, all pairs kept.
 
-    pairs : those that carry; forces : (r,) N, at their largest; band : Hz; harmonics : highest order
-    None where that makes nothing smaller, where stuck pairs leave a motion free, and where the law does not tell what
-    sticks surely.
+    pairs : those that carry; held : motions of the model that are held (`hbm.hold.spring.held_motions`)
+    None where that makes nothing smaller, and where stuck pairs leave a motion free.
     """
     contacts = Contacts(pairs.kn * pairs.weight, pairs.kt * pairs.weight, pairs.mu, pairs.preload)
     B = _motion_of_law(model, pairs, law)
     k = (law.stuck_stiffness(contacts) * (pairs.preload > 0)[:, None]).ravel()
-    K = model.K + (B.T * k) @ B
+    K = with_springs(model.K + (B.T * k) @ B, [one for one in held if not one.mean])
     factor = stiff_factor(K)
     if factor is None:
         return None
     system = StuckMatrices(model.M, K, None, settings.ratio, *factor)
-    top = 2 * np.pi * max(band)
-    loads = np.column_stack([part for f in forces for part in (np.real(f), np.imag(f)) if np.any(part)])
+    top = 2 * np.pi * max(excitation.band)
+    loads = np.column_stack([part for f in excitation.forces for part in (np.real(f), np.imag(f)) if np.any(part)])
     space = Space(system, system.force(loads / np.linalg.norm(loads, axis=0)))
     grow(space, space.force, top, settings)
-    followed = nearest_to_slip(space, law, contacts, B, loads, np.array(band), settings)
-    if followed is None:
-        return None
-    columns = B[np.repeat(followed, len(law.components))].T
+    followed = nearest_to_slip(space, law, contacts, B, loads, np.array(excitation.band), settings)
+    holds = [row for one in held for row in (one.row, K @ one.motion)]
+    columns = np.vstack([B[np.repeat(followed, len(law.components))], *holds]).T
     columns = columns[:, columns.any(axis=0)]            # a side that cannot move takes no force
-    grow(space, system.force(columns), top * harmonics, settings)
+    grow(space, system.force(columns), top * excitation.harmonics, settings)
     basis = space.basis
     if basis.shape[1] > model.size // 2:
         return None
@@ -93,7 +107,10 @@ def reduce_interface(model: ReducedModel, pairs: ContactTable, law: ContactLaw, 
     made = ReducedModel.from_matrices(*(_projected(V, matrix) for matrix in (model.M, model.K, model.C)), body="modes",
                                       points=points, loads={name: V.T @ f for name, f in model.loads.items()},
                                       provenance=model.provenance)
-    return InterfaceReduction(made, V, followed, *errors)
+    size = float(np.linalg.norm(loads) / np.linalg.norm(V.T @ loads))       # of forces, on the dofs and on the new ones
+    there = tuple(replace(one, row=one.row @ V, motion=V.T @ (K @ one.motion), extent=size * one.extent)
+                  for one in held)
+    return InterfaceReduction(made, V, there, followed, *errors)
 
 
 def grow(space: Space, block: np.ndarray, top: float, settings: InterfaceSettings) -> None:
@@ -113,9 +130,8 @@ def grow(space: Space, block: np.ndarray, top: float, settings: InterfaceSetting
 
 
 def nearest_to_slip(space: Space, law: ContactLaw, contacts: Contacts, B: np.ndarray, loads: np.ndarray,
-                    band: np.ndarray, settings: InterfaceSettings) -> np.ndarray | None:
-    """(P,) bool: the pairs that stick surely up to the smallest multiple of the stuck response to the loads (r, n);
-    None where the law does not know of any."""
+                    band: np.ndarray, settings: InterfaceSettings) -> np.ndarray:
+    """(P,) bool: the pairs that stick up to the smallest multiple of the stuck response to the loads (r, n)."""
     receptance = space.receptance()
     own = receptance.frequencies
     hz = np.r_[np.linspace(band.min(), band.max(), settings.grid), own[(own > band.min()) & (own < band.max())]]
@@ -125,11 +141,32 @@ def nearest_to_slip(space: Space, law: ContactLaw, contacts: Contacts, B: np.nda
     amplitude = amplitude.reshape(len(contacts), -1)
     sticks = np.sum([law.sticks_surely(contacts, factor * amplitude) for factor in np.logspace(-4, 4, settings.steps)],
                     axis=0)
-    if not sticks.any():
-        return None
+    order = np.argsort(sticks, kind="stable") if sticks.any() else by_force(
+        law, contacts, amplitude, np.pi * band.sum(), settings)
     found = np.zeros(len(contacts), dtype=bool)
-    found[np.argsort(sticks, kind="stable")[:settings.followed]] = True
+    found[order[:settings.followed]] = True
     return found
+
+
+def by_force(law: ContactLaw, contacts: Contacts, amplitude: np.ndarray, omega: float,
+             settings: InterfaceSettings) -> np.ndarray:
+    """(P,) contacts in the order in which they leave their stuck springs as their motion grows from small multiples of
+    the amplitude (P, nd): by the vibrating part of the force that their law gives; then by the size of that part."""
+    grid = sample_grid(1, law.default_samples(1))
+    start = SliderStart(np.zeros((len(contacts), law.sliders)), False)
+    springs = np.linalg.norm(law.stuck_stiffness(contacts) * amplitude, axis=1)
+
+    def off(factor):
+        x = np.zeros((*amplitude.shape, 3))
+        x[:, :, 1] = factor[:, None] * amplitude
+        return np.linalg.norm(law.harmonics(contacts, x, start, grid, omega).g[:, :, 1:], axis=(1, 2))
+
+    low, high = np.full(len(contacts), -2.0), np.full(len(contacts), 2.0)
+    for _ in range(settings.halvings):
+        middle = (low + high) / 2
+        sticks = off(10**middle) <= settings.sticks * 10**middle * springs
+        low, high = np.where(sticks, middle, low), np.where(sticks, high, middle)
+    return np.lexsort((-off(np.ones(len(contacts))), low))
 
 
 def estimated(space: Space, columns: np.ndarray, top: float, settings: InterfaceSettings) -> tuple[float, float]:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbm.contact import ContactTable
-from hbm.interface import InterfaceReduction, InterfaceSettings, reduce_interface
-from hbm.laws.base import ContactLaw
+from hbm.hold.spring import HeldMotion
+from hbm.interface import Excitation, InterfaceReduction, InterfaceSettings, reduce_interface
 from hbm.model import ReducedModel
 from tipdamp.stages.response_results import CurveResult, InterfaceFacts
 from tipdamp.study.view import Study
@@ -29,18 +29,18 @@ NOT_MADE = InterfaceFacts(pairs=0, followed=0, dofs=0, shapes=0, response_error=
 def is_reduced(study: Study, pairs: int) -> bool:
     """Whether the study wants the response of so many pairs in few shapes."""
     settings = study.respond
-    return settings.interface == "reduced" or (
-        settings.interface == "auto" and pairs > CHOICE.whole and not study.driver.hold)
+    return settings.interface == "reduced" or settings.interface == "auto" and pairs > CHOICE.whole
 
 
-def shapes_of(study: Study, model: ReducedModel, kept: ContactTable, law: ContactLaw,
-              forces: Sequence[np.ndarray]) -> InterfaceReduction | None:
+def shapes_of(study: Study, model: ReducedModel, kept: ContactTable, forces: Sequence[np.ndarray],
+              held: Sequence[HeldMotion] = ()) -> InterfaceReduction | None:
     """The response's own shapes where the study wants them and they are fewer; forces (r,) N at their largest."""
     settings = study.respond
     if not is_reduced(study, len(kept)):
         return None
     chosen = InterfaceSettings(followed=settings.followed, ratio=max(*settings.damping_ratio, CHOICE.least_damping))
-    return reduce_interface(model, kept, law, forces, settings.band, max(settings.harmonics), chosen)
+    excitation = Excitation(forces, settings.band, max(settings.harmonics))
+    return reduce_interface(model, kept, settings.law.make(), excitation, held, chosen)
 
 
 def facts_of(study: Study, found: InterfaceReduction | None, curves: Sequence[CurveResult],

@@ -61,7 +61,7 @@ def _compared(equation, points, ratio) -> Stiffer:
     before, after = (np.abs(_mean_reactions(point)) for point in points)
     change = np.abs(_mean_reactions(points[1]) - _mean_reactions(points[0]))
     force = np.linalg.norm([np.linalg.norm(F) for F in equation.balance.forces.values()])
-    excitation = np.array([force * np.abs(one.motion).max() for one in equation.balance.problem.held])
+    excitation = np.array([force * one.extent for one in equation.balance.problem.held])
     follows = (after > DEFAULT.follows * before) & (after > DEFAULT.no_reaction * excitation)
     beside = change / np.maximum(np.maximum(before, excitation), np.finfo(float).tiny)
     own = change / np.maximum(after, np.finfo(float).tiny)

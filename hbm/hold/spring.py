@@ -42,6 +42,7 @@ class HeldMotion:
     row, motion : (r,) amount of the motion in q, and the motion itself; stiffness : N/m or N m/rad, of the amount
     mean : order 0 alone is held, rigidly; doubt : a sentence where contact normals resist the motion too
     small : m or rad, up to which displacements along it count as small
+    extent : largest displacement of a dof in the motion, which makes of a force on the dofs one along the motion
     """
 
     name: str
@@ -52,6 +53,7 @@ class HeldMotion:
     mean: bool = False
     doubt: str = ""
     small: float = np.inf
+    extent: float = 1.0
 
 
 def held_motions(model: ReducedModel, pairs: ContactTable, holds: Hold | Sequence[Hold]) -> tuple[HeldMotion, ...]:
@@ -114,7 +116,8 @@ def _held(model, pairs, hold):
         "and hold it already while they are closed, whatever other rigid motions go with it; leave it out unless they "
         "open")
     small = DEFAULT.small_angle * (1.0 if unit == "N m" else _size(model, hold.body) or np.inf)
-    return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean, doubt, small)
+    return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean, doubt, small,
+                      float(np.abs(motion).max()))
 
 
 def _faced(model, body, row, normals):

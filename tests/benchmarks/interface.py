@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 
-from hbm.interface import reduce_interface
+from hbm.interface import Excitation, reduce_interface
 from hbm.laws import DryFriction2T
 from hbm.model import ReducedModel
 from hbm.response import follow_band, forced_response
@@ -45,7 +45,7 @@ def main():
                                outputs={"blade": V.T @ push}, harmonics=H)
 
     def reduction():
-        return reduce_interface(model, pairs, law, [LEVEL * push], hundreds.FACES_BAND, H)
+        return reduce_interface(model, pairs, law, Excitation([LEVEL * push], hundreds.FACES_BAND, H))
 
     def of_rig(harmonics=H):
         return follow_band(problem, RIG_LEVEL * force, RIG_BAND, harmonics=harmonics, outputs=outputs)

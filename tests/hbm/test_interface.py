@@ -1,6 +1,6 @@
 """Interface reduction: followed pairs exact in statics, stuck frequencies and response within the errors stated."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -8,13 +8,17 @@ import scipy.linalg as sl
 
 from hbm.balance.receptance import linear_response
 from hbm.contact import relative_motion
-from hbm.interface import SETTINGS, reduce_interface
+from hbm.hold.spring import Hold, held_motions
+from hbm.interface import SETTINGS, Excitation, reduce_interface
 from hbm.laws import DryFriction2T, IsotropicFriction
 from hbm.model import ReducedModel
-from hbm.response import forced_response
-from tests.benchmarks.hundreds import FACES_BAND, SLIP, face_to_face
+from hbm.problem import contact_problem
+from hbm.response import follow_band, forced_response, solve_at
+from tests.benchmarks.hundreds import FACES_BAND, SLIP, face_to_face, loosened, sliding
+from tests.hbm.conformance import own_law
 
 PAIRS, H, ZETA, LEVEL = 64, 3, 0.01, 5.0
+SLIDING = (700.0, 1100.0)        # Hz, around the resonance where nothing but the contacts holds the damper along y
 
 
 @pytest.fixture(scope="module")
@@ -27,9 +31,9 @@ def case():
     return model, pairs.replace(preload=preload), push
 
 
-def reduced(case, followed=14, moment=SETTINGS.moment, law=None):
+def reduced(case, followed=14, moment=SETTINGS.moment, law=None, band=FACES_BAND, held=(), static=()):
     model, pairs, push = case
-    return reduce_interface(model, pairs, law or DryFriction2T(), [LEVEL * push], FACES_BAND, H,
+    return reduce_interface(model, pairs, law or DryFriction2T(), Excitation([LEVEL * push, *static], band, H), held,
                             replace(SETTINGS, followed=followed, moment=moment, ratio=ZETA))
 
 
@@ -86,12 +90,83 @@ def test_slipping_pairs_are_found_and_the_peak_kept(case, found):
     assert its_top == pytest.approx(top, rel=1e-4) and its_hz == pytest.approx(hz, rel=1e-5)
 
 
+@dataclass(frozen=True)
+class Unknown(IsotropicFriction):
+    """Coulomb friction that does not say what sticks."""
+
+    def sticks_surely(self, contacts, amplitude):
+        return np.zeros(len(contacts), dtype=bool)
+
+
+def test_laws_that_do_not_tell_what_sticks(case):
+    """Asked for their forces, they follow those that slip, as where they tell, and mostly the same beside them."""
+    told, asked = (reduced(case, law=law).followed for law in (IsotropicFriction(), Unknown()))
+    slips = sliding(PAIRS)
+    assert slips.sum() == SLIP and told[slips].all() and asked[slips].all() and asked.sum() == 14
+    assert (told & asked).sum() >= 11
+
+
+def bouc_wen(pairs):
+    """With three times the slip limit of the friction of each pair."""
+    return own_law("bouc_wen").BoucWen(0.1, 3 * pairs.mu * pairs.preload / pairs.kt)
+
+
+def curves_of(case, law, found, band=FACES_BAND, held=(), static=None, samples=None):
+    """The curve on all dofs, and in the shapes found."""
+    model, pairs, push = case
+    made = []
+    for one, V, holds in ((model, np.eye(model.size), held), (found.model, found.basis, found.held)):
+        load = None if static is None else static @ V
+        problem, _ = contact_problem(one, pairs, law, damping_ratio=ZETA, static=load)
+        made.append(follow_band(replace(problem, held=tuple(holds)), LEVEL * push @ V, band, harmonics=H,
+                                outputs={"out": push @ V}, samples=samples))
+    return made
+
+
+@pytest.mark.parametrize("of, hz", [(lambda _: Unknown(), 1780.0), (bouc_wen, 1740.0)], ids=["friction", "Bouc-Wen"])
+def test_their_response_is_that_of_all_dofs(of, hz):
+    """Near the peak: Coulomb friction, and hysteresis that leaves its springs from the first motion on, everywhere."""
+    arrays, pairs, push = face_to_face(24)
+    pairs = pairs.replace(frame=pairs.frame[:, [1, 0, 2]] * [[1], [-1], [1]])       # t1 along the push
+    model, law = ReducedModel.from_matrices(**arrays), of(pairs)
+    found = reduced((model, pairs, push), 8, law=law)
+    points = []
+    for one, V in ((model, np.eye(model.size)), (found.model, found.basis)):
+        problem, _ = contact_problem(one, pairs, law, damping_ratio=ZETA)
+        points.append(solve_at(problem, LEVEL * push @ V, hz, harmonics=H, outputs={"out": push @ V}, samples=64))
+    whole, few = (point.harmonics[0] for point in points)
+    assert points[0].converged and (points[0].share_slip > 0.05).sum() >= SLIP
+    assert np.abs(few - whole).max() <= max(2 * found.response_error, 1e-6) * np.abs(whole).max()
+
+
+@pytest.fixture(scope="module")
+def loose():
+    """As `case`; nothing but friction holds the damper along y."""
+    arrays, pairs, push = face_to_face(PAIRS)
+    arrays["K"] = loosened(arrays["K"], PAIRS)
+    return ReducedModel.from_matrices(**arrays, loads={"push": push}), pairs, push
+
+
+@pytest.mark.parametrize("mean", [False, True])
+def test_beside_a_hold(loose, mean):
+    """The peak, the force on what holds and its change with a stiffer spring are those on all dofs."""
+    model, pairs, _ = loose
+    held = held_motions(model, pairs, Hold("y", mean=mean))
+    drag = np.r_[np.zeros(3 * PAIRS), np.tile([0, 0.3 / PAIRS, 0], PAIRS)]
+    found = reduced(loose, band=SLIDING, held=held, static=[drag])
+    whole, few = curves_of(loose, DryFriction2T(), found, SLIDING, held, drag)
+    (hz, top), (its_hz, its_top) = whole.peak("out"), few.peak("out")
+    assert its_top == pytest.approx(top, rel=1e-4) and its_hz == pytest.approx(hz, rel=1e-5)
+    forces = [curve.reaction[np.abs(curve.frequency - at).argmin(), 0] for curve, at in ((whole, hz), (few, its_hz))]
+    assert forces[1] == pytest.approx(forces[0], abs=1e-3 * np.abs(forces[0]).max())
+    assert not mean or forces[0][0] == pytest.approx(drag.sum()), "all pairs stick or slip alike: the hold has the drag"
+    assert few.held_change == pytest.approx(whole.held_change, rel=0.01, abs=1e-9)
+    # the motion itself lies in the shapes, and no other spring acts on it than the hold's
+    (one,), (there,) = held, found.held
+    assert found.basis @ there.motion == pytest.approx(one.motion, abs=1e-9) and there.row @ there.motion == \
+        pytest.approx(one.row @ one.motion) and there.stiffness == one.stiffness
+
+
 def test_nothing_where_it_does_not_pay(case):
-    """All pairs followed are no fewer shapes; a law that does not tell what sticks gives no order."""
+    """All pairs followed are no fewer shapes."""
     assert reduced(case, followed=PAIRS) is None
-
-    class Unknown(IsotropicFriction):
-        def sticks_surely(self, contacts, amplitude):
-            return np.zeros(len(contacts), dtype=bool)
-
-    assert reduced(case, law=Unknown()) is None

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
 from hbm.model import ReducedModel
 from hbm.response import follow_band
-from tests.benchmarks.hundreds import face_to_face
+from tests.benchmarks.hundreds import face_to_face, loosened
+from tests.conftest import changed
 from tipdamp import interface
 from tipdamp.curves import Case
 from tipdamp.pair_checks import pair_names
@@ -47,16 +47,19 @@ def study_of(tmp_path):
     ReducedModel.from_matrices(**arrays, groups=groups, loads={"pull": push}).save(tmp_path / "model.npz")
     pairs.replace(blade_body=np.full(PAIRS, "blades")).save(tmp_path / "kept.csv")
 
-    def write(keys=""):
-        (tmp_path / "faces.toml").write_text(TEXT + keys)
+    def write(keys="", *changes, loose=False):
+        if loose:
+            free = arrays | {"K": loosened(arrays["K"], PAIRS)}
+            ReducedModel.from_matrices(**free, groups=groups, loads={"pull": push}).save(tmp_path / "model.npz")
+        (tmp_path / "faces.toml").write_text(changed(TEXT, *changes) + keys)
         return load_study(tmp_path / "faces.toml"), Store(tmp_path)
     return write
 
 
-def curve_and_facts(study, store):
+def curve_and_facts(study, store, band=BAND):
     assembly = assembled(study, store)
-    problem, case = assembly.curves.problem, Case(5.0, 3, BAND)
-    curve = follow_band(problem, case.Fe_N * assembly.curves.force, BAND, harmonics=case.H,
+    problem, case = assembly.curves.problem, Case(5.0, 3, band)
+    curve = follow_band(problem, case.Fe_N * assembly.curves.force, band, harmonics=case.H,
                         outputs=assembly.curves.rows)
     found = curve_result(study.respond, assembly.kept, problem, case, (curve,))
     names = pair_names(assembly.kept, slice(None))
@@ -95,9 +98,20 @@ def test_when_it_is_made(study_of, monkeypatch):
     assert "makes nothing smaller" in next(interface.doubts(interface.facts_of(study, None, (), ())))
 
 
-def test_beside_a_hold_it_is_refused(study_of):
-    with pytest.raises(InputError, match="beside hold"):
-        study, _ = study_of('interface = "reduced"\n')
-        text = study.path.read_text().replace("pull = 10", 'pull = 10\nhold = "x"')
-        study.path.write_text(text)
-        load_study(study.path)
+@pytest.mark.parametrize("hold", ['"y"', '{ motion = "y", mean = true }'])
+def test_beside_a_hold(study_of, hold):
+    """The curve, the force on what holds and the linear response are those of all dofs."""
+    found = []
+    for kind in ("whole", "reduced"):
+        study, store = study_of(f'interface = "{kind}"\nfollowed = 12\n', ("pull = 10", f"pull = 10\nhold = {hold}"),
+                                ("[1700, 2200]", "[700, 1100]"), loose=True)
+        found.append((*curve_and_facts(study, store, (700.0, 1100.0)), assembled(study, store)))
+    (whole, _, all_dofs), (few, facts, shapes) = found
+    assert facts.shapes < facts.dofs / 2 and shapes.interface is not None
+    assert few.peak_m == pytest.approx(whole.peak_m, rel=1e-4) and few.held_change == pytest.approx(
+        whole.held_change, rel=0.01, abs=1e-9)
+    (mine,), (its,) = few.held.values(), whole.held.values()
+    assert mine.amplitude == pytest.approx(its.amplitude, rel=1e-3, abs=1e-9) and mine.unit == "N"
+    hz = np.linspace(700, 1100, 50)
+    exact, near = (one.linear(study.respond, hz, 1.0) for one in (all_dofs, shapes))
+    assert np.abs(near - exact).max() < 1e-4 * np.abs(exact).max()

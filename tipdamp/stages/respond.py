@@ -50,11 +50,15 @@ class Assembly:
     curves: Curves
     interface: InterfaceReduction | None
 
+    @property
+    def vibrating(self) -> ReducedModel:
+        """The model on the dofs that the response is in, with the springs on what is held."""
+        return self.model if self.interface is None else _on_springs(self.interface.model, self.interface.held)
+
     def linear(self, settings: Respond, hz: np.ndarray, level: float) -> np.ndarray:
         """(n, outputs) m: response with all kept pairs stuck that are in contact at rest."""
         closed = self.kept.select(self.kept.preload > 0)
-        model = self.model if self.interface is None else self.interface.model
-        return linear_response(model, closed, level * self.curves.force, hz, ratio(settings.damping_ratio),
+        return linear_response(self.vibrating, closed, level * self.curves.force, hz, ratio(settings.damping_ratio),
                                self.curves.rows)
 
 
@@ -63,8 +67,8 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     settings, assembly = study.respond, assembled(study, store)
     ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
     cases = [[Case(Fe, H, way) for way in ways] for H in settings.harmonics for Fe in settings.levels]
-    small = assembly.model if assembly.interface is None else assembly.interface.model
-    for text in adrift(study, PreloadResult.load(store).free_motions, (small, assembly.kept), assembly.curves.force):
+    contact = assembly.vibrating, assembly.kept
+    for text in adrift(study, PreloadResult.load(store).free_motions, contact, assembly.curves.force):
         logging.getLogger("tipdamp").warning(text)             # before the curves: the first point may not be found
     _make([case for both in cases for case in both], assembly.curves, tick, workers)
     found, shapes, difference = list[CurveResult](), [], {}
@@ -137,16 +141,19 @@ def assembled(study: Study, store: Store) -> Assembly:
         start = sliders[:, :law.sliders]
     rows, held = outputs(study, model), held_motions(study, model, kept)
     largest = max(study.respond.levels) * force
-    shapes = shapes_of(study, model, kept, law, [largest] if static is None else [largest, static])
-    small = model
+    shapes = shapes_of(study, model, kept, [largest] if static is None else [largest, static], held)
+    small, there = model, held
     if shapes is not None:
         small, force, rows = shapes.model, force @ shapes.basis, {name: r @ shapes.basis for name, r in rows.items()}
-        static = None if static is None else static @ shapes.basis
+        static, there = None if static is None else static @ shapes.basis, shapes.held
     problem, _ = contact_problem(small, kept, law, static=static, damping_ratio=ratio(study.respond.damping_ratio))
-    curves = Curves(replace(problem, held=held), force, rows, start, store, study.respond.samples)
+    curves = Curves(replace(problem, held=there), force, rows, start, store, study.respond.samples)
     rest = np.column_stack([tangential, np.maximum(kept.preload, 0.0)])
-    whole = model.with_stiffness(spring.with_springs(model.K, [one for one in held if not one.mean]))
-    return Assembly(whole, kept, rest, curves, shapes)
+    return Assembly(_on_springs(model, held), kept, rest, curves, shapes)
+
+
+def _on_springs(model, held):
+    return model.with_stiffness(spring.with_springs(model.K, [one for one in held if not one.mean]))
 
 
 def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedResponse, level: float) -> float:

@@ -62,9 +62,6 @@ def check_study(study: Study) -> None:
         check_respond(f"{path}: [respond]", study.respond)
         if study.preload.friction:
             check_sliders(f"{path}: [respond]", study.respond)
-        if study.respond.interface == "reduced" and study.driver.hold:
-            raise InputError(f"{path}: [respond] interface = 'reduced' beside hold: holds act on all dofs; "
-                             "leave one of the two out")
     for name, side in study.sides.items():
         check_side(f"{path}: [contact.{name}]", side, contact)
     check_loads(study)

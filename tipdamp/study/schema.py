@@ -372,7 +372,7 @@ class Respond(Section):
     interface: Annotated[Literal["auto", "whole", "reduced"], Key(
         CHOICE, "dofs of the response: 'whole': all of the reduced model; 'reduced': the shapes that the forces excite "
         "with every pair stuck, and the static shapes of the pairs that are followed; 'auto': 'reduced' from 201 pairs "
-        "on, unless a motion is held")] = "auto"
+        "on")] = "auto"
     followed: Annotated[int, Key(COUNT, "pairs that are followed with interface = 'reduced', those nearest to slip: "
                                  "what slips or lifts off should be among them", low=1, high=5000)] = 64
     both_ways: Annotated[bool, Key(FLAG, "follow every curve from the other end too and compare the peaks")] = True
