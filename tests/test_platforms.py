@@ -1,6 +1,9 @@
 """What is said of machines and versions in pyproject.toml, constraints/, ./dev and the documents agrees."""
 
+import os
 import re
+import shutil
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -57,9 +60,40 @@ def test_the_bare_machines_of_dev_are_those_with_constraints():
     assert f"On Debian {' or '.join(sorted(found.values()))}, as root" in (ROOT / "README.md").read_text()
 
 
+def test_the_pythons_of_the_metadata_are_tried():
+    told = [line.rpartition(" ")[2] for line in PROJECT["project"]["classifiers"] if " Python :: 3." in line]
+    workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text()
+    assert re.findall(r'python: "([\d.]+)"', workflow) == told
+    lowest = re.search(r'with: "(numpy==[^"]+)"', workflow)[1].split()
+    for requirement in PROJECT["project"]["dependencies"]:
+        name, _, bound = requirement.partition(">=")
+        assert f"{name}=={bound}.0" in lowest
+
+
 def test_a_release_is_told_alike():
     version = tipdamp.__version__
     heading = re.search(r"^## (\S+) - (\S+)$", (ROOT / "CHANGELOG.md").read_text(), re.M)
     citation = (ROOT / "CITATION.cff").read_text()
     assert heading[1] == version and f"\nversion: {version}\n" in citation
     assert f"\ndate-released: {heading[2]}\n" in citation
+
+
+@pytest.mark.parametrize("refused, why", [("debootstrap", "has no way to make a bare trixie"),
+                                          ("mount", "allows no mount of /proc"), ("id", "needs root")])
+def test_a_machine_that_allows_no_bare_debian_says_why(tmp_path, refused, why):
+    """Exit code 4, and nothing is left behind."""
+    programs = {"id": "echo 0", "df": "echo Avail; echo 9000000", "mount": "true",
+                "debootstrap": f'mkdir -p "$4/proc"; echo "$4" >{tmp_path}/made'}
+    for name, text in (programs | {refused: {"id": "echo 1000"}.get(refused, f"{programs[refused]}; exit 32")}).items():
+        (tmp_path / name).write_text(f"#!/bin/bash\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+    shutil.copy(ROOT / "dev", tmp_path)
+    done = subprocess.run([tmp_path / "dev", "fresh", "trixie"], capture_output=True, text=True,
+                          env=os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"})
+    assert done.returncode == 4 and why in done.stderr.splitlines()[-1]
+    assert refused == "id" or not Path((tmp_path / "made").read_text().strip()).exists()
+
+
+def test_fresh_knows_its_releases():
+    done = subprocess.run([ROOT / "dev", "fresh", "sid"], capture_output=True, text=True)
+    assert done.returncode == 1 and "bookworm" in done.stderr and "trixie" in done.stderr
