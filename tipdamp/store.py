@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hbm.errors import InputError, shown
+from hbm.io.room import check_size
 
 
 class Finished(NamedTuple):
@@ -96,7 +97,7 @@ class Store:
         if not self.path(name).is_file():
             raise InputError(f"{self.path(name)} is not there yet")
         try:
-            return json.loads(self.path(name).read_bytes())
+            return _json(self.path(name))
         except (ValueError, RecursionError) as error:
             raise InputError(f"{self.path(name)} is damaged: {error}; write it anew with --force") from None
 
@@ -112,7 +113,7 @@ class Store:
         try:
             if not self.path(f".stages/{stage}.json").is_file():
                 raise InputError("it is not a file")
-            content = json.loads(path.read_bytes())
+            content = _json(path)
             check, record = content.pop("check"), Finished(**content)
             if check != record.check or not isinstance(record.outputs, dict):
                 raise InputError("its contents do not belong together")
@@ -182,6 +183,11 @@ class Store:
                 path.unlink()
 
 
+def _json(path: Path) -> dict:
+    check_size(path)
+    return json.loads(path.read_bytes())
+
+
 def _make_way(record: Path) -> None:
     """Remove a link from the place of a record, and set a folder aside; the program makes neither."""
     if record.is_symlink():
@@ -201,7 +207,7 @@ def fingerprint(*parts: Any) -> str:
     digest = hashlib.sha256()
     for part in parts:
         if isinstance(part, Path):
-            digest.update(hashlib.sha256(_content(part)).digest())
+            digest.update(_digest(part))
         elif isinstance(part, np.ndarray):
             digest.update(f"{part.dtype.str}{part.shape}".encode() + np.ascontiguousarray(part).tobytes())
         else:
@@ -210,9 +216,11 @@ def fingerprint(*parts: Any) -> str:
     return digest.hexdigest()[:16]
 
 
-def _content(path: Path) -> bytes:
+def _digest(path: Path) -> bytes:
+    check_size(path)
     try:
-        return path.read_bytes()
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").digest()
     except OSError as error:
         error.filename = error.filename or str(path)              # a failing disk is told without one
         raise

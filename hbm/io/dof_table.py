@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import scipy.io
 
 from hbm.errors import InputError
+from hbm.io.matlab import open_matlab
 from hbm.io.npz import open_npz
 from hbm.points import ContactPoints
 
@@ -123,7 +123,7 @@ def saved_table(path: str | Path) -> dict:
         return {name: found[name] for name in (*TABLE, "groups", "loads") if name in found}
     if Path(path).suffix.lower() != ".mat":
         return {}
-    content = scipy.io.loadmat(path, chars_as_strings=True)
+    content = open_matlab(path)
     if not {*TABLE} <= set(content):
         return {}
     names = {key: [str(np.ravel(cell)[0]) for cell in np.ravel(content.get(key, []))]

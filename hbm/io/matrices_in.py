@@ -10,6 +10,7 @@ text names node and dof of each entry itself. What `ReducedModel.save` or `matri
 holds the table already: with M and K from such a file, `dofs` may be left out.
 """
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,12 @@ import numpy as np
 import scipy.io
 import scipy.sparse as sp
 
+from hbm.balance.memory import available_bytes
 from hbm.errors import InputError, nearest
 from hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
+from hbm.io.matlab import open_matlab
 from hbm.io.npz import open_npz
+from hbm.io.room import check_size
 
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
 
@@ -65,6 +69,8 @@ def read_matrix(path: str | Path, name: str = "matrix") -> tuple[Any, Any]:
         raise InputError(f"{name}: format of {path} is unknown; {nearest(kind, FORMATS)}")
     labels = None
     try:
+        check_size(path)
+        _check_room(path, name, _stated_entries(path, kind))
         if kind == ".npy":
             matrix = np.load(path, allow_pickle=False)
         elif kind == ".npz":
@@ -73,7 +79,7 @@ def read_matrix(path: str | Path, name: str = "matrix") -> tuple[Any, Any]:
             matrix = _matlab(path, name)
         elif kind in (".hb", ".rb", ".matrix"):
             matrix, labels = _ansys(path)
-        elif path.read_text(errors="replace")[:14].lower() == "%%matrixmarket":
+        elif _is_matrix_market(path):
             matrix = scipy.io.mmread(path)
         else:
             matrix, labels = abaqus_text(path)
@@ -83,7 +89,29 @@ def read_matrix(path: str | Path, name: str = "matrix") -> tuple[Any, Any]:
         raise InputError(f"{name}: {path} cannot be read as {kind}: {error}") from None
     if np.ndim(matrix) != 2 or matrix.shape[0] != matrix.shape[1]:
         raise InputError(f"{name}: {path} holds an array of shape {np.shape(matrix)}, must be a square matrix")
+    _check_room(path, name, math.prod(matrix.shape))
     return _both_triangles(matrix), labels
+
+
+def _stated_entries(path, kind):
+    """Numbers that a file says it holds, before they are read; 0 where only reading tells."""
+    if kind == ".mtx" and _is_matrix_market(path):
+        rows, columns, entries = scipy.io.mminfo(path)[:3]
+        return max(rows * columns, entries)
+    return 0
+
+
+def _check_room(path, name, entries):
+    """InputError where so many numbers, and what is made of them, do not fit into the memory."""
+    need, there = 3 * 8 * entries, available_bytes()
+    if need > there:
+        raise InputError(f"{name}: {path} needs {need / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; "
+                         "reduce the model where it comes from")
+
+
+def _is_matrix_market(path):
+    with path.open("rb") as file:
+        return file.read(14).lower() == b"%%matrixmarket"
 
 
 def harwell_boeing(path: str | Path) -> sp.csc_matrix:
@@ -128,7 +156,7 @@ def abaqus_text(path: str | Path) -> tuple[Any, Any]:
     values = np.array([r[-1].upper().replace("D", "E") for r in rows], dtype=float)
     if len(rows[0]) == 3:
         ij = np.array([r[:2] for r in rows], dtype=np.int64) - 1
-        return sp.coo_matrix((values, ij.T), shape=(ij.max() + 1,) * 2).tocsr(), None
+        return sp.coo_matrix((values, ij.T), shape=(ij.max() + 1,) * 2), None
     pairs = np.array([r[:4] for r in rows], dtype=np.int64)
     labels, place = np.unique(np.vstack([pairs[:, :2], pairs[:, 2:]]), axis=0, return_inverse=True)
     K = sp.coo_matrix((values, place.reshape(2, -1)), shape=(len(labels),) * 2)
@@ -160,7 +188,7 @@ def _npz(path, name):
 
 
 def _matlab(path, name):
-    content = scipy.io.loadmat(path)
+    content = open_matlab(path)
     return _pick(path, name, {k: v for k, v in content.items() if not k.startswith("__") and np.ndim(v) == 2})
 
 

@@ -1,6 +1,6 @@
 """Bits flipped at random over everything in a results folder: noticed, or harmless.
 
-    python -m tests.robustness.flips [--count 300]
+    python -m tests.robustness.flips [--count 300] [--seed 7]
 
 After each flip the command is given again: it stops in one line, makes what is damaged anew, or the results that it
 leaves are those of before.
@@ -74,10 +74,11 @@ def flips(count: int, seed: int, place: Path) -> dict[str, int]:
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--count", type=int, default=300)
-    count = parser.parse_args().count
+    parser.add_argument("--seed", type=int, default=7)
+    asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
-        found = flips(count, 7, Path(place))
-    counts.keep("bit flips in a results folder", flips=count, **found, unseen=0)
+        found = flips(asked.count, asked.seed, Path(place))
+    counts.keep("bit flips in a results folder", seed=asked.seed, flips=asked.count, **found, unseen=0)
 
 
 if __name__ == "__main__":

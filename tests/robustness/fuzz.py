@@ -1,6 +1,6 @@
 """Mutated study files and meshes, seeded: read, or refused in one line; no traceback, no hang, no wrong run.
 
-    python -m tests.robustness.fuzz [--studies 2000] [--meshes 500]
+    python -m tests.robustness.fuzz [--studies 2000] [--meshes 500] [--seed 1]
 
 A study is changed in its text, by letters or by whole values, and runs as far as the preload with matrices and as far
 as the pairs with meshes. What is accepted leaves finite results in which the forces balance the pull.
@@ -174,14 +174,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--studies", type=int, default=2000)
     parser.add_argument("--meshes", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
         if asked.studies:
-            counts.keep("mutated study files", files=asked.studies, **studies(asked.studies, 1, Path(place)),
-                        tracebacks=0, hangs=0)
+            counts.keep("mutated study files", seed=asked.seed, files=asked.studies,
+                        **studies(asked.studies, asked.seed, Path(place)), tracebacks=0, hangs=0)
         if asked.meshes:
-            counts.keep("mutated meshes", files=asked.meshes, **meshes(asked.meshes, 2, Path(place)), tracebacks=0,
-                        hangs=0)
+            counts.keep("mutated meshes", seed=asked.seed, files=asked.meshes,
+                        **meshes(asked.meshes, asked.seed, Path(place)), tracebacks=0, hangs=0)
 
 
 if __name__ == "__main__":

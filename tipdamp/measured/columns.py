@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hbm.errors import InputError, nearest
+from hbm.io.matlab import open_matlab
 
 MEANINGS = ("frequency_hz", "frequency_rad_s", "amplitude", "complex", "real", "imaginary", "phase_deg", "phase_rad",
             "force")
@@ -91,14 +92,14 @@ def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
 
     Raises InputError naming the variable.
     """
-    from scipy.io import loadmat
-
     parsed = [(m, name) for m, name in parse_meanings(columns) if m != IGNORED]
     unnamed = [meaning for meaning, name in parsed if not name]
     if unnamed:
         raise InputError(f"{path}: columns: {unnamed[0]} needs the name of its variable, '{unnamed[0]}:NAME'")
     try:
-        content = loadmat(path, squeeze_me=False, chars_as_strings=True)
+        content = open_matlab(path)
+    except InputError:
+        raise
     except NotImplementedError:
         raise InputError(f"{path}: MATLAB 7.3 files are not read; save it with -v7") from None
     except Exception as error:  # damaged files end in errors of zlib, struct and numpy

@@ -7,7 +7,7 @@ import numpy as np
 
 from hbm.errors import InputError, shown
 from tipdamp.readers.abaqus_sets import SOLID, AbaqusFile, Scope, collect
-from tipdamp.readers.content import FULL_INTEGRATION, Content, Reader, decode, numbers, whole
+from tipdamp.readers.content import FULL_INTEGRATION, Content, Reader, decode, numbers, span, whole
 
 # shells, membranes and plane elements: no cells of ours, but pre-processors mark surfaces with them
 _SHEET = re.compile(r"(?:CPS|CPE|CAX|S|M3D|SFM3D|R3D|DS|STRI)([34689])[A-Z]*")
@@ -94,11 +94,7 @@ def _block(f, keyword, options, data, where):
 
 
 def _included(f, name, where):
-    path = (f.path.parent / name).resolve()
-    if not path.is_relative_to(f.path.parent.resolve()):
-        raise InputError(f"{where}: {shown(name)} lies outside the folder of the mesh file")
-    if not name or not path.is_file():
-        raise InputError(f"{where}: file '{shown(name)}' not found beside the mesh file")
+    path = f.content.included(f.path.parent, name, where)
     return _lines(f, path.read_bytes(), path)
 
 
@@ -173,7 +169,7 @@ def _set(kind):
             f.scope.add(kind, name, ("ELSET", options["ELSET"]))
         words = [w.strip().strip('"') for line in data for w in line.split(",") if w.strip()]
         if "GENERATE" in options:
-            f.scope.add(kind, name, *[_generated(line, where) for line in data])
+            f.scope.add(kind, name, *[_generated(line, where, f.scope.known(kind)) for line in data])
             return
         whole = [w for w in words if re.fullmatch(r"\d+", w)]
         others = [w for w in words if not re.fullmatch(r"\d+", w)]
@@ -181,11 +177,11 @@ def _set(kind):
     return read
 
 
-def _generated(line, where):
+def _generated(line, where, known):
     limits = whole(numbers(line, where), where)
     if len(limits) not in (2, 3) or (len(limits) == 3 and limits[2] < 1):
         raise InputError(f"{where}: '{shown(line)}' must be first, last and step")
-    return np.arange(limits[0], limits[1] + 1, limits[2] if len(limits) == 3 else 1)
+    return span(*limits[:2], limits[2] if len(limits) == 3 else 1, known, where)
 
 
 def _surface(f, options, data, where):

@@ -32,6 +32,11 @@ class Scope:
     sets: dict[Key, list] = field(default_factory=dict)      # items of each set: numbers, or references to other sets
     names: dict[Key, str] = field(default_factory=dict)      # name as written
 
+    def known(self, kind: str) -> np.ndarray:
+        """(n,) numbers of the nodes, or for an ELSET of the elements, so far."""
+        found = [n for n, _ in self.nodes] if kind == "NSET" else [n for _, n, _ in self.elements]
+        return np.concatenate([np.empty(0, dtype=np.int64), *found])
+
     def add(self, kind: str, name: str, *items: object) -> None:
         """Items of a set; they join those of the same name."""
         key = kind, name.upper()

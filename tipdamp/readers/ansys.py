@@ -11,7 +11,7 @@ import numpy as np
 from hbm.errors import InputError, shown
 from modal.elements.cells import CELLS
 from modal.mesh_checks import some
-from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, Reader, decode
+from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, Reader, decode, span
 
 BRICKS = {45: 8, 185: 8, 64: 8, 5: 8, 95: 20, 186: 20, 90: 20}  # element routine -> nodes
 TETRAHEDRA = {285: 4, 72: 4, 187: 10, 92: 10, 87: 10}
@@ -61,7 +61,7 @@ def _blocks(path, lines, content) -> tuple[list[tuple], dict[int, int], dict[str
         elif name == "EBLOCK":
             place = _eblock(path, lines, place, words, elements)
         elif name == "CMBLOCK":
-            place = _cmblock(path, lines, place, words, content)
+            place = _cmblock(path, lines, place, words, content, [element[0] for element in elements])
         elif name in _NOT_READ or name in ("N", "E", "EN") and len(words) > 1 and words[1][:1].isdigit():
             skipped[name] = skipped.get(name, 0) + 1
     return elements, routines, skipped
@@ -183,7 +183,7 @@ def _eblock(path, lines, place, words, elements):
     return place + 1
 
 
-def _cmblock(path, lines, place, words, content):
+def _cmblock(path, lines, place, words, content, elements):
     """A component: numbers, where a negative one ends a range that the number before it began."""
     if len(words) < 3:
         raise InputError(f"{path}, line {place}: '{shown(','.join(words))}' is cut off")
@@ -199,9 +199,10 @@ def _cmblock(path, lines, place, words, content):
     if count is not None and len(values) != count:
         raise InputError(f"{path}: component '{shown(name)}' has {len(values)} of its {count} entries: cut off or "
                          "damaged")
-    members = []
+    members, known = [], content.node_numbers() if kind == "NODE" else elements
     for value in values:
-        members += range(members[-1] + 1, -value + 1) if value < 0 and members else [value]
+        found = span(members[-1] + 1, -value, 1, known, f"{path}, line {place}") if value < 0 and members else [value]
+        members += list(found)
     if kind == "NODE":
         content.add_group(name, members)
     else:

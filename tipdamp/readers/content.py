@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, shown
+from hbm.io.room import check_size
 from modal.elements.cells import CELLS
 from modal.faces import face_keys
 from modal.mesh import Mesh
@@ -21,6 +22,9 @@ TET10 = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]  # Abaqus, Ansys and Na
 HEX20, WEDGE15 = _HEX_BOTTOM + _HEX_TOP + _HEX_SIDES, _WEDGE_BOTTOM + _WEDGE_TOP + _WEDGE_SIDES  # Abaqus and Ansys
 HEX20_NASTRAN, WEDGE15_NASTRAN = _HEX_BOTTOM + _HEX_SIDES + _HEX_TOP, _WEDGE_BOTTOM + _WEDGE_SIDES + _WEDGE_TOP
 
+MOST_INCLUDES = 500
+SHORT_SPAN = 100_000           # numbers of a set that any line may make
+
 FULL_INTEGRATION = ("all cells are assembled with full integration and no added modes: elements that the file asks to "
                     "be reduced, incompatible or hybrid come out a little stiffer here")
 
@@ -32,7 +36,7 @@ class Content:
     nodes : [(numbers (n,), coordinates (n, 3))]; cells : {type: [(element numbers (c,), node numbers (c, k))]} with
     nodes in gmsh's order; groups : {name: [node numbers]}; cell_groups : {name: [element numbers]};
     faces : {name: [corners of faces (f, 4)]}, see Mesh.face_groups; dimension : {group: 0..3}; unused : what was not
-    read; warnings : what looks wrong
+    read; warnings : what looks wrong; includes : bytes of each file that was included
     """
 
     nodes: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
@@ -43,10 +47,29 @@ class Content:
     dimension: dict[str, int] = field(default_factory=dict)
     unused: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    includes: list[int] = field(default_factory=list)
 
     def add_nodes(self, numbers: ArrayLike, coordinates: ArrayLike) -> None:
         """numbers (n,), coordinates (n, 3) in the unit of the file."""
         self.nodes.append((np.asarray(numbers, dtype=np.int64), np.asarray(coordinates, dtype=float).reshape(-1, 3)))
+
+    def included(self, folder: Path, name: str, where: str) -> Path:
+        """The file beside the mesh file that an INCLUDE names; of files that name one another there may be thousands.
+        """
+        path = (folder / name).resolve()
+        if not path.is_relative_to(folder.resolve()):
+            raise InputError(f"{where}: {shown(name)} lies outside the folder of the mesh file")
+        if not name or not path.is_file():
+            raise InputError(f"{where}: file '{shown(name)}' not found beside the mesh file")
+        self.includes.append(path.stat().st_size)
+        if len(self.includes) > MOST_INCLUDES:
+            raise InputError(f"{where}: more than {MOST_INCLUDES} files are included; do they name one another?")
+        check_size(path, sum(self.includes[:-1]))
+        return path
+
+    def node_numbers(self) -> np.ndarray:
+        """(n,) of all nodes so far."""
+        return np.concatenate([np.empty(0, dtype=np.int64), *(numbers for numbers, _ in self.nodes)])
 
     def add_cells(self, kind: str, numbers: ArrayLike, nodes: ArrayLike, columns: np.ndarray | None = None) -> None:
         """Cells of one type: numbers (c,), nodes (c, k).
@@ -201,6 +224,18 @@ def numbers(text: str, where: str) -> np.ndarray:
             except ValueError:
                 raise InputError(f"{where}: '{shown(word)}' is not a number") from None
         raise
+
+
+def span(first: int, last: int, step: int, known: ArrayLike, where: str) -> np.ndarray:
+    """first, first + step, ... up to last; of a long span those alone that are `known`: a line may claim any number."""
+    known = np.asarray(known, dtype=np.int64)
+    size = (last - first) // step + 1
+    if size <= max(SHORT_SPAN, 10 * len(known)):
+        return np.arange(first, last + 1, step)
+    if not len(known):
+        raise InputError(f"{where}: a range of {size} numbers stands before the nodes or elements that it is of; put "
+                         "it behind them")
+    return known[(known >= first) & (known <= last) & ((known - first) % step == 0)]
 
 
 def whole(values: ArrayLike, where: str) -> np.ndarray:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from hbm.errors import InputError, nearest, shown
+from hbm.io.room import check_size
 from modal.mesh import Mesh
 from tipdamp.readers import abaqus, ansys, gmsh, nastran
 from tipdamp.readers.content import to_mesh
@@ -30,6 +31,8 @@ def read_mesh(path: str | Path, length_unit: float = 1.0) -> Mesh:
         content = reader.read(path, data)
     except InputError:
         raise
+    except RecursionError:
+        raise InputError(f"{path}: its INCLUDE files lie in one another too deeply; does one name itself?") from None
     except (ArithmeticError, LookupError, ValueError) as error:  # damage that no check of the reader foresaw
         raise InputError(f"{path}: damaged: cannot be parsed as {reader.name} ({shown(error)})") from error
     return to_mesh(content, path.name, reader.name, length_unit)
@@ -43,6 +46,7 @@ def load(path: Path) -> bytes:
     if path.exists() and not path.is_file():          # a pipe or a device, which may never end
         raise InputError(f"is not a file: {where}")
     try:
+        check_size(path)
         return path.read_bytes()
     except FileNotFoundError:
         raise InputError(f"no such file: {where}") from None

@@ -13,6 +13,7 @@ from tipdamp.readers.content import (
     Content,
     Reader,
     decode,
+    span,
 )
 
 # card -> {nodes: (our type, order of the nodes between corners)}
@@ -30,7 +31,7 @@ def read(path: Path, data: bytes) -> Content:
     content = Content()
     names: dict[int, str] = {}
     cards: dict[str, list] = {}
-    for card, fields, where in _cards(Path(path), decode(data, content), names):
+    for card, fields, where in _cards(Path(path), decode(data, content), names, content):
         if card not in _SILENT:
             cards.setdefault(card, []).append((fields, where))
     if "GRDSET" in cards and any(_integer(f, 1, w) for f, w in cards["GRDSET"]):
@@ -42,10 +43,11 @@ def read(path: Path, data: bytes) -> Content:
     _grid(content, cards.pop("GRID", []))
     _solids(content, path, cards)
     _sheets(content, cards)
+    known = content.node_numbers()
     for fields, where in cards.pop("SET1", []):
-        _set1(content, fields, where, names)
+        _set1(content, fields, where, names, known)
     for fields, where in cards.pop("SPC1", []):
-        _spc1(content, fields, where)
+        _spc1(content, fields, where, known)
     if cards:
         content.unused.append("cards " + ", ".join(f"{shown(k)} ({len(v)})" for k, v in sorted(cards.items())))
     if content.cells:
@@ -55,7 +57,7 @@ def read(path: Path, data: bytes) -> Content:
 
 # ---- cards and fields ------------------------------------------------------------------------------------------
 
-def _cards(path, text, names):
+def _cards(path, text, names, content):
     """(name, fields behind it, where) of every card of the bulk data, continuations joined."""
     lines = _bulk(path, text)
     pending = None
@@ -74,7 +76,7 @@ def _cards(path, text, names):
             yield pending
         name = fields[0].rstrip("*").upper()
         if name == "INCLUDE":
-            yield from _include(path, line, where, names)
+            yield from _include(path, line, where, names, content)
             pending = None
             continue
         pending = (name, fields[1:], f"{where}: {name}")
@@ -82,14 +84,10 @@ def _cards(path, text, names):
         yield pending
 
 
-def _include(path, line, where, names):
+def _include(path, line, where, names, content):
     target = line.split(None, 1)[1].strip().strip("'\"") if " " in line.strip() else ""
-    found = (path.parent / target).resolve()
-    if not found.is_relative_to(path.parent.resolve()):
-        raise InputError(f"{where}: {shown(target)} lies outside the folder of the mesh file")
-    if not found.is_file():
-        raise InputError(f"{where}: file '{shown(target)}' not found beside the mesh file")
-    yield from _cards(found, decode(found.read_bytes()), names)
+    found = content.included(path.parent, target, where)
+    yield from _cards(found, decode(found.read_bytes()), names, content)
 
 
 def _bulk(path, text):
@@ -205,15 +203,15 @@ def _sheets(content, cards):
                                   "nodes)")
 
 
-def _ranged(words, where):
-    """1, 2, 5, THRU, 9 -> 1 2 5 6 7 8 9."""
+def _ranged(words, where, known):
+    """1, 2, 5, THRU, 9 -> 1 2 5 6 7 8 9; known - numbers of the grid points."""
     out, k = [], 0
     words = [w for w in words if w]
     while k < len(words):
         if words[k].upper() == "THRU":
             if not out or k + 1 == len(words):
                 raise InputError(f"{where}: THRU stands without its two ends: cut off or damaged")
-            out += range(out[-1] + 1, _integer(words, k + 1, where, default=0) + 1)
+            out += span(out[-1] + 1, _integer(words, k + 1, where, default=0), 1, known, where).tolist()
             k += 1
         else:
             out.append(_integer(words, k, where, default=0))
@@ -221,16 +219,16 @@ def _ranged(words, where):
     return out
 
 
-def _set1(content, fields, where, names):
+def _set1(content, fields, where, names, known):
     number = _integer(fields, 0, where)
-    content.add_group(names.get(number, f"set_{number}"), _ranged(fields[1:], where))
+    content.add_group(names.get(number, f"set_{number}"), _ranged(fields[1:], where, known))
 
 
-def _spc1(content, fields, where):
+def _spc1(content, fields, where, known):
     """Only points held in all three directions: what a clamp of ours does."""
     number = _integer(fields, 0, where)
     if set("123") <= set(fields[1]):
-        content.add_group(f"spc_{number}", _ranged(fields[2:], where))
+        content.add_group(f"spc_{number}", _ranged(fields[2:], where, known))
     else:
         content.unused.append(f"SPC1 {number} for directions {shown(fields[1])}")
 

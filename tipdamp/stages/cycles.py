@@ -8,6 +8,7 @@ import numpy as np
 from hbm.curve.energy import EnergyBalance
 from hbm.cycles import ContactCycles, contact_cycles
 from hbm.errors import InputError
+from hbm.io.npz import open_npz
 from hbm.result import ForcedResponse
 from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Tick
@@ -77,7 +78,7 @@ class Loops(NamedTuple):
 
 def load_loops(path) -> Loops:
     """Read a file of the stage."""
-    with np.load(path, allow_pickle=False) as z:
+    with open_npz(path) as z:
         return Loops(z["time"], z["motion"], z["force"], tuple(z["components"].tolist()), tuple(z["pairs"].tolist()))
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from hbm.errors import InputError, nearest, shown
+from hbm.io.room import check_size
 from hbm.validation import check_samples
 from tipdamp.study.law import laws_with_sliders
 from tipdamp.study.schema import Contact, LoadCase, Respond, Section, Side, Tune
@@ -36,6 +37,8 @@ def check_study(study: Study) -> None:
     for key, file in study.inputs().items():
         if file.exists() and not (file.is_file() or file.is_dir()):       # a pipe or a device, which may never end
             raise InputError(f"{path}: {key} = {shown(file, 400)}: is not a file")
+        if file.is_file():
+            check_size(file)
     if not contact.pairs and contact.mu is None:
         raise InputError(f"{path}: [contact] mu is missing: {Contact.data_sheets()['mu'].text}")
     if "model" in study and not contact.pairs:
