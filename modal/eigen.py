@@ -201,7 +201,7 @@ class Factor:
         phi = phi / np.sqrt(np.einsum("ij,ij->j", phi, M @ phi))
         force = self.K @ phi
         residual = np.linalg.norm(force - M @ phi * lam, axis=0) / np.linalg.norm(force, axis=0)
-        if residual.max(initial=0) > self.settings.mode_residual:
+        if not residual.max(initial=0) <= self.settings.mode_residual:
             raise RuntimeError(f"the residual of a mode is {residual.max():.1e} of its stiffness force, allowed "
                                f"{self.settings.mode_residual:g}")
         return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))

@@ -110,7 +110,7 @@ def modes_over_ranks(K: sp.csr_matrix, M: sp.csr_matrix, count: int,
         size = rest.norm()
         rest.axpy(-float(value), B * shape)
         residual = rest.norm() / size
-        if residual > settings.residual:
+        if not residual <= settings.residual:
             raise RuntimeError(f"the residual of a mode is {residual:.1e} of its stiffness force, allowed "
                                f"{settings.residual:g}")
     return np.sqrt(lam[:count])

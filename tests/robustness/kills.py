@@ -2,7 +2,7 @@
 
     python -m tests.robustness.kills [--count 100] [--slow 15]
 
-A study with meshes passes through every stage; half of the kills are aimed at a stage that is still to come, so that
+A study with meshes passes through every stage; most of the kills are aimed at a stage that is still to come, so that
 the short ones are hit too. The kills of `--slow` come while one long curve runs: what of it is lost is the time since
 its last block. The processes of a pool end with the one that is killed.
 """
@@ -32,7 +32,7 @@ STAGES = "inspect", "reduce", "preload", "tune", "respond", "cycles", "stress", 
 EVERY = (("levels = [2]", "levels = [2, 3, 5]"), ("harmonics = [1]", "harmonics = [3]"),
          ("both_ways = false", "both_ways = true\nstress = true"))
 LONG = (("levels = [5]", "levels = [40]"), ("harmonics = [1]", "harmonics = [19]"), ("[900, 1400]", "[300, 2400]"))
-AGAIN = 0.8              # chance that a resumed run is killed once more
+AGAIN = 0.6              # chance that a resumed run is killed once more
 PATIENCE = 300.0         # s for a run that is left alone
 
 
@@ -86,16 +86,29 @@ def difference(one: Path, two: Path) -> float:
     return max(float(np.nanmax(np.abs(a - b)) / (np.nanmax(np.abs(a)) or 1.0)) for a, b in arrays)
 
 
-def moment(study: Path, took: dict[str, float], rng: np.random.Generator) -> tuple[str | None, float]:
+@dataclass(frozen=True)
+class Undisturbed:
+    """A run that is left alone: {stage: s}, exit code, and the chance that a kill of others is aimed at a stage."""
+
+    study: Path
+    took: dict[str, float]
+    code: int
+    aimed: float
+
+    def ahead(self, study: Path) -> list[str]:
+        return [stage for stage in STAGES if stage in self.took.keys() - finished(study).keys()]
+
+
+def moment(study: Path, whole: Undisturbed, rng: np.random.Generator) -> tuple[str | None, float]:
     """(stage after whose end, or None for the start of the process, s) to kill."""
-    ahead = [stage for stage in STAGES if stage in took.keys() - finished(study).keys()]
-    if len(ahead) > 1 and rng.random() < 0.5:
+    ahead, took = whole.ahead(study), whole.took
+    if len(ahead) > 1 and rng.random() < whole.aimed:
         i = int(rng.integers(1, len(ahead)))
         return ahead[i - 1], rng.uniform(0.0, took[ahead[i]])
     return None, rng.uniform(0.2, 3.0 + sum(took[stage] for stage in ahead))
 
 
-def kill(process: subprocess.Popen, study: Path, after: str | None, seconds: float, tally: Tally) -> bool:
+def kill(process: subprocess.Popen, study: Path, after: str | None, seconds: float) -> bool:
     """Whether it still ran at that moment, and was killed."""
     due = None if after else time.monotonic() + seconds
     while process.poll() is None and (due is None or time.monotonic() < due):
@@ -106,26 +119,26 @@ def kill(process: subprocess.Popen, study: Path, after: str | None, seconds: flo
         return False
     process.kill()
     process.wait()
-    tally.kills += 1
-    tally.stages[next((s for s in STAGES if s not in finished(study)), "end")] += 1
     return True
 
 
-def killed_and_resumed(study: Path, took: dict, code: int, rng: np.random.Generator, jobs: int, tally: Tally) -> None:
-    """Kill runs of a study, and leave the last one alone; code - of the undisturbed run."""
+def killed_and_resumed(study: Path, whole: Undisturbed, rng: np.random.Generator, jobs: int, tally: Tally) -> None:
+    """Kill runs of a study, and leave the last one alone."""
     while True:
         before, began, process = finished(study), time.time(), start(study, jobs)
-        spared = tally.kills and rng.random() > AGAIN
-        killed = not spared and kill(process, study, *moment(study, took, rng), tally)
-        now = finished(study)
-        if killed and "tune" in now and "respond" not in now:
+        spared = before and rng.random() > AGAIN
+        killed = not spared and kill(process, study, *moment(study, whole, rng))
+        now, stage = finished(study), (*whole.ahead(study), "end")[0]
+        tally.kills += killed
+        tally.stages[stage] += killed
+        if killed and stage == "respond":
             tally.lost.append(time.time() - max(began, *_times(study, "tune.json"), *_times(study, "Fe_*")))
         ended = process.wait(PATIENCE)
         tally.repeated += sum(now.get(name) != at for name, at in before.items())
         if not killed:
             said = (study.parent / "said.txt").read_text()
-            tally.not_resumed += ended != code or "Traceback" in said
-            assert ended == code and "Traceback" not in said, said
+            tally.not_resumed += ended != whole.code or "Traceback" in said
+            assert ended == whole.code and "Traceback" not in said, said
             return
         print(tally.kills, dict(tally.stages), f"lost {max(tally.lost, default=0):.1f} s", flush=True)
 
@@ -134,7 +147,7 @@ def _times(study, pattern):
     return [path.stat().st_mtime for path in results(study).glob(f".stages/{pattern}")]
 
 
-def kills(make, count: int, place: Path, tally: Tally, seed: int) -> float:
+def kills(make, count: int, place: Path, tally: Tally, seed: int, aimed: float) -> float:
     """Kill `count` runs of studies; the largest difference from an undisturbed one."""
     def made(name):
         (place / name).mkdir(parents=True)
@@ -143,10 +156,11 @@ def kills(make, count: int, place: Path, tally: Tally, seed: int) -> float:
     whole, worst, i, until = made("whole"), 0.0, 0, tally.kills + count
     code = start(whole, 1).wait()
     took = {s: json.loads((results(whole) / ".stages" / f"{s}.json").read_bytes())["seconds"] for s in finished(whole)}
+    undisturbed = Undisturbed(whole, took, code, aimed)
     while tally.kills < until:
         i += 1
         study = made(str(i))
-        killed_and_resumed(study, took, code, np.random.default_rng([seed, i]), 1 + i % 2, tally)
+        killed_and_resumed(study, undisturbed, np.random.default_rng([seed, i]), 1 + i % 2, tally)
         worst = max(worst, difference(whole, study))
         assert not list(study.parent.rglob(".tmp-*")), "litter"
     return worst
@@ -159,8 +173,8 @@ def main():
     parser.add_argument("--seed", type=int, default=11)
     asked, tally = parser.parse_args(), Tally()
     with tempfile.TemporaryDirectory() as place:
-        worst = max(kills(one_long_curve, asked.slow, Path(place) / "long", tally, asked.seed),
-                    kills(with_meshes, asked.count - asked.slow, Path(place) / "meshes", tally, asked.seed + 1))
+        worst = max(kills(one_long_curve, asked.slow, Path(place) / "long", tally, asked.seed, 0.0),
+                    kills(with_meshes, asked.count - asked.slow, Path(place) / "meshes", tally, asked.seed + 1, 0.8))
     hit = ", ".join(f"{stage} {tally.stages[stage]}" for stage in (*STAGES, "end") if tally.stages[stage])
     counts.keep("SIGKILL over tipdamp run", kills=tally.kills, while_it_ran=hit,
                 not_resumed=tally.not_resumed, finished_stages_or_curves_made_again=tally.repeated,

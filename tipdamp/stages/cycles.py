@@ -78,7 +78,7 @@ class Loops(NamedTuple):
 
 def load_loops(path) -> Loops:
     """Read a file of the stage."""
-    with open_npz(path) as z:
+    with open_npz(path, packed=True) as z:
         return Loops(z["time"], z["motion"], z["force"], tuple(z["components"].tolist()), tuple(z["pairs"].tolist()))
 
 
