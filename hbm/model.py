@@ -25,6 +25,7 @@ from hbm.validation import brief, numbers
 SYMMETRY_TOLERANCE = 1e-10
 NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding
 RESISTED = 1e-9          # share of the largest stiffness that a rigid motion may meet as rounding
+ROUNDING = 2.2e-16       # share of the largest stiffness of a displacement: another's below it is not known
 BUCKLED = 1e-8           # negative stiffness, as a share of the diagonal, that is more than rounding
 LARGEST = 1e100          # entry of a matrix whose square double precision holds
 BLOCK = 256              # rows whose transpose the cache holds
@@ -278,7 +279,9 @@ def _check_definite(model):
                          f"{values[0]:.1e} of its diagonal")
     if model.C is not None:
         check_damping(model.C, lambda i: _dof(model, i))
-    size = np.sqrt(np.maximum(np.abs(model.K.diagonal()), 1e-30 * np.abs(model.K).max()))
+    stiff = np.abs(model.K.diagonal())
+    rounding = np.where(model.moves, ROUNDING * stiff.max(initial=0.0, where=model.moves), 0.0)
+    size = np.sqrt(np.maximum(np.maximum(stiff, rounding), 1e-30 * np.abs(model.K).max()))
     if model.K.any() and not _positive(scaled := model.K / np.outer(size, size), BUCKLED):
         values, shapes = np.linalg.eigh(scaled)
         i = int(np.abs(shapes[:, 0]).argmax())

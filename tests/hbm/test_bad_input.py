@@ -305,6 +305,15 @@ def test_warning_of_a_buckling_model():
         ReducedModel.from_matrices(np.eye(2), np.zeros((2, 2)))
 
 
+def test_no_warning_of_rounding_in_a_stiffness():
+    """Displacements that meet no stiffness, beside one that does: of a damper held at three nodes on a line."""
+    K = np.array([[-5.3e-23, 2.6e-23, -3.5e-9], [2.6e-23, 0.0, 2.9e-9], [-3.5e-9, 2.9e-9, 2.8e7]])
+    K = np.block([[K, np.zeros((3, 1))], [np.zeros((1, 3)), 4.8e14]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ReducedModel.from_matrices(np.eye(4), K, node=[1, 1, 1, 0], direction=["x", "y", "z", "mode"])
+
+
 # ---- input with a known answer ------------------------------------------------------------------------------------
 
 @pytest.mark.slow
