@@ -65,30 +65,47 @@ def read(path: str | Path) -> Mesh:
     return Mesh(name, nodes, cells.reshape(-1, 27), surfaces, groups[0])
 
 
-def extruded_tetrahedra(loop: np.ndarray, levels: np.ndarray, edge: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unstructured mesh of a polygon (n, 2) in x, z that is extruded along y through `levels`, with a node at each
-    corner on each level: nodes (N, 3), 10-node tetrahedra (m, 10) and the 6-node triangles of its surface (f, 6)."""
+def extruded_tetrahedra(loop: np.ndarray, length: float, edge: np.ndarray, pieces: np.ndarray, ruled: np.ndarray,
+                        ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unstructured mesh of a polygon (n, 2) in x, z that is extruded along y from 0 to `length`: nodes (N, 3), 10-node
+    tetrahedra (m, 10) and the 6-node triangles of its surface (f, 6).
+
+    edge : (n,) m - of the tetrahedra at the polygon's corners
+    pieces : (n,) int - equal ones of the line along y through each corner; 0: as many as `edge` asks for
+    ruled : (n,) bool - sides of the polygon, each from its corner to the next, that are cut into one row of rectangles,
+        and these into two triangles each
+    """
     with _gmsh() as (model, gmsh):
         geo = model.geo
-        points = [geo.addPoint(x, levels[0], z, edge) for x, z in loop]
+        points = [geo.addPoint(x, 0.0, z, e) for (x, z), e in zip(loop, edge, strict=True)]
         lines = [geo.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
         base = geo.addPlaneSurface([geo.addCurveLoop(lines)])
-        volumes, outer, top = [], [base], base
-        for rise in np.diff(levels):
-            found = geo.extrude([(2, top)], 0.0, float(rise), 0.0)
-            top = found[0][1]
-            volumes.append(found[1][1])
-            outer += [tag for _, tag in found[2:]]
-        outer.append(top)
+        top, volume, *sides = [tag for _, tag in geo.extrude([(2, base)], 0.0, length, 0.0)]
         geo.synchronize()
+        _rule(model, loop, pieces, [side for side, one in zip(sides, ruled, strict=True) if one])
         for name in ("Min", "Max"):
-            gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", edge if name == "Max" else edge / 3)
+            gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", edge.max() if name == "Max" else edge.min() / 3)
         model.mesh.generate(3)
         model.mesh.setOrder(2)
         tags, xyz, _ = model.mesh.getNodes()
-        cells = np.concatenate([model.mesh.getElementsByType(CELL[10], v)[1] for v in volumes]).reshape(-1, 10)
-        faces = np.concatenate([model.mesh.getElementsByType(FACE[6], s)[1] for s in outer]).reshape(-1, 6)
+        cells = np.asarray(model.mesh.getElementsByType(CELL[10], volume)[1]).reshape(-1, 10)
+        faces = np.concatenate([model.mesh.getElementsByType(FACE[6], s)[1] for s in (base, *sides, top)])
     used, index = np.unique(cells, return_inverse=True)
     place = np.zeros((int(max(tags)) + 1, 3))
     place[np.asarray(tags, int)] = np.asarray(xyz).reshape(-1, 3)
-    return place[used], index.reshape(cells.shape), np.searchsorted(used, faces)
+    return place[used], index.reshape(cells.shape), np.searchsorted(used, faces.reshape(-1, 6))
+
+
+def _rule(model, loop, pieces, surfaces):
+    """Lines along y in equal pieces, surfaces in one row of rectangles that are each cut into two triangles."""
+    across = {curve for surface in surfaces for _, curve in model.getBoundary([(2, surface)], oriented=False)}
+    for _, curve in model.getEntities(1):
+        low, high = np.reshape(model.getBoundingBox(1, curve), (2, 3))
+        if np.ptp([low, high], axis=0).argmax() == 1:
+            count = pieces[np.linalg.norm(loop - ((low + high) / 2)[[0, 2]], axis=1).argmin()]
+            if count:
+                model.mesh.setTransfiniteCurve(curve, int(count) + 1)
+        elif curve in across:
+            model.mesh.setTransfiniteCurve(curve, 2)
+    for surface in surfaces:
+        model.mesh.setTransfiniteSurface(surface)

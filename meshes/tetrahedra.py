@@ -12,25 +12,61 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from hbm.errors import InputError
 from meshes import abaqus_file, mesh_file
-from meshes.rig import DAMPERS, SIDES, Cells, Contact, Rig, contact
+from meshes.rig import DAMPERS, SIDES, STATIONS, Cells, Contact, Rig, contact
 from meshes.sections import blades_section
 from meshes.structured import Mesh, find_nodes
-from meshes.two_blade_rig import ON_SURFACE, blade_node_sets, build
+from meshes.two_blade_rig import ON_SURFACE, blade_node_sets, build, contact_points
 
 
-def blades(rig: Rig, found: Contact, edge: float) -> Mesh:
-    """The blades in tetrahedra with edges of about `edge` m; groups as in two_blade_rig, without the contact nodes."""
+def blades(rig: Rig, found: Contact, edge: float, contact_edge: float, axial: int = 0) -> Mesh:
+    """The blades in tetrahedra with edges of about `edge` m, and `contact_edge` m on the covers' faces; groups as in
+    two_blade_rig, contact nodes with `axial` alone: so many cells of the damper, which end in `found.rows` across its
+    flats, have their nodes in the covers too."""
     points, quads = blades_section(rig, found, replace(Cells.of_size(0.5), height=8), 2)    # chords of its curved sides
-    loop = points[outline(quads)]
-    half = rig.patch_half_length
-    levels = np.array([0.0, rig.length / 2 - half, rig.length / 2, rig.length / 2 + half, rig.length])
-    nodes, cells, faces = mesh_file.extruded_tetrahedra(loop, levels, edge)
-    place = nodes[faces]
+    loop = _polygon(rig, found, points[outline(quads)], bool(axial))
+    on_face = np.logical_or.reduce([_on_face(rig, found, side, *loop.T) for side in SIDES])
+    named = np.concatenate(list(blade_node_sets(rig).values()))[:, [0, 2]]
+    pieces = (STATIONS // 2) * (cKDTree(named).query(loop)[0] < ON_SURFACE)                 # a node at each station
+    if axial:
+        pieces[cKDTree(np.concatenate(list(found.rows.values()))).query(loop)[0] < ON_SURFACE] = axial
+    ruled = _on_flat(found, (loop + np.roll(loop, -1, axis=0)) / 2) & bool(axial)
+    nodes, cells, faces = mesh_file.extruded_tetrahedra(loop, rig.length, np.where(on_face, contact_edge, edge), pieces,
+                                                        ruled)
     sets = {name: find_nodes(nodes, at) for name, at in blade_node_sets(rig).items()}
-    return Mesh("blades", nodes, cells, {name: faces[chosen] for name, chosen in _surfaces(rig, found, place)}, sets)
+    if axial:
+        sets |= {f"contact_{side}": find_nodes(nodes, contact_points(rig, found.rows[side])) for side in SIDES}
+    return Mesh("blades", nodes, cells, {name: faces[its] for name, its in _surfaces(rig, found, nodes[faces])}, sets)
+
+
+def _polygon(rig, found, loop, matching):
+    """The loop with one straight side from the lower to the upper end of each contact face; where the meshes match, the
+    rows of the damper's flats are corners of it."""
+    for side in SIDES:
+        rows, z = found.rows[side], loop[:, 1]
+        between = (z > rig.height - rig.cover_height + ON_SURFACE) & (z < found.turn[side] - ON_SURFACE)
+        loop = loop[~(_on_face(rig, found, side, *loop.T) & between)]
+        if matching:
+            top = int(np.linalg.norm(loop - rows[-1], axis=1).argmin())
+            upward = _on_face(rig, found, side, *loop[top - 1])
+            loop = np.insert(loop, top if upward else top + 1, rows[:-1] if upward else rows[-2::-1], axis=0)
+    return loop
+
+
+def _on_face(rig, found, side, x, z):
+    """Which places lie on the cover's face towards the damper."""
+    above = (z > rig.height - rig.cover_height - ON_SURFACE) & (z < found.turn[side] + ON_SURFACE)
+    return (np.abs(x - found.face_x(side, z)) < ON_SURFACE) & above
+
+
+def _on_flat(found, places):
+    """(m,) bool: which places (m, 2) lie where one of the damper's flats does."""
+    ends = [found.rows[side][[0, -1]] for side in SIDES]
+    return np.logical_or.reduce([np.linalg.norm(places - low, axis=1) + np.linalg.norm(places - high, axis=1)
+                                 < np.linalg.norm(high - low) + ON_SURFACE for low, high in ends])
 
 
 def _surfaces(rig, found, place):
@@ -39,8 +75,7 @@ def _surfaces(rig, found, place):
     bottom = np.abs(z + rig.fixture_height) < ON_SURFACE
     yield "clamp", (bottom & (np.abs(x) > rig.free_span / 2 - ON_SURFACE)).all(axis=1)
     for side in SIDES:
-        above = (z > rig.height - rig.cover_height - ON_SURFACE) & (z < found.turn[side] + ON_SURFACE)
-        yield f"cover_{side}", ((np.abs(x - found.face_x(side, z)) < ON_SURFACE) & above).all(axis=1)
+        yield f"cover_{side}", _on_face(rig, found, side, x, z).all(axis=1)
 
 
 def outline(quads: np.ndarray) -> np.ndarray:
@@ -60,14 +95,20 @@ def outline(quads: np.ndarray) -> np.ndarray:
     return np.array(loop)
 
 
-def generate(rig: Rig, damper: str, edge: float, size: float, folder: str | Path) -> dict[str, Path]:
+def generate(rig: Rig, damper: str, folder: str | Path, *, edge: float = 6e-3, contact_edge: float = 1.5e-3,
+             axial: int = 30, across: int = 2, matching: bool = False) -> dict[str, Path]:
     """Both files and the one with both bodies -> {'blades', 'damper', 'both': path}.
 
-    size - of the damper's cells, as in `two_blade_rig`
+    edge, contact_edge - m, of the tetrahedra in the blades and on the covers' faces; axial, across - cells on a flat of
+    the damper; matching - the covers have the damper's nodes on its flats
     """
-    found, folder = contact(rig, damper), Path(folder)
+    found, folder = contact(rig, damper, across + 1), Path(folder)
+    if matching and set(found.shape.values()) != {"flat"}:
+        raise InputError(f"damper = '{damper}': matching nodes are those of flat sides; damper 'wedge' has two")
     folder.mkdir(parents=True, exist_ok=True)
-    both = blades(rig, found, edge), build(rig, damper, size)[1]
+    cells = replace(Cells.of_size(0.5), axial=axial, flat=across)
+    both = (blades(rig, found, edge, contact_edge, axial if matching else 0),
+            build(rig, damper, rows=across + 1, cells=cells)[1])
     paths = {mesh.name: folder / f"tet_{mesh.name}.msh" for mesh in both}
     for mesh in both:
         mesh_file.write(paths[mesh.name], mesh)
@@ -79,12 +120,15 @@ def main(arguments: list[str] | None = None) -> int | None:
     """Command line: write the meshes; 2 after an error."""
     parser = argparse.ArgumentParser(prog="python -m meshes.tetrahedra", description="The rig with unlike meshes.")
     parser.add_argument("--damper", choices=DAMPERS, default="wedge")
-    parser.add_argument("--edge", type=float, default=4e-3, help="m, edges of the tetrahedra")
-    parser.add_argument("--size", type=float, default=0.5, help="cells of the damper relative to the default mesh")
+    parser.add_argument("--edge", type=float, default=6e-3, help="m, edges of the tetrahedra")
+    parser.add_argument("--contact-edge", type=float, default=1.5e-3, help="m, those on the covers' faces")
+    parser.add_argument("--axial", type=int, default=30, help="cells of the damper along its axis, a multiple of 15")
+    parser.add_argument("--across", type=int, default=2, help="cells of the damper across a flat")
+    parser.add_argument("--matching", action="store_true", help="the covers have the damper's nodes on its flats")
     parser.add_argument("--out", default=".", help="folder for the three files")
-    given = parser.parse_args(arguments)
+    given = vars(parser.parse_args(arguments))
     try:
-        paths = generate(Rig.named("asymmetric"), given.damper, given.edge, given.size, given.out)
+        paths = generate(Rig.named("asymmetric"), given.pop("damper"), given.pop("out"), **given)
     except (InputError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

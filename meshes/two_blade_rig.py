@@ -51,7 +51,7 @@ def generate(rig: Rig, damper: str, size: float = 1.0, folder: str | Path = ".",
     return paths
 
 
-def _contact_points(rig, points):
+def contact_points(rig, points):
     """The (x, z) points (R, 2) of a side's rows at all stations -> (R * 31, 3), row by row."""
     y = np.tile(np.linspace(0.0, rig.length, STATIONS), len(points))
     x, z = np.repeat(points, STATIONS, axis=0).T
@@ -68,7 +68,7 @@ def _blades(rig, found, nodes, cells):
         face = np.abs(x - found.face_x(side, z)) < ON_SURFACE
         above = z > rig.height - rig.cover_height - ON_SURFACE
         surfaces[f"cover_{side}"] = select(outside, face & above & (z < found.turn[side] + ON_SURFACE))
-        sets[f"contact_{side}"] = find_nodes(nodes, _contact_points(rig, found.rows[side]))
+        sets[f"contact_{side}"] = find_nodes(nodes, contact_points(rig, found.rows[side]))
     sets |= {name: find_nodes(nodes, at) for name, at in blade_node_sets(rig).items()}
     return Mesh("blades", nodes, cells, surfaces, sets)
 
@@ -103,7 +103,7 @@ def _damper(rig, found, nodes, cells):
             inside = (np.abs(np.hypot(*arm.T) - rig.damper_radius) < ON_SURFACE) & (height > 0)
             inside &= along < rig.flat_width / 2 + ON_SURFACE
         surfaces[f"side_{side}"] = select(outside, inside)
-        sets[f"contact_{side}"] = find_nodes(nodes, _contact_points(rig, found.rows[side]))
+        sets[f"contact_{side}"] = find_nodes(nodes, contact_points(rig, found.rows[side]))
     y = np.arange(4) * rig.length / 3
     axis = np.column_stack([np.full(4, found.centre[0]), y, np.full(4, found.centre[1])])
     sets["load_points"] = find_nodes(nodes, axis)

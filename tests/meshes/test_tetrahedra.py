@@ -1,4 +1,4 @@
-"""The rig with unlike meshes: tetrahedra of the same solid, in one file and in two; from meshes to a preload."""
+"""The rig with unlike meshes: tetrahedra of the same solid, in one file and in two, and with matching nodes."""
 
 import numpy as np
 import pytest
@@ -12,8 +12,6 @@ from meshes.two_blade_rig import build  # noqa: E402
 from modal.elasticity import Material, elastic_body  # noqa: E402
 from modal.faces import group_faces  # noqa: E402
 from modal.loads import pressure  # noqa: E402
-from tests.tipdamp.rig_study import read  # noqa: E402
-from tipdamp.cli import main as tipdamp  # noqa: E402
 from tipdamp.proposal.propose import propose  # noqa: E402
 from tipdamp.readers.dispatch import read_mesh  # noqa: E402
 
@@ -23,7 +21,8 @@ STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("tet")
-    assert main(["--damper", "wedge", "--edge", "0.012", "--size", "0.25", "--out", str(out)]) == 0
+    given = "--damper wedge --edge 0.02 --contact-edge 0.003 --axial 15 --across 2 --out"
+    assert main([*given.split(), str(out)]) == 0
     return out
 
 
@@ -31,7 +30,7 @@ def test_same_solid(folder):
     """Groups and box as of the hexahedra; the volume to what chords of the curved sides leave out."""
     rig = Rig.named("asymmetric")
     hexahedra = build(rig, "wedge", 0.5)[0]
-    mesh = blades(rig, contact(rig, "wedge"), 0.012)
+    mesh = blades(rig, contact(rig, "wedge"), 0.012, 0.003)
     assert set(mesh.surfaces) == set(hexahedra.surfaces)
     assert {"excitation", "patch_1", "patch_2"} == set(mesh.node_sets)
     for name in mesh.node_sets:
@@ -78,17 +77,14 @@ def test_pressure_on_triangles(folder):
     assert total == pytest.approx(area, rel=1e-9) and np.abs(nodal[corners]).max() < 1e-9 * total
 
 
-@pytest.mark.slow
-def test_meshes_to_a_preload(folder, capsys):
-    """One Abaqus file, the proposed study, what only a person knows: 79.90 N on each side by the balance of 113 N."""
-    study = folder / "tet_rig.toml"
-    assert tipdamp(["inspect", str(folder / "tet_rig.inp")]) == 0
-    text = study.read_text()
-    for key, value in {"E": "207e9", "nu": "0.3", "density": "7850", "pull": "113", "mu": "0.6"}.items():
-        text = text.replace(f'\n{key} = "?"', f"\n{key} = {value}")
-    study.write_text(text)
-    for verb in ("inspect", "reduce", "preload"):
-        assert tipdamp([verb, str(study), "--quiet"]) == 0
-    sides = read(folder / "results" / "tet_rig", "preload.json")["sides"]
-    assert [s["sum_N"] for s in sides.values()] == pytest.approx([113 / 2**0.5] * 2, rel=1e-6)
-    assert "nodes do not match" in capsys.readouterr().out
+def test_matching_nodes(tmp_path, capsys):
+    """The covers have the damper's nodes on its flats, at the rig's stations; only flats can."""
+    given = "--edge 0.02 --contact-edge 0.002 --axial 15 --matching --out"
+    assert main([*given.split(), str(tmp_path)]) == 0
+    both = [read_mesh(tmp_path / f"tet_{body}.msh") for body in ("blades", "damper")]
+    for side in ("left", "right"):
+        one, two = (mesh.position[mesh.index(mesh.groups[f"contact_{side}"])] for mesh in both)
+        assert len(one) == 31 * 3 and np.sort(one, axis=0) == pytest.approx(np.sort(two, axis=0), abs=1e-12)
+        assert np.unique(one[:, 1].round(9)) == pytest.approx(np.linspace(0, 0.07, 31))
+    assert main(["--damper", "cylindrical", "--matching", "--out", str(tmp_path)]) == 2
+    assert "damper 'wedge' has two" in capsys.readouterr().err
