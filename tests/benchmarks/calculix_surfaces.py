@@ -1,15 +1,19 @@
 """Contact between unlike meshes beside CalculiX's surface-to-surface contact on the same meshes.
 
-    python -m tests.benchmarks.calculix_surfaces
+    python -m tests.benchmarks.calculix_surfaces [--refine]
 
 Needs the program ccx (Debian: calculix-ccx). The wedge under platforms (tests/reference/platform-wedge, C3D10) is
 pulled by 60 N without friction; both programs have a linear pressure-overclosure of the same stiffness per area.
-Compared are force and moment of the sides, and the pressure at the corners of the damper's faces, to which ccx
-extrapolates from its integration points. To build/benchmarks/calculix_surfaces.json.
+Compared are force and moment of the sides and the map of the preload in two ways: the force of each contact point with
+that of the overclosure in ccx, averaged over the same area with the same weights; and the pressure at the corners
+of the damper's faces, to which ccx extrapolates from its integration points. --refine cuts every cell into eight.
+To build/benchmarks/calculix_surfaces.json.
 """
 
+import argparse
 import shutil
 import tempfile
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +22,10 @@ from scipy.spatial import cKDTree
 from hbm.contact import ContactTable
 from modal.faces import face_corners, group_faces
 from tests.benchmarks.record import ccx_version, one_thread, record, run_ccx
+from tests.refined_meshes import refine
 from tests.tipdamp.mesh_texts import theirs
 from tipdamp.bodies.read import read_meshes
+from tipdamp.bodies.surfaces import surface_points
 from tipdamp.readers.abaqus_sets import SOLID
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
@@ -31,10 +37,11 @@ SOFT = 1e-6          # N/m that hold the damper before it touches: 1e-9 of the p
 SCALE = 0.01
 
 
-def ours(folder):
-    """Study, meshes and preload table."""
-    for name in ("unlike_blades.msh", "unlike_damper.msh", "unlike.toml"):
-        shutil.copy(WEDGE / name, folder)
+def ours(folder, copy):
+    """Study, meshes and preload table; copy - of a mesh file to another place, as it is or refined."""
+    for name in ("unlike_blades.msh", "unlike_damper.msh"):
+        copy(WEDGE / name, folder / name)
+    shutil.copy(WEDGE / "unlike.toml", folder)
     study = load_study(folder / "unlike.toml")
     store = results_folder(study, None)
     for stage in ("reduce", "preload"):
@@ -89,14 +96,18 @@ def whole_deck(study, meshes, pairs):
     return "\n".join([*lines, "*STEP, INC=1000", "*STATIC", "1., 1.", "*CLOAD",
                       *(f"{n}, 3, {each:.12e}" for n in pulled), *(text for side in SIDES for text in (
                           f"*CONTACT PRINT, SLAVE=damper_{side}, MASTER=blades_{side}", "CF")),
-                      "*CONTACT FILE", "CDIS, CSTR", "*END STEP", ""]), add
+                      "*NODE PRINT, NSET=ALL", "U", "*CONTACT FILE", "CDIS, CSTR", "*END STEP", ""]), add
 
 
 def results(folder):
-    """{side: force (3,) N and moment (3,) N m on the damper} from wedge.dat, {node: Pa} from the block CONTACT of
-    wedge.frd, both of the last increment."""
-    lines, sums = (folder / "wedge.dat").read_text().splitlines(), {}
+    """{side: force (3,) N and moment (3,) N m on the damper} and {node: displacement (3,) m} from wedge.dat, {node: Pa}
+    from the block CONTACT of wedge.frd, all of the last increment."""
+    lines, sums, moved = (folder / "wedge.dat").read_text().splitlines(), {}, {}
     for i, line in enumerate(lines):
+        if "displacements (vx,vy,vz)" in line:
+            for row in takewhile(str.strip, lines[i + 2:]):
+                node, *u = row.split()
+                moved[int(node)] = np.array(u, dtype=float)
         if "statistics for slave set" in line:
             side = line.split("DAMPER_")[1].split(",")[0].lower()
             sums[side] = np.array(lines[i + 4].split(), dtype=float)
@@ -108,35 +119,53 @@ def results(folder):
             pressure[int(line[3:13])] = float(line[49:61])              # CPRESS, the fourth of six
         elif line.startswith(" -3"):
             inside = False
-    return sums, pressure
+    return sums, moved, pressure
+
+
+def read_by_ours(study, meshes, pairs, moved, add):
+    """(n,) N: forces of the contact points, from ccx's displacements."""
+    points = surface_points(study, meshes).points
+    u = {body: one.weight @ np.array([moved[n + add[body]] for n in one.node]) / SCALE for body, one in points.items()}
+    at = np.searchsorted(points["damper"].number, pairs.damper_node)
+    closed = np.einsum("nx,nx->n", (u["damper"] - u["blades"])[at], pairs.normal)
+    return np.maximum(pairs.kn * (closed - pairs.gap), 0)
 
 
 def main():
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.calculix_surfaces")
+    parser.add_argument("--refine", action="store_true")
+    refined = parser.parse_args().refine
     one_thread()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        study, meshes, pairs = ours(folder)
+        study, meshes, pairs = ours(folder, refine if refined else shutil.copy)
         text, add = whole_deck(study, meshes, pairs)
         (folder / "wedge.inp").write_text(text)
         seconds = run_ccx(folder, "wedge")
-        sums, pressure = results(folder)
-    damper, facts = meshes["damper"], {}
+        sums, moved, pressure = results(folder)
+    damper, facts, read = meshes["damper"], {}, read_by_ours(study, meshes, pairs, moved, add)
     tree = cKDTree(damper.position)
     for side in SIDES:
-        mine = pairs.select(pairs.side == side)
+        mine, its = pairs.select(pairs.side == side), read[pairs.side == side]
         node = damper.node[tree.query(mine.position)[1]] + add["damper"]
-        p, theirs_p = np.maximum(mine.preload, 0) / mine.area, np.array([pressure[n] for n in node]) / SCALE
-        each = -np.maximum(mine.preload, 0)[:, None] * mine.normal
+        N = np.maximum(mine.preload, 0)
+        p, corner = N / mine.area, np.array([pressure[n] for n in node]) / SCALE
+        each = -N[:, None] * mine.normal
         force, moment = np.split(sums[side] / SCALE, 2)
         own = np.cross(mine.position, each).sum(axis=0)
         facts[side] = {"ours_N": float(np.linalg.norm(each.sum(axis=0))), "ccx_N": float(np.linalg.norm(force)),
                        "force_off": float(np.linalg.norm(each.sum(axis=0) - force) / np.linalg.norm(force)),
                        "moment_off": float(np.linalg.norm(own - moment) / np.linalg.norm(moment)),
                        "points": len(mine), "open": int((mine.preload <= 0).sum()),
-                       "map_rms_off": float(np.sqrt(np.average((p - theirs_p) ** 2, weights=mine.area)) / p.max()),
-                       "map_largest_off": float(np.abs(p - theirs_p).max() / p.max())}
+                       "map": off(p, its / mine.area, mine.area), "corners": off(p, corner, mine.area)}
         print(side, facts[side])
-    record("calculix_surfaces", {"ccx": ccx_version(), "ccx_s": seconds, **facts})
+    record("calculix_surfaces" + refined * "_refined", {"ccx": ccx_version(), "ccx_s": seconds, **facts})
+
+
+def off(one, other, area):
+    """Root mean square over the area and largest difference of two pressures, of the largest."""
+    return {"rms": float(np.sqrt(np.average((one - other) ** 2, weights=area)) / one.max()),
+            "largest": float(np.abs(one - other).max() / one.max())}
 
 
 if __name__ == "__main__":
