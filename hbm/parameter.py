@@ -1,4 +1,4 @@
-"""What may vary along a branch: the frequency, the level of the force, a setting of the contacts, the damping, K(p).
+"""What may vary along a branch: the frequency, level or direction of the force, a setting of contacts, damping, K(p).
 
     follow_parameter(problem, F, 930.0, "mu", (1.0, 0.1), ...)                       of all contacts, by a factor
     follow_parameter(problem, F, 930.0, ContactSetting("kt", contacts=(3,)), ...)    of one contact
@@ -18,7 +18,7 @@ from hbm.continuation.settings import Settings
 from hbm.errors import InputError, nearest
 from hbm.laws.records import Contacts
 from hbm.problem import ContactProblem
-from hbm.validation import brief, numbers
+from hbm.validation import MOST_HARMONICS, brief, check_forcing, check_kind, numbers
 
 Rebuild: TypeAlias = tuple[ContactProblem, dict]
 SETTINGS = ("preload", "mu", "kn", "kt")
@@ -246,7 +246,32 @@ class ModelParameter(Rebuilt):
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
-        return self.of_value(problem, value), forces
+        made = check_kind(f"parameter '{self.name}' at {value:g}", self.of_value(problem, value), ContactProblem,
+                          "replace(problem, ...)")
+        return made, forces
+
+
+@dataclass(frozen=True)
+class ForceParameter(Rebuilt):
+    """Any parameter of the force, for example its direction or the phase between two points where it acts.
+
+    of_value : function value -> forcing, as in `forced_response`, in the place of that of the call, which gives the
+        orders and must not be zero. It must be defined a little beyond the ends of the branch too; these are above
+        zero: an angle may be counted from 360 degrees
+
+        ForceParameter("angle", lambda a: 5.0 * (np.cos(a) * along + np.sin(a) * across))
+    """
+
+    name: str
+    of_value: Callable
+
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
+        """(problem, forces) at a value; InputError where the given ones are zero, or of other orders."""
+        made = check_forcing(self.of_value(value), len(problem.K), MOST_HARMONICS)
+        if made.keys() != forces.keys() or not any(np.any(F) for F in forces.values()):
+            raise InputError(f"parameter '{self.name}': its forcing has the orders {sorted(made)}, the forcing of the "
+                             "call must have the same and not be zero")
+        return problem, made
 
 
 BY_NAME = {"level": Level(), "damping": Damping(), **{name: ContactSetting(name) for name in SETTINGS}}

@@ -13,7 +13,8 @@ from hbm.errors import InputError, shown
 
 MOST_HARMONICS = 200
 MOST_SAMPLES = 2**16
-LEAST_FORCE, MOST_FORCE = 1e-120, 1e100    # N
+LEAST, MOST = 1e-120, 1e100     # of forces in N, settings of contacts and parameters
+CLOSEST = 1e-12                 # share by which the ends of an interval differ
 MAY_BE_ZERO = ("outside", "max_restarts", "max_gaps")      # of the settings
 
 
@@ -47,6 +48,9 @@ def interval(name: str, ends: Any, unit: str = "") -> tuple[float, float]:
         raise InputError(f"{name} = {ends!r}: must be two {what}, (from, to)") from None
     if not (np.isfinite(first) and np.isfinite(last) and first > 0 and last > 0) or first == last:
         raise InputError(f"{name} = ({first:g}, {last:g}){unit}: both must be positive, and different")
+    if min(first, last) < LEAST or max(first, last) > MOST or abs(last - first) < CLOSEST * max(first, last):
+        raise InputError(f"{name} = ({first!r}, {last!r}){unit}: both must lie between {LEAST:g} and {MOST:g} and "
+                         f"differ by {CLOSEST:g} of their size, which double precision can carry")
     return first, last
 
 
@@ -82,9 +86,9 @@ def check_forcing(forcing: Any, r: int, H: int) -> dict[int, np.ndarray]:
         if F.shape != (r,) or not np.isfinite(F).all():
             raise InputError(f"forcing of harmonic {k}: must be finite with shape ({r},), got shape {F.shape}")
         largest = np.abs(F).max(initial=0.0)
-        if largest and not LEAST_FORCE <= largest <= MOST_FORCE:
+        if largest and not LEAST <= largest <= MOST:
             raise InputError(f"forcing of harmonic {k}: its largest entry is {largest:.3g} N, must be between "
-                             f"{LEAST_FORCE:g} and {MOST_FORCE:g} N, which double precision can carry, or zero")
+                             f"{LEAST:g} and {MOST:g} N, which double precision can carry, or zero")
         checked[int(k)] = F
     return checked
 

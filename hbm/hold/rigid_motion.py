@@ -56,6 +56,7 @@ def parse_motion(value: Any) -> tuple[str, str, np.ndarray]:
     vector = np.array(value, dtype=float) if numeric else np.zeros(3)
     if not np.isfinite(vector).all() or not vector.any():
         raise InputError(ALLOWED)
+    vector = vector / np.abs(vector).max()          # squares of the given numbers may vanish or overflow
     vector = vector / np.linalg.norm(vector)
     along = np.flatnonzero(vector == 1.0)
     name = SLIDES[along[0]][0] if len(along) else f"slide along ({', '.join(f'{v + 0.0:.3g}' for v in vector)})"

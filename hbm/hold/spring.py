@@ -16,7 +16,7 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError, nearest
 from hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
 from hbm.model import ReducedModel
-from hbm.validation import brief, positive
+from hbm.validation import brief, check_kind, positive
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,8 @@ def held_motions(model: ReducedModel, pairs: ContactTable, holds: Hold | Sequenc
     that its own stiffness holds, or that is held twice.
     """
     found: list[HeldMotion] = []
-    for hold in [holds] if isinstance(holds, Hold) else holds:
+    for given in holds if isinstance(holds, list | tuple) else [holds]:
+        hold: Hold = check_kind("hold", given, Hold, "Hold('y') or Hold([0, 1, 0], stiffness)")
         try:
             found.append(_held(model, pairs, hold))
         except InputError as error:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hbm.errors import InputError
-from hbm.validation import brief
+from hbm.validation import LEAST, MOST, brief
 
 
 class ContactState(IntEnum):
@@ -25,7 +25,8 @@ class Contacts:
     """Settings of P contacts, each (P,).
 
     kn, kt : N/m, weight included; mu : friction coefficient; preload : N, negative = open
-    Raises InputError where a value is not finite, kn, kt or mu is negative, or the lengths differ.
+    Raises InputError where a value is not finite, kn, kt or mu is negative or of a size that double precision cannot
+    carry, or the lengths differ.
     """
 
     kn: np.ndarray
@@ -45,6 +46,11 @@ class Contacts:
                 i = int(np.flatnonzero(bad)[0])
                 allowed = "finite" if name == "preload" else "finite and not negative"
                 raise InputError(f"contact {i + 1}: {name} = {values[i]:g}, must be {allowed}")
+            far = (values != 0) & ((values < LEAST) | (values > MOST)) & (name != "preload")
+            if far.any():
+                i = int(far.argmax())
+                raise InputError(f"contact {i + 1}: {name} = {values[i]:g}, must be zero, or between {LEAST:g} and "
+                                 f"{MOST:g}, which double precision can carry")
         if len({len(self.kn), len(self.kt), len(self.mu), len(self.preload)}) != 1:
             raise InputError("kn, kt, mu and preload must have one value per contact each")
 

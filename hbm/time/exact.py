@@ -112,7 +112,10 @@ class ExactIntegrator:
         present, H = self._present(state), self.stuck.balance.H
         record = events.Record(np.zeros((len(present.a), H + 1), complex), np.zeros(len(present.state)),
                                np.zeros(2, np.int64))
-        finished = events.run(self.stuck.system, self.table, self.steps, self.control, present, record, n)
+        try:
+            finished = events.run(self.stuck.system, self.table, self.steps, self.control, present, record, n)
+        except np.linalg.LinAlgError:           # out of double precision
+            finished = False
         force = record.G * (self.stuck.w / np.pi)
         force[:, 0] /= 2
         return Cycle(ExactState(present.z, present.state, present.memory), force, record.dissipated, finished,

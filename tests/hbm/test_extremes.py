@@ -1,5 +1,7 @@
 """Preloads, bands and forces far from the ordinary: the right answer, or a message where there is none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -123,3 +125,34 @@ def test_no_force_at_all():
     assert not curve.harmonics.any() and "static state" in curve.ended
     over = follow_parameter(problem(Jenkins1D()), 0 * F, 80.0, "level", (1.0, 3.0), outputs=X, at=[2.0])
     assert over.complete and over.parameter == pytest.approx([1, 2, 3])
+
+
+@pytest.mark.parametrize("band", [(90, 90 * (1 + 1e-15)), (1e-300, 100), (100, 1e300)], ids=str)
+def test_bands_that_no_arithmetic_carries(band):
+    with pytest.raises(InputError, match=r"band = .* Hz: both must lie between 1e-120 and 1e\+100 and differ by 1e-12"):
+        follow_band(problem(Jenkins1D()), F, band, outputs=X)
+    with pytest.raises(InputError, match=r"between = .*: both must lie between 1e-120 and 1e\+100"):
+        follow_parameter(problem(Jenkins1D()), F, 80.0, "preload", band, outputs=X)
+
+
+def test_narrow_band():
+    """Both ends, and what a solution at one frequency gives there."""
+    curve = follow_band(problem(Jenkins1D()), F, (90, 90 * (1 + 1e-11)), harmonics=3, outputs=X)
+    alone = solve_at(problem(Jenkins1D()), F, 90, harmonics=3, outputs=X)
+    assert curve.complete and curve.harmonics[-1] == pytest.approx(alone.harmonics, rel=1e-7, abs=1e-15)
+
+
+@pytest.mark.parametrize("name,value", [("kn", 1e300), ("kt", 5e-324), ("kt", 1e300), ("mu", 1e300)])
+def test_settings_that_no_arithmetic_carries(name, value):
+    settings = {"kn": [1e5], "kt": [1e6], "mu": [1.0], "preload": [10.0]} | {name: [value]}
+    with pytest.raises(InputError, match=rf"contact 1: {name} = \S+, must be zero, or between 1e-120 and 1e\+100"):
+        Contacts(**settings)
+
+
+def test_huge_friction():
+    """A contact that lifts off but never slips: what is found is right, what is not is said."""
+    p = problem(DryFriction2T())
+    p = replace(p, contacts=Contacts(p.contacts.kn, p.contacts.kt, [1e90], p.contacts.preload))
+    curve = follow_band(p, F, (60, 130), harmonics=3, outputs=X)
+    assert np.nanmax(curve.share_slip) < 1e-3 and np.nanmax(curve.force_residual) < 1e-8
+    assert curve.complete or "stopped at" in curve.ended

@@ -8,11 +8,13 @@ import pytest
 from hbm.balance.residual import HarmonicBalance
 from hbm.continuation.settings import Settings
 from hbm.errors import InputError
-from hbm.laws import CubicSpring
-from hbm.parameter import ContactSetting, Damping, Frequency, ModelParameter
+from hbm.laws import CubicSpring, DryFriction2T
+from hbm.parameter import ContactSetting, Damping, ForceParameter, Frequency, ModelParameter
 from hbm.peaks import find_peaks
 from hbm.response import follow_band, follow_parameter, solve_at
 from hbm.solutions import solutions_at
+from hbm.time.comparison import compare
+from tests.hbm import test_extremes as extremes
 from tests.hbm.cases import beam, load, solve, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 
@@ -124,6 +126,29 @@ def test_any_parameter_against_solutions_at_its_values(kind):
         alone = solve_at(at(problem, value), level * force, hz, harmonics=3, outputs=rows)
         assert alone.converged and np.abs(alone.harmonics - X_k).max() < 1e-7 * np.abs(X_k).max()
     assert len(between) == 1 and np.abs(np.diff(curve.amplitude()[[0, -1], 0])) > 1e-4 * curve.amplitude().max()
+
+
+def test_direction_of_the_force():
+    """A force that turns from along the contact to across: every point is that of its own force, and so is the peak."""
+    def at(angle):
+        return {1: np.array([12 * np.cos(angle), 12 * np.sin(angle), 0, 0]), 3: np.array([0, 0, 2j, 0])}
+
+    problem, turning = extremes.problem(DryFriction2T(), 1.0), ForceParameter("angle", at)
+    given = dict(harmonics=3, outputs=extremes.X)
+    curve = follow_parameter(problem, at(1.0), 72.0, turning, (0.3, 6.0), **given)
+    assert curve.complete and curve.share_slip.max() > 0.01 and len(find_peaks(curve, problem, "x", parameter=turning))
+    for i in range(0, len(curve.parameter), 9):
+        alone = solve_at(problem, at(curve.parameter[i]), 72.0, guess=curve.unknowns[i], **given)
+        assert alone.converged and alone.harmonics == pytest.approx(curve.harmonics[i], rel=1e-8, abs=1e-14)
+    assert compare(curve, problem, 2.0, parameter=turning).agrees
+    for forcing in (0 * at(1.0)[1], at(1.0)[1]):
+        with pytest.raises(InputError, match=r"parameter 'angle': its forcing has the orders \[1, 3\], the forcing of"):
+            follow_parameter(problem, forcing, 72.0, turning, (0.3, 6.0), **given)
+
+
+def test_a_function_that_makes_no_problem():
+    with pytest.raises(InputError, match=r"parameter 'K' at 0.5 = 0.5: must be a ContactProblem, made by replace"):
+        c1(ModelParameter("K", lambda problem, value: value), (0.5, 2.0))
 
 
 @pytest.mark.parametrize("kind", KINDS)

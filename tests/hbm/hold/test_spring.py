@@ -168,6 +168,8 @@ REFUSED = {
     "negative": (Hold("x", -1.0), r"hold = 'x': stiffness = -1\.0: must be one positive number in N/m"),
     "a text": (Hold("about x", "soft"), r"stiffness = 'soft': must be one positive number in N m/rad"),
     "no body": (Hold("x", body="dampr"), r"the model has no body 'dampr'; did you mean 'damper'"),
+    "no hold but a text": ("x", r"hold = 'x': must be a Hold, made by Hold\('y'\)"),
+    "nothing": (None, r"hold = None: must be a Hold, made by Hold\('y'\)"),
     "a clamped body": (Hold("y", body="blade1"), r"the blade1 is supported: its own stiffness resists this motion"),
     "mean a text": (Hold("x", mean="yes"), r"mean = 'yes': must be True or False"),
     "twice": ([Hold("x"), Hold([1, 0, 0], 5.0)], r"a motion is held twice; leave one of them out"),
@@ -179,6 +181,12 @@ def test_refused(row):
     hold, message = REFUSED[row]
     with pytest.raises(InputError, match=message):
         contact_problem(MODEL, PAIRS, DryFriction2T(), damping_ratio=0.01, hold=hold)
+
+
+@pytest.mark.parametrize("size", [1e-200, 1e300])
+def test_direction_of_any_length(size):
+    name, _, coefficients = parse_motion([3 * size, 4 * size, 0])
+    assert name == "slide along (0.6, 0.8, 0)" and coefficients == pytest.approx([0.6, 0.8, 0, 0, 0, 0])
 
 
 def test_bodies_that_cannot_move_so():
