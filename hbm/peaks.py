@@ -1,6 +1,7 @@
 """Peaks: local maxima of the outputs along a curve, each solved."""
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,22 +20,39 @@ from hbm.result import KINDS, RIPPLE, ForcedResponse, local_maxima, orders_of
 from hbm.solutions import restored
 
 
-def refine_largest(equation: Equation, branch: Branch, outputs: Outputs, settings: Settings) -> np.ndarray:
-    """Insert the solved largest maximum of half peak to peak of every output, and say which points these are.
+def refine_largest(equation: Equation, branch: Branch, outputs: Outputs, groups: Sequence[Sequence[int]],
+                   settings: Settings) -> np.ndarray:
+    """Insert the solved maxima that were asked for, of half peak to peak, and say which points these are.
 
+    groups : columns of outputs: of each group the largest and the smallest of their largest maxima are solved
     Returns (n, m) bool, for the branch as it is afterwards.
     """
-    output, found = Output(equation, branch, outputs, settings), []
-    least = outputs.noise(branch.points)
-    for j in np.flatnonzero(np.nanmax(outputs.amplitudes(branch.points)[0], axis=0, initial=0.0) > least):
-        heights = outputs.amplitudes(branch.points)[0][:, j]
-        top, solved = output.largest(j, heights, heights >= (1 - settings.peak_window) * np.nanmax(heights))
-        found += [(top.point, j)] * solved
+    output, least = Output(equation, branch, outputs, settings), outputs.noise(branch.points)
+    found: dict[int, tuple[arc.Measured, bool]] = {}
+    seen = np.nanmax(outputs.amplitudes(branch.points)[0], axis=0, initial=0.0) > least
+    for group in groups:
+        _solve_extremes(output, [j for j in group if seen[j]], found)
     place = {id(point): i for i, point in enumerate(branch.points)}
     marks = np.zeros((len(branch.points), len(outputs.rows)), dtype=bool)
-    for point, j in found:
-        marks[place[id(point)], j] = True
+    for j, (top, solved) in found.items():
+        if solved:
+            marks[place[id(top.point)], j] = True
     return marks
+
+
+def _solve_extremes(output, group, found):
+    """Add the highest and the lowest of the largest maxima of a group of outputs to `found`, {output: (it, whether it
+    is solved)}.
+
+    An output that can be neither is left alone: its maximum lies between its highest point and a bound beside that.
+    """
+    for choose, guess in ((max, output.at_most), (min, lambda j, value: output.at_least(j))):
+        first = choose(group, key=output.at_least, default=None)
+        while first is not None and first not in found:
+            found[first] = output.top(first)
+            value = found[first][0].value
+            known = {j: found[j][0].value if j in found else guess(j, value) for j in group}
+            first = choose(known, key=known.__getitem__)
 
 
 def find_peaks(curve: ForcedResponse, problem: ContactProblem, name: str, kind: str = "half_peak_to_peak",
@@ -89,6 +107,43 @@ class Output:
     outputs: Outputs
     settings: Settings
 
+    def top(self, j: int) -> tuple[arc.Measured, bool]:
+        """(the largest maximum of output j along the branch, whether it is solved)."""
+        heights = self._heights(j)
+        return self.largest(j, heights, self._high(heights))
+
+    def at_least(self, j: int) -> float:
+        """The largest amplitude of output j at the points of the branch."""
+        return float(np.nanmax(self._heights(j)))
+
+    def at_most(self, j: int, value: float) -> float:
+        """What the largest maximum of output j does not exceed, where it is concave about its highest points; its
+        highest point, where that is well below a value."""
+        heights, points = self._heights(j), self.branch.points
+        high, top, least = self._high(heights), points[int(np.nanargmax(heights))], self.at_least(j)
+        if least < (1 - self.settings.peak_window) * value:
+            return least
+        if self._sampled(top):
+            return (1 + RIPPLE) * least
+        near = [i for i in range(len(points) - 1) if (high[i] or high[i + 1]) and np.isfinite(heights[i:i + 2]).all()
+                and not points[i + 1].jump]
+        if any(point.tangent is None for i in near for point in points[i:i + 2]):
+            return np.inf
+        metric = arc.metric_at(top, self.equation.weights)
+        ends = [self._measured(points[i:i + 2], j, metric) for i in near]
+        bounds = [arc.bound(a, b, metric) for a, b in ends if a.slope > 0 >= b.slope]
+        return max(bounds, default=least)
+
+    def _heights(self, j):
+        return self.outputs.amplitudes(self.branch.points)[0][:, j]
+
+    def _high(self, heights):
+        return heights >= (1 - self.settings.peak_window) * np.nanmax(heights)
+
+    def _sampled(self, point):
+        balance, w = self.equation.balance_at(point.parameter)
+        return balance.sampled(point.x, w)
+
     def largest(self, j: int, heights: np.ndarray, high: np.ndarray,
                 points: list[Point] | None = None) -> tuple[arc.Measured, bool]:
         """(the highest maximum of output j, whether it is solved): every bracket beside a `high` point is closed that
@@ -133,8 +188,7 @@ class Output:
         runs = np.split(wanted, [k for k in range(1, len(wanted)) if wanted[k - 1] not in near])
         chains = [measured([with_tangent(self.equation.evaluate, points, i, metric) for i in run]) for run in runs]
         highest = max((end for chain in chains for end in chain), key=lambda end: end.value).point
-        balance, w = self.equation.balance_at(highest.parameter)
-        if not balance.sampled(highest.x, w):
+        if not self._sampled(highest):
             return chains, True
         try:
             return [self._resolved(chain, lambda point: measured([point])[0], metric) for chain in chains], True

@@ -43,6 +43,7 @@ from hbm.problem import ContactProblem, doubted_problem
 from hbm.result import ForcedResponse, PeriodicSolution
 from hbm.validation import (
     check_forcing,
+    check_groups,
     check_harmonics,
     check_kind,
     check_outputs,
@@ -141,12 +142,14 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
 
 @dataclass(frozen=True)
 class _Case:
-    """The checked input of a curve: H, forces {harmonic: (r,)}, names and rows (m, r) of the outputs, settings."""
+    """The checked input of a curve: H, forces {harmonic: (r,)}, names and rows (m, r) of the outputs, groups of their
+    columns (`peaks`), settings."""
 
     H: int
     forces: dict
     names: list
     rows: np.ndarray
+    groups: list
     settings: Settings
 
     @classmethod
@@ -156,7 +159,9 @@ class _Case:
         forces = check_forcing(forcing, r, H)
         if options.journal is not None:
             check_kind("journal", options.journal, Journal, "Journal(keep, blocks)")
-        return cls(H, forces, *check_outputs(options.outputs, r), check_settings(options.settings, options.progress))
+        names, rows = check_outputs(options.outputs, r)
+        groups = check_groups(options.peaks, names)
+        return cls(H, forces, names, rows, groups, check_settings(options.settings, options.progress))
 
     def balance(self, problem, options, w) -> HarmonicBalance:
         """The harmonic balance: the first thing that takes time. The derivatives of a law of one's own are checked, on
@@ -188,7 +193,7 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
         warnings.warn(f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3)
     if len(branch.points) > 2:
-        peak_points = refine_largest(equation, branch, outputs, settings)
+        peak_points = refine_largest(equation, branch, outputs, case.groups, settings)
         peak_points = refine_drawn(equation, branch, outputs, peak_points, settings)
     change = stiffer_change(equation, branch, outputs, settings)
     residuals, energies, bad = settle(equation, branch.points, (scale * first, scale * last, *scale * at))

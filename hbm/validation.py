@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.continuation.settings import DEFAULT, Settings
-from hbm.errors import InputError, shown
+from hbm.errors import InputError, nearest, shown
 
 MOST_HARMONICS = 200
 MOST_SAMPLES = 2**16
@@ -107,6 +107,18 @@ def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
             raise InputError(f"output '{name}': must be a finite row of length {r}, got shape {row.shape}")
         rows.append(row)
     return list(outputs), np.array(rows)
+
+
+def check_groups(groups: Any, names: list[str]) -> list[list[int]]:
+    """Columns of the outputs in each group of `peaks`; each output on its own where groups is None."""
+    if groups is None:
+        return [[j] for j in range(len(names))]
+    if isinstance(groups, str) or not isinstance(groups, Iterable) or any(isinstance(g, str) for g in groups):
+        raise InputError(f"peaks = {brief(groups)}: must be groups of names of outputs, [[name, name, ...], ...]")
+    for name in (name for group in groups for name in group):
+        if name not in names:
+            raise InputError(f"peaks: output '{name}' is unknown; {nearest(str(name), names)}")
+    return [[names.index(name) for name in group] for group in groups]
 
 
 def check_kind(name: str, value: Any, kind: type, made_by: str) -> Any:

@@ -6,7 +6,7 @@
 """
 
 import logging
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -58,7 +58,7 @@ class Curves:
     """What the curves of a study have in common, and where they are kept.
 
     force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and samples of a cycle,
-    None for the default
+    None for the default; peaks : as in `hbm.curve.options.CurveOptions`
     """
 
     problem: ContactProblem
@@ -67,6 +67,7 @@ class Curves:
     start: np.ndarray | None
     store: Store
     samples: int | None = None
+    peaks: Sequence[Sequence[str]] | None = None
 
     def finished(self, case: Case) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""
@@ -89,7 +90,8 @@ class Curves:
 
     @cached_property
     def _equations(self):
-        return fingerprint(_program(), *_leaves((self.problem, self.force, self.rows, self.start, self.samples)))
+        return fingerprint(_program(), *_leaves((self.problem, self.force, self.rows, self.start, self.samples,
+                                                 self.peaks)))
 
     def make(self, case: Case, progress: Callable) -> None:
         """Compute a curve and put it into the store; one that was interrupted goes on where it was."""
@@ -106,7 +108,8 @@ class Curves:
     def _followed(self, case, progress, journal):
         try:
             return follow_band(self.problem, case.Fe_N * self.force, case.band, harmonics=case.H, outputs=self.rows,
-                               start=self.start, samples=self.samples, progress=progress, journal=journal)
+                               start=self.start, samples=self.samples, peaks=self.peaks, progress=progress,
+                               journal=journal)
         except BaseException:
             journal.flush()
             raise

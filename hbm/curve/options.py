@@ -1,6 +1,6 @@
 """What may be asked of a curve: the keywords of the functions of `hbm.response`, typed, and their checked record."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import Required, TypedDict
 
@@ -21,6 +21,7 @@ class CurveKeywords(TypedDict, total=False):
     at: tuple | list | np.ndarray
     samples: int | None
     contact: bool
+    peaks: Sequence[Sequence[str]] | None
     progress: Callable[[float, float, int], None] | None
     settings: Settings | None
     journal: Journal | None
@@ -39,6 +40,8 @@ class CurveOptions:
     samples : of a cycle, at least 8 and 4 H; None takes the number of the law. They separate the events of an
         event-driven law and do not change its result; a law of sampled forces is as accurate as its samples
     contact : whether to keep the harmonics of the force of every contact too
+    peaks : groups of names of outputs, of each of which the largest and the smallest peak is solved, as of the nodes of
+        a patch; None solves the peak of every output. `find_peaks` solves any other afterwards
     progress : function (value, step, calls), called at each point with the residual calls that it took, and at
         every 20 calls between points with step 0 and the calls since
     settings : of the continuation: steps, points, budget; None takes `hbm.continuation.settings.DEFAULT`
@@ -51,6 +54,7 @@ class CurveOptions:
     at: tuple | list | np.ndarray = ()
     samples: int | None = None
     contact: bool = False
+    peaks: Sequence[Sequence[str]] | None = None
     progress: Callable | None = None
     settings: Settings | None = None
     journal: Journal | None = None

@@ -10,6 +10,7 @@ medians taken. The figures go to build/benchmarks/point_floor.json.
 import argparse
 import time
 from contextlib import contextmanager
+from itertools import groupby
 
 import numpy as np
 
@@ -59,13 +60,16 @@ TICK = _tick()
 
 
 def followed(case):
-    """(points, residual calls, CPU seconds, seconds of the floor) of one curve."""
+    """(points, residual calls, CPU seconds, seconds of the floor) of one curve, its peaks solved as a study shows them:
+    the largest and the smallest of each patch."""
     (problem, force, outputs), level, H, band = case
+    patches = [list(names) for _, names in groupby(outputs, lambda name: name.partition(":")[0])]
+    options = {"harmonics": H, "outputs": outputs, "peaks": patches}
     began = time.process_time()
-    curve = follow_band(problem, level * force, band, harmonics=H, outputs=outputs)
+    curve = follow_band(problem, level * force, band, **options)
     whole, spent = time.process_time() - began, {}
     with on_the_clock(spent):
-        follow_band(problem, level * force, band, harmonics=H, outputs=outputs)
+        follow_band(problem, level * force, band, **options)
     return len(curve.frequency), curve.residual_calls, whole, *spent.values()
 
 

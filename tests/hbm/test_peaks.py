@@ -47,6 +47,28 @@ def test_all_maxima_are_found_and_solved():
         assert top == pytest.approx(-best.fun, rel=2e-8)
 
 
+def test_peaks_of_groups():
+    """Largest and smallest of each patch as where every output's peak is solved, for less; others are not marked."""
+    problem, force, outputs = rig()
+    names = np.array(list(outputs))
+    patches = [names[:5].tolist(), names[5:].tolist()]
+    every, some = (follow_band(problem, 12 * force, (2300, 3300), harmonics=3, outputs=outputs, peaks=peaks)
+                   for peaks in (None, patches))
+    assert some.residual_calls < every.residual_calls - 10 and some.peak_points.any(axis=0).sum() == 4
+    for patch in patches:
+        solved = np.array([every.peak(name) for name in patch])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = np.array([some.peak(name) for name in patch])
+        for best in (np.argmax, np.argmin):
+            top = best(solved[:, 1])
+            assert best(found[:, 1]) == top and not some.why_unsolved(patch[top])
+            assert found[top, 1] == pytest.approx(solved[top, 1], rel=1e-9)
+    for peaks, said in ((names, "groups of names"), ("tip", "groups of names"), ([["tip"]], "'tip' is unknown")):
+        with pytest.raises(InputError, match=said):
+            follow_band(problem, force, (2300, 3300), outputs=outputs, peaks=peaks)
+
+
 @pytest.mark.slow
 def test_maxima_are_solved_to_1e8():
     """Against the search of the maximum by single solutions, each with a start of its own."""

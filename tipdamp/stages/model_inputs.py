@@ -137,6 +137,15 @@ def in_patch(names: Iterable[str], patch: str) -> np.ndarray:
     return np.array([name.rpartition(":")[0] == patch for name in names], dtype=bool)
 
 
+def peak_groups(study: Study, names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
+    """Outputs whose largest and smallest peak are shown: those of each patch, and each node that a measured curve
+    names."""
+    nodes = {one.response for one in study.measured.values()} if "measured" in study else set()
+    patches = (tuple(n for n, mine in zip(names, in_patch(names, patch), strict=True) if mine)
+               for patch in study.respond.patches)
+    return *patches, *((name,) for name in names if name in nodes)
+
+
 def ratio(values: tuple[float, ...]) -> float | np.ndarray:
     """One damping ratio for all modes, or one per mode."""
     return values[0] if len(values) == 1 else np.array(values)

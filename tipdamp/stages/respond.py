@@ -22,7 +22,7 @@ from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Ticker
 from tipdamp.stages.adrift import adrift
 from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
-from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, ratio
+from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, peak_groups, ratio
 from tipdamp.stages.response_results import CurveResult, Peak, RespondResult
 from tipdamp.stages.results import PreloadResult, TuneResult
 from tipdamp.stages.stage import Stage
@@ -35,7 +35,8 @@ SAME_MODE = 0.5          # MAC of two peaks, below which they are not of one mod
 BALANCED = 1e-6          # of the input: larger errors of the energy balance are warned of
 POINTS = 801             # of the linear stuck response
 # of `assembled`
-READS = (*every_key("respond", but=("stress",)), "sides", "preload.friction", "driver.hold", "model.hold")
+READS = (*every_key("respond", but=("stress",)), "measured.response", "sides", "preload.friction", "driver.hold",
+         "model.hold")
 ALL_SPRINGS = ("t1", "t2", "n")      # of the linear response: laws with fewer have another one where nothing slips
 
 
@@ -147,7 +148,8 @@ def assembled(study: Study, store: Store) -> Assembly:
         small, force, rows = shapes.model, force @ shapes.basis, {name: r @ shapes.basis for name, r in rows.items()}
         static, there = None if static is None else static @ shapes.basis, shapes.held
     problem, _ = contact_problem(small, kept, law, static=static, damping_ratio=ratio(study.respond.damping_ratio))
-    curves = Curves(replace(problem, held=there), force, rows, start, store, study.respond.samples)
+    curves = Curves(replace(problem, held=there), force, rows, start, store, study.respond.samples,
+                    peak_groups(study, rows))
     rest = np.column_stack([tangential, np.maximum(kept.preload, 0.0)])
     return Assembly(_on_springs(model, held), kept, rest, curves, shapes)
 

@@ -358,7 +358,8 @@ class Respond(Section):
     blade_count: Annotated[int | None, Key(COUNT, "blades of the whole wheel, with engine_order", low=2,
                                            high=1000)] = None
     direction: Annotated[Vector, Key(VECTOR, "direction of the excitation and of the response")] = (1.0, 0.0, 0.0)
-    patches: Annotated[Texts, Key(TEXTS, "groups of response nodes, blade 1 first")] = ("patch_1", "patch_2")
+    patches: Annotated[Texts, Key(TEXTS, "groups of response nodes, blade 1 first; the peaks of the largest and of the "
+                                   "smallest node of each are solved")] = ("patch_1", "patch_2")
     levels: Annotated[Numbers, Key(NUMBERS, "Fe, amplitudes of the excitation", "force", low=0, open_low=True)]
     harmonics: Annotated[tuple[int, ...], Key(COUNTS, "H, highest order kept; several give several curves", low=1,
                                               high=99)] = (5,)
