@@ -8,6 +8,141 @@ from numba import njit
 
 
 @njit(cache=True)
+def modal_push(level, force, static, contact):
+    """(m, H+1) modal force: level times the excitation, the static force (m,) in order 0, less that of the contacts."""
+    push = np.empty_like(contact)
+    for r in range(push.shape[0]):
+        for k in range(push.shape[1]):
+            push[r, k] = level * force[r, k] - contact[r, k]
+        push[r, 0] += static[r]
+    return push
+
+
+@njit(cache=True)
+def norms(X, unit):
+    """(n, 2) norms of order 0 and of the others, of X (n, r, H+1) over units (n, r); the largest entry is taken out, so
+    that nothing under- or overflows."""
+    found, tiny = np.zeros((len(X), 2)), np.finfo(np.float64).tiny
+    for i in range(len(X)):
+        largest = tiny
+        for r in range(X.shape[1]):
+            for k in range(X.shape[2]):
+                largest = max(largest, abs(X[i, r, k].real) / unit[i, r], abs(X[i, r, k].imag) / unit[i, r])
+        for r in range(X.shape[1]):
+            share = 1 / unit[i, r]
+            for k in range(X.shape[2]):
+                real, imag = X[i, r, k].real * share / largest, X[i, r, k].imag * share / largest
+                found[i, min(k, 1)] += real * real + imag * imag
+        found[i] = largest * np.sqrt(found[i])
+    return found
+
+
+@njit(cache=True)
+def by_order(rates, push):
+    """(m, H+1) k rates push of the orders k."""
+    found = np.empty_like(push)
+    for r in range(push.shape[0]):
+        for k in range(push.shape[1]):
+            found[r, k] = k * rates[r, k] * push[r, k]
+    return found
+
+
+@njit(cache=True)
+def away_from(x, both):
+    """x (nc nh,) less the motion, and minus its change, of both (nc, 2H+2): the harmonics of motion and change."""
+    n, half = both.shape[0], both.shape[1] // 2
+    nh = 2 * half - 1
+    residual, change = np.empty(n * nh), np.empty(n * nh)
+    for c in range(n):
+        at = c * nh
+        residual[at], change[at] = x[at] - both[c, 0].real, -both[c, half].real
+        for k in range(1, half):
+            j = at + 2 * k - 1
+            residual[j], residual[j + 1] = x[j] - both[c, k].real, x[j + 1] - both[c, k].imag
+            change[j], change[j + 1] = -both[c, half + k].real, -both[c, half + k].imag
+    return residual, change
+
+
+@njit(cache=True)
+def regularise(D, contacts, springs, active, share):
+    """Add a share of the springs (P, nd) of active components to the derivatives of their mean by the mean."""
+    for c in range(len(contacts)):
+        p = contacts[c]
+        for d in range(D.shape[1]):
+            if active[p, d]:
+                D[c, d, 0, d, 0] += share * springs[p, d]
+
+
+@njit(cache=True)
+def bordered(linear, border, system):
+    """Fill the bordered system on the active rows and scale its border; return the sizes of row and column.
+
+    linear : D, places, contacts, G of `condensed` and `applied`; border : row (n,), corner, derivative of the residual
+    by the parameter (n,), and the receptance from the row to the active components (., H+1), conjugate
+    """
+    D, places, contacts, G = linear
+    row, corner, by_parameter, along = border
+    condensed(D, places, G, system)
+    n, K = len(system) - 1, along.shape[1]
+    system[:n, n] = applied(D, places, contacts, by_parameter)
+    for i in range(len(places)):
+        at = i * (2 * K - 1)
+        system[n, at] = -along[i, 0].real
+        for k in range(1, K):
+            system[n, at + 2 * k - 1], system[n, at + 2 * k] = -along[i, k].real, along[i, k].imag
+    system[n, n] = corner - np.dot(row, by_parameter)
+    return scaled_border(system)
+
+
+@njit(cache=True)
+def right_side(linear, residual, row, value, row_size):
+    """(n+1,) of the bordered system; linear : as there."""
+    D, places, contacts, _ = linear
+    n = len(places) * D.shape[2]
+    right = np.empty(n + 1)
+    right[:n] = -applied(D, places, contacts, residual)
+    right[n] = (value + np.dot(row, residual)) / row_size
+    return right
+
+
+@njit(cache=True)
+def complex_rows(y, n, K):
+    """(n, K) complex of the first n (2K - 1) real coefficients."""
+    Y = np.empty((n, K), np.complex128)
+    for i in range(n):
+        at = i * (2 * K - 1)
+        Y[i, 0] = y[at]
+        for k in range(1, K):
+            Y[i, k] = complex(y[at + 2 * k - 1], y[at + 2 * k])
+    return Y
+
+
+@njit(cache=True)
+def step_of(residual, by_parameter, dp, response):
+    """(n,) -residual - by_parameter dp - response; that is given as harmonics (nc, H+1)."""
+    K = response.shape[1]
+    dx = -residual - by_parameter * dp
+    for c in range(response.shape[0]):
+        at = c * (2 * K - 1)
+        dx[at] -= response[c, 0].real
+        for k in range(1, K):
+            dx[at + 2 * k - 1] -= response[c, k].real
+            dx[at + 2 * k] -= response[c, k].imag
+    return dx
+
+
+@njit(cache=True)
+def added(g, rows, dg):
+    """g (P, nd, nh) with dg, flat, added to the components `rows`, counted through."""
+    new = g.copy()
+    flat, nh = new.reshape(-1), g.shape[2]
+    for i in range(len(rows)):
+        for h in range(nh):
+            flat[rows[i] * nh + h] += dg[i * nh + h]
+    return new
+
+
+@njit(cache=True)
 def condensed(D, places, G, system):
     """Fill I + D G on the active rows into system[row, column].
 

@@ -12,7 +12,7 @@ from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
 from hbm import fourier
-from hbm.balance.kernels import applied, condensed, scaled_border, sign_of
+from hbm.balance.kernels import added, applied, bordered, complex_rows, condensed, right_side, sign_of, step_of
 from hbm.balance.memory import check_active_fit
 from hbm.balance.series import real_times
 from hbm.balance.settings import DEFAULT
@@ -54,15 +54,12 @@ class Linearisation:
 
     def moved(self, dx: np.ndarray, dp: float) -> "Linearisation":
         """This at x + dx, parameter + dp: outputs and forces are linearised, the matrices stay."""
-        hb, b = self.balance, self.forces
-        modal, g = self.modal + self.modal_rate * dp, b.g
+        b, modal, g = self.forces, self.modal + self.modal_rate * dp, self.forces.g
         if len(b.contacts):
-            size = hb.nd * hb.nh
-            dg = np.matmul(b.D.reshape(-1, size, size), dx.reshape(-1, size)[b.contacts][:, :, None])
-            g = g.copy()
-            g[b.contacts] += dg.reshape(-1, hb.nd, hb.nh)
-            columns = hb.shapes.reshape(-1, hb.nd, hb.shapes.shape[1])[b.contacts].reshape(-1, hb.shapes.shape[1])
-            modal = modal - self.factors * real_times(columns.T, fourier.to_complex(dg.reshape(-1, hb.nh)))
+            _, rows, places, columns = self._condensed()
+            dg = applied(b.D, places, b.contacts, dx)
+            g = added(g, rows, dg)
+            modal -= self.factors * real_times(columns.T, complex_rows(dg, len(rows), self.balance.H + 1))
         return replace(self, x=self.x + dx, modal=modal, forces=replace(b, g=g))
 
     def restoring(self, away: np.ndarray) -> np.ndarray:
@@ -96,56 +93,53 @@ class Linearisation:
     def _bordered(self, R, row, corner, value):
         """dx, dp and the sign of the determinant, through the active rows."""
         Rp, hb, b = self.by_parameter, self.balance, self.forces
-        _, rows, places = self._condensed()
-        n = len(rows) * hb.nh
-        if not n:
+        G, rows, places, columns = self._condensed()
+        if not len(rows):
             pivot = corner - row @ Rp
             dp = (value + row @ R) / pivot
             return -R - Rp * dp, dp, np.sign(pivot)
         lu, pivots, sign, row_size, column_size = self._factorised(row, corner)
         if not sign:
             return np.full_like(R, np.nan), np.nan, 0.0
-        right = np.empty(n + 1)
-        right[:n], right[n] = -applied(b.D, places, b.contacts, R), (value + row @ R) / row_size
+        right = right_side((b.D, places, b.contacts, G), R, row, value, row_size)
         y = getrs(lu, pivots, right, trans=1, overwrite_b=True)[0]
-        dp = y[n] / column_size
-        return -R - Rp * dp - self._respond(y[:n].reshape(-1, hb.nh), rows), dp, sign
+        dp = y[-1] / column_size
+        modal = self.factors * real_times(columns.T, complex_rows(y, len(rows), hb.H + 1))
+        return step_of(R, Rp, dp, real_times(hb.shapes, modal)), dp, sign
 
     def _factorised(self, row, corner):
         """LU of the bordered system on the active rows, transposed for LAPACK, kept for the border it was made with,
         and the sign of its determinant, 0 where it is singular."""
         if self.border and self.border[0] is row and self.border[1] == corner:
             return self.border[2:]
-        _, rows, places = self._condensed()
-        n, b = len(rows) * self.balance.nh, self.forces
-        system = self._system(n + 1)
-        system[:n, n] = applied(b.D, places, b.contacts, self.by_parameter)
-        system[n, :n] = -self._respond_transposed(row, rows) if row.any() else 0.0
-        system[n, n] = corner - row @ self.by_parameter
-        sizes = scaled_border(system)
+        G, rows, places, columns = self._condensed()
+        b, n = self.forces, len(rows) * self.balance.nh
+        along = real_times(columns, self.factors * self.balance.contact_receptance.excited_by(row))
+        system = np.empty((n + 1, n + 1))
+        sizes = bordered((b.D, places, b.contacts, G), (row, corner, self.by_parameter, along), system)
         lu, pivots, _ = getrf(system.T, overwrite_a=True)
         self.border[:] = row, corner, lu, pivots, sign_of(lu, pivots), *sizes
         return self.border[2:]
 
     def _system(self, size):
         """(size, size): I + D G on the active rows; what is beyond them is not filled."""
-        G, _, places = self._condensed()
+        G, _, places, _ = self._condensed()
         system = np.empty((size, size))
         condensed(self.forces.D, places, G, system)
         return system
 
     def _condensed(self):
         """G between the components of the active contacts and the active ones (a nd, n, H+1), the numbers of these
-        (n,), and their places in D."""
+        (n,), their places in D, and their rows of the shapes (n, m)."""
         if not self.parts:
             forces, hb = self.forces, self.balance
             active = forces.active[forces.contacts]
-            columns = forces.contacts[:, None] * hb.nd + np.arange(hb.nd)
-            rows, G = columns[active], np.zeros((0, 0, hb.H + 1), dtype=complex)
+            components = forces.contacts[:, None] * hb.nd + np.arange(hb.nd)
+            rows, G = components[active], np.zeros((0, 0, hb.H + 1), dtype=complex)
             if len(rows):
                 check_active_fit(len(active), len(hb.problem.contacts), hb.nd, hb.H)
-                G = hb.contact_receptance.between(columns.ravel(), rows, self.factors, self.w)
-            self.parts.extend((G, rows, np.flatnonzero(active)))
+                G = hb.contact_receptance.between(components.ravel(), rows, self.factors, self.w)
+            self.parts.extend((G, rows, np.flatnonzero(active), hb.contact_receptance.rows_of(rows)))
         return self.parts
 
     def _respond(self, g, rows) -> np.ndarray:
@@ -153,13 +147,6 @@ class Linearisation:
         hb = self.balance
         modal = self.factors * real_times(hb.shapes[rows].T, fourier.to_complex(g))
         return fourier.to_real(real_times(hb.shapes, modal)).ravel()
-
-    def _respond_transposed(self, row, rows) -> np.ndarray:
-        """row' G restricted to the columns `rows`, flat: G is symmetric."""
-        hb = self.balance
-        c = np.conj(fourier.to_complex(row.reshape(hb.n_components, hb.nh)))
-        z = real_times(hb.shapes[rows], self.factors * real_times(hb.shapes.T, c))
-        return fourier.to_real(np.conj(z)).ravel()
 
     def contact_force(self, rest: np.ndarray) -> np.ndarray:
         """(P, nd, H+1) complex, N, of the contacts; rest (P, nd) N : their force at rest."""

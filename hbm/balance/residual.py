@@ -16,6 +16,7 @@ import scipy.sparse as sp
 
 from hbm import fourier
 from hbm.balance import aft
+from hbm.balance.kernels import away_from, by_order, modal_push, regularise
 from hbm.balance.memory import check_harmonics_fit
 from hbm.balance.newton import Linearisation
 from hbm.balance.receptance import Receptance
@@ -47,7 +48,7 @@ Derivative = Callable[["HarmonicBalance", Terms], np.ndarray]      # (m, H+1), o
 
 def by_frequency(balance: "HarmonicBalance", t: Terms) -> np.ndarray:
     """(m, H+1) derivative of the modal q by w."""
-    rate = t.rates * np.arange(balance.H + 1) * t.push
+    rate = by_order(t.rates, t.push)
     return rate if t.forces.by_omega is None else rate - balance.modal_response(t, t.forces.by_omega)
 
 
@@ -207,17 +208,15 @@ class HarmonicBalance:
     def _linearised(self, x, w, level, forces, derivative):
         """As `evaluate`, with the contact forces at x and the modes of this balance."""
         factors, rates = self.receptance.factors(w * np.arange(self.H + 1))
-        push, g, shapes = self.force_at(level), forces.g.reshape(-1, self.nh), self.shapes
-        if len(g) > DEFAULT.few_components:          # the rows that move
-            rows = g.any(axis=1)
-            g, shapes = g[rows], shapes[rows]
-        push -= real_times(shapes.T, fourier.to_complex(g))
+        g = forces.g.reshape(-1, self.nh)
+        rows = np.flatnonzero(g.any(axis=1))                # those that move
+        contact = real_times(self.contact_receptance.rows_of(rows).T, fourier.to_complex(g[rows]))
+        push = modal_push(level, self.force, self.static, contact)
         modal = factors * push
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
         modal_rate = derivative(self, Terms(u, w, forces, push, factors, rates))
         both = real_times(self.shapes, np.concatenate([modal, modal_rate], axis=1))
-        residual = x - fourier.to_real(both[:, :self.H + 1]).ravel()
-        by_parameter = -fourier.to_real(both[:, self.H + 1:]).ravel()
+        residual, by_parameter = away_from(x, both)
         return Linearisation(x, residual, by_parameter, forces, modal, self, factors, w, modal_rate)
 
     def modal_response(self, t: Terms, g: np.ndarray) -> np.ndarray:
@@ -251,9 +250,7 @@ class HarmonicBalance:
         the sliding direction: it may stand anywhere, and Newton's matrix is singular in that motion though the rest is
         well determined. Regularised, the body stays where it was; the residual, and so the solution, is not changed.
         """
-        added = self.regularisation(forces).reshape(-1, self.nd)[forces.contacts]
-        for d in range(self.nd):
-            forces.D[:, d, 0, d, 0] += added[:, d]
+        regularise(forces.D, forces.contacts, self.springs, forces.active, DEFAULT.regularisation)
         return forces
 
     def regularisation(self, forces: ContactForces) -> np.ndarray:

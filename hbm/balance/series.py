@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from hbm import fourier
 from hbm.balance.receptance import Receptance
 from hbm.balance.settings import DEFAULT
 
@@ -22,6 +23,23 @@ class ContactReceptance:
         self._rows = np.arange(len(shapes)) if few else np.empty(0, dtype=int)    # that the series is known for
         self._kept: dict[float, tuple] = {}      # by reach: low modes, matrices
         self._last: tuple = ()                   # components, reach, low modes and the weights of `between`
+        self._acting: dict[bytes, np.ndarray] = {}     # by components: their rows of the shapes
+        self._border: tuple = (None, None)       # border of a system, and the modal forces that it stands for
+
+    def rows_of(self, at: np.ndarray) -> np.ndarray:
+        """(len(at), m) shapes at components; from one point to the next they are the same, and a few are kept."""
+        if (key := at.tobytes()) not in self._acting:
+            if len(self._acting) > DEFAULT.few_rows:
+                self._acting.clear()
+            self._acting[key] = self.shapes[at]
+        return self._acting[key]
+
+    def excited_by(self, row: np.ndarray) -> np.ndarray:
+        """(m, H+1) modal forces conjugate to the border row (nc nh,) of a system; known for the last one."""
+        if self._border[0] is not row:
+            harmonics = fourier.to_complex(row.reshape(len(self.shapes), -1)).conj()
+            self._border = row, real_times(self.shapes.T, harmonics)
+        return self._border[1]
 
     def between(self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, w: float) -> np.ndarray:
         """(len(to), len(at), H+1) complex between components; factors (m, H+1) : of the modes at the orders of w.

@@ -16,6 +16,7 @@ class BalanceSettings:
     sampling: float = 1e-11          # share of the contact forces: a sampled law changes them by more with more samples
     few_contacts: int = 48           # none of which is passed over as surely sticking
     few_components: int = 300        # between which all of the series is made at once, not for those that move alone
+    few_rows: int = 8                # sets of components whose rows of the shapes are kept, from one point to the next
     few_modes_of_matrix: int = 400   # dofs up to which all poles of a damping matrix are computed ...
     few_modes_of_ratio: int = 1000   # ... and all modes of damping ratios
     reduced_headroom: float = 1.5    # of the frequency: how far above the present one the modes are to hold

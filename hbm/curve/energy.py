@@ -37,11 +37,15 @@ def excitation(balance: HarmonicBalance, forces: dict) -> dict[int, np.ndarray]:
     return found
 
 
-def energies(balance: HarmonicBalance, excited: dict, w: float, modal: np.ndarray,
-             friction: np.ndarray) -> EnergyBalance:
-    """Of the modal motion (m, H+1) at w rad/s; excited : of `excitation`; friction : (P,) J of each contact."""
-    orders, k = list(excited), np.arange(balance.H + 1)
-    loss = modal.conj() * (balance.damping[:, None] * modal if balance.damping.ndim == 1 else balance.damping @ modal)
-    power = np.array([row @ modal[:, order].conj() for order, row in excited.items()], dtype=complex)
-    return EnergyBalance(float(np.pi * np.dot(orders, power.imag)), float(np.pi * w * k**2 @ loss.sum(axis=0).real),
-                         friction, float(np.pi * np.dot(orders, np.abs(power))))
+def energies(balance: HarmonicBalance, excited: list[dict], w: np.ndarray, modal: np.ndarray,
+             friction: np.ndarray) -> list[EnergyBalance]:
+    """Of n modal motions (n, m, H+1) at w (n,) rad/s; excited : of `excitation`, of each; friction : (n, P) J of each
+    contact."""
+    k, damping = np.arange(balance.H + 1), balance.damping
+    damped = damping[:, None] * modal if damping.ndim == 1 else damping @ modal
+    lost = np.pi * w * (np.einsum("nmk,nmk->nk", modal.conj(), damped).real @ k**2)
+    powers = [{order: complex(row @ q[:, order].conj()) for order, row in one.items()}
+              for one, q in zip(excited, modal, strict=True)]
+    return [EnergyBalance(np.pi * sum(order * power.imag for order, power in one.items()), float(loss), taken,
+                          np.pi * sum(order * abs(power) for order, power in one.items()))
+            for one, loss, taken in zip(powers, lost, friction, strict=True)]

@@ -22,6 +22,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm import fourier
+from hbm.balance.kernels import norms
 from hbm.balance.newton import real_times
 from hbm.balance.settings import DEFAULT
 from hbm.continuation.corrector import damped
@@ -132,8 +133,7 @@ class Kept:
     def energies(self) -> list[EnergyBalance]:
         """Of a period of each point."""
         made = {key: excitation(self.balance, forces) for key, forces in {id(one): one for one in self.forces}.items()}
-        points = zip([made[id(forces)] for forces in self.forces], self.w, self.modal, self.of_law[1], strict=True)
-        return [energies(self.balance, *point) for point in points]
+        return energies(self.balance, [made[id(forces)] for forces in self.forces], self.w, self.modal, self.of_law[1])
 
     @cached_property
     def of_law(self) -> tuple[np.ndarray, np.ndarray]:
@@ -192,16 +192,21 @@ class Kept:
         return _times(self.problem.B.T, fourier.to_complex(force.reshape(len(force), -1, self.balance.nh)))
 
     def _size(self, force):
-        return _parts(force / self.unit[:, :, None])
+        return norms(force, self.unit)
 
     def applied(self) -> np.ndarray:
         """(n, r, H+1) N, the forces on the dofs, constant ones included."""
-        found = np.zeros((*self.unit.shape, self.balance.H + 1), dtype=complex)
-        for one, forces in zip(found, self.forces, strict=True):
-            for k, F in forces.items():
-                one[:, k] = F
+        made = {id(forces): self._applied(forces) for forces in {id(one): one for one in self.forces}.values()}
+        if len(made) == 1:
+            return np.broadcast_to(*made.values(), (*self.unit.shape, self.balance.H + 1))
+        return np.array([made[id(forces)] for forces in self.forces])
+
+    def _applied(self, forces):
+        found = np.zeros((self.unit.shape[1], self.balance.H + 1), dtype=complex)
+        for k, F in forces.items():
+            found[:, k] = F
         if self.problem.static is not None:
-            found[:, :, 0] += self.problem.static
+            found[:, 0] += self.problem.static
         return found
 
     def damping_force(self, q: np.ndarray) -> np.ndarray:
@@ -239,17 +244,13 @@ def _units(problem, w):
 
 
 def _parts(X):
-    """(n, 2) norms of order 0 and of the others, of (n, r, H+1); the largest entry is taken out, so that nothing under-
-    or overflows."""
-    X = np.abs(X)
-    largest = np.maximum(X.max(axis=(1, 2), initial=0.0), TINY)[:, None]
-    square = (X / largest[:, :, None])**2
-    return largest * np.sqrt(np.stack([square[:, :, 0].sum(axis=1), square[:, :, 1:].sum(axis=(1, 2))], axis=1))
+    """(n, 2) norms of order 0 and of the others, of (n, r, H+1)."""
+    return norms(X, np.ones(X.shape[:2]))
 
 
 def _norm(unit, force):
     """Of forces (r, n) in their units."""
-    return float(np.linalg.norm(_parts((force / unit[:, None])[None])))
+    return float(np.linalg.norm(norms(force[None], unit[None])))
 
 
 def _more_steps(equation, point, pinned) -> Iterator[Point]:
