@@ -198,7 +198,7 @@ class Kept:
         """(n, r, H+1) N, the forces on the dofs, constant ones included."""
         made = {id(forces): self._applied(forces) for forces in {id(one): one for one in self.forces}.values()}
         if len(made) == 1:
-            return np.broadcast_to(*made.values(), (*self.unit.shape, self.balance.H + 1))
+            return np.broadcast_to(next(iter(made.values())), (*self.unit.shape, self.balance.H + 1))
         return np.array([made[id(forces)] for forces in self.forces])
 
     def _applied(self, forces):
