@@ -10,9 +10,11 @@ from tipdamp.study.view import Study
 LARGEST = 0.1       # of the damper's size
 
 
-def check_gaps(study: Study, pairs: ContactTable, size: float) -> None:
-    """InputError where a gap is larger than a tenth of the damper, whose size is given in m, or a profile ends before
-    its side does."""
+def check_gaps(study: Study, pairs: ContactTable, damper: np.ndarray) -> None:
+    """InputError where a gap is larger than a tenth of the damper, whose nodes lie at (n, 3) m, nan where that is not
+    known, or a profile ends before its side does."""
+    known = damper[np.isfinite(damper).all(axis=1)]
+    size = float(np.ptp(known, axis=0).max()) if len(known) else 0.0
     shown, axis = length_text(study.length_unit), np.array(study.driver.axis)
     for name, side in study.sides.items() if not study.contact.pairs else ():
         if not side.gap:

@@ -7,10 +7,12 @@ import pytest
 import scipy.linalg as sl
 
 from hbm.errors import InputError
+from hbm.model import ReducedModel
 from modal.craig_bampton import assemble, craig_bampton
 from modal.eigen import Factor, SingularStiffness
 from modal.elasticity import Material, elastic_body
 from modal.solvers import petsc
+from tests.modal.blocks import block
 
 pytest.importorskip("dolfinx")
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
@@ -114,6 +116,21 @@ def test_two_of_three_masters_are_an_axis(free_body):
         model = craig_bampton(free_body, masters, 0).model
         lam = sl.eigh(model.K, model.M, eigvals_only=True)
         assert (np.abs(lam[:6]) < 1e-9 * lam[-1]).all() and lam[6] > 1e-6 * lam[-1], masters
+
+
+@pytest.mark.filterwarnings("error")
+def test_three_masters_in_a_plane_have_no_sign():
+    """Across their plane they move rigidly alone, with no stiffness but rounding: no warning of a negative one."""
+    mesh = block("hexahedron", (8, 8, 4), size=(0.07, 0.05, 0.007))
+    body = elastic_body(mesh, Material(E=207e9, nu=0.3, density=7850.0), "plate", free=True)
+    corners = [mesh.node[np.linalg.norm(mesh.position - corner, axis=1).argmin()]
+               for corner in ([0, 0, 0], [0.07, 0, 0], [0, 0.05, 0])]
+    model = craig_bampton(body, corners, 4, bound=False).model
+    assert np.abs(model.K[2]).max() < 1e-12 * model.K.max()
+    pushed = model.K.copy()
+    pushed[0, 0] *= -1
+    with pytest.warns(UserWarning, match="K is indefinite"):
+        ReducedModel.from_matrices(model.M, pushed, body=model.body)
 
 
 def test_recovery_moves_every_node_of_a_rigid_body(free_body, bar):

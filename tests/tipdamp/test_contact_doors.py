@@ -75,6 +75,8 @@ def test_lands_whose_stiffness_depends_on_their_force(tmp_path, capsys):
 def test_gap_profiles(tmp_path, capsys, gap, message):
     """Three metres in the middle; a profile that ends before the side does; one of a micrometre."""
     path = corner_study.write(tmp_path, change=[('shape = "flat"\n', f'shape = "flat"\ngap = {gap}\n')])
+    code = main(["inspect", str(path), "--quiet"])
+    assert code == (2 if message else 0) and (message or "") in capsys.readouterr().err
     code, error, _ = preload(path, capsys)
     assert code == (2 if message else 0) and (message or "") in error
 

@@ -14,6 +14,7 @@ from tipdamp.bodies.matrices import given_model, ground_warnings
 from tipdamp.bodies.pair import matched_pairs, places_on
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.bodies.surfaces import damper_areas
+from tipdamp.gaps import check_gaps
 from tipdamp.progress import Tick
 from tipdamp.report.inspection_page import Inspected, inspection_page
 from tipdamp.report.libraries import missing
@@ -35,6 +36,7 @@ def inspect(study: Study, store: Store, tick: Tick) -> list[str]:
 
 def _matrices(study, store):
     model, pairs = given_model(study)
+    check_gaps(study, pairs, model.position[(model.body == DAMPER) & model.moves])
     shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
     warnings = [*ground_warnings(model, pairs), *friction_warnings(study), *pair_checks.warnings(pairs)]
     warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
@@ -59,6 +61,7 @@ def _meshes(study, store, tick):
         for name in found.pictures:
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
+    check_gaps(study, pairs, meshes[DAMPER].position)
     bodies, warnings = _assembled(study, meshes, pairs, bodies, tick)
     angles = pair_checks.surface_angles(pairs, meshes)
     if not study.contact.pairs:
@@ -151,4 +154,4 @@ def warnings(study: Study, store: Store) -> list[str]:
 
 
 STAGE = Stage(inspect, line, warnings=warnings, outputs=("inspect.json",), may_write=("inspect.html",),
-              reads_files=BODY_FILES, reads=("title", "loads", "contact.mu", "driver.hold", *BODY_READS))
+              reads_files=BODY_FILES, reads=("title", "loads", "contact.mu", "sides.gap", "driver.hold", *BODY_READS))
