@@ -13,15 +13,17 @@ the last.
 
 from dataclasses import dataclass
 from numbers import Integral
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
+from modal.solvers.cholesky import SingularStiffness
 from static_contact.free_motions import free_motions
 from static_contact.preload import check_pairs, finite_values, reference_stiffness
 from static_contact.return_mapping import CoulombSprings
@@ -87,6 +89,28 @@ class FrictionState:
         return np.maximum(self.pairs.preload, 0.0)
 
 
+class StuckBodies:
+    """The bodies K (r, r) with the springs k0 (3P,) N/m at all pairs, B (3P, r): A = K + B' k0 B, factored.
+
+    Raises LinAlgError or SingularStiffness where A is singular.
+    """
+
+    def __init__(self, model: ReducedModel, B: sp.csr_matrix, k0: np.ndarray):
+        self.B, self.factor = B, sl.cho_factor(model.K + (B.T @ sp.diags(k0) @ B).toarray())
+
+    def compliance(self) -> np.ndarray:
+        """(3P, 3P) B A^-1 B'."""
+        return self.B @ self.solve(self.B.T.toarray())
+
+    def solve(self, load: np.ndarray) -> np.ndarray:
+        """A^-1 load, (r,)."""
+        return sl.cho_solve(self.factor, load)
+
+    def felt(self, load: np.ndarray) -> np.ndarray:
+        """B A^-1 load, (3P,)."""
+        return self.B @ self.solve(load)
+
+
 class FrictionalContact:
     """One model and its pairs, factored once.
 
@@ -94,28 +118,27 @@ class FrictionalContact:
     Raises InputError when even stuck pairs leave a motion free.
     """
 
-    def __init__(self, model: ReducedModel, pairs: ContactTable, *, coupled: bool = False,
-                 settings: FrictionSettings = SETTINGS):
+    def __init__(self, model: ReducedModel | Any, pairs: ContactTable, *, coupled: bool = False,
+                 settings: FrictionSettings = SETTINGS, stuck: type[StuckBodies] = StuckBodies):
+        """stuck : how the bodies are factored, `sparse_bodies.SparseStuckBodies` for a `sparse_bodies.SparseBodies`."""
         check_pairs(pairs)
         self.model, self.pairs, self.coupled, self.settings = model, pairs, coupled, settings
-        motion = relative_motion(model, pairs)
-        self.B = motion.toarray()
+        self.B = relative_motion(model, pairs)
         self.k0, self.rigid = stuck_springs(model, pairs, self.B)
         self.kn, self.kt = self.k0[2::3], self.k0[::3]
         self.law = CoulombSprings(self.kn, self.kt, pairs.mu, coupled)
         self.slack = np.divide(1.0, self.k0, out=np.zeros(len(self.k0)), where=self.rigid)
-        A = model.K + self.B.T * self.k0 @ self.B
         rigid = rigid_motions(model)
-        names = free_motions(model, rigid, loose(model, rigid), motion, np.flatnonzero(self.k0 > 0)).names
+        names = free_motions(model, rigid, loose(model, rigid), self.B, np.flatnonzero(self.k0 > 0)).names
         if names:
             raise InputError(f"{', '.join(n for n, _ in names)}: not even stuck pairs resist this; hold it (hold, in "
                              "[damper] or [model] of a study)")
         try:
-            self.factor = sl.cho_factor(A)
-        except np.linalg.LinAlgError:
+            self.bodies = stuck(model, self.B, self.k0)
+        except (np.linalg.LinAlgError, SingularStiffness):
             raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
                              "precision: the stiffness of the model with all pairs stuck is singular") from None
-        self.G = self.B @ sl.cho_solve(self.factor, self.B.T)
+        self.G = self.bodies.compliance()
 
     def solve(self, loads: ArrayLike, *, steps: int = 20, gap: np.ndarray | None = None) -> tuple[FrictionState, ...]:
         """The states along the history that goes straight from no load to each of `loads` (n, r) N in turn.
@@ -154,8 +177,8 @@ class FrictionalContact:
         Where Newton does not converge, dashpots with a part of the stuck springs take the pairs from z to the
         equilibrium in some steps: the part falls as long as these converge, and at last Newton must do without.
         """
-        u0 = self.B @ sl.cho_solve(self.factor, load)
-        at = z + u0 - self.B @ sl.cho_solve(self.factor, before)
+        u0 = self.bodies.felt(load)
+        at = z + u0 - self.bodies.felt(before)
         found, total = self._equilibrium(u0, at, w, gap)
         damped, at = 1.0, z
         for _ in range(self.settings.dashpot_steps):
@@ -204,20 +227,21 @@ class FrictionalContact:
         if not moved.any():
             return -F
         rows = (3 * np.flatnonzero(moved)[:, None] + np.arange(3)).ravel()
-        block = sl.block_diag(*D[moved])
-        system = sl.block_diag(*E[moved]) + self.G[np.ix_(rows, rows)] @ block
+        own = np.arange(len(rows)).reshape(-1, 3)
+        system = _times(self.G[np.ix_(rows, rows)], D[moved])
+        system[own[:, :, None], own[:, None]] += E[moved]
         try:
             y = np.linalg.solve(system, -F[rows])
         except np.linalg.LinAlgError:
             y = np.linalg.lstsq(system, -F[rows], rcond=None)[0]
-        dz = -F - self.G[:, rows] @ (block @ y)
+        dz = -F - self.G[:, rows] @ np.einsum("pij,pj->pi", D[moved], y.reshape(-1, 3)).ravel()
         dz[rows] = y
         return dz
 
     def _state(self, z, w, gap, load, outcome):
         f, _, slips = self.law.forces(z, w, gap)
         u = z - self.slack * f
-        q = sl.cho_solve(self.factor, load - self.B.T @ (f - self.k0 * u))
+        q = self.bodies.solve(load - self.B.T @ (f - self.k0 * u))
         left = np.linalg.norm(self.model.K @ q + self.B.T @ f - load)
         residual = float(left / outcome.scale) if outcome.scale > 0 else float(left)
         f, motion, z = f.reshape(-1, 3), u.reshape(-1, 3), z.reshape(-1, 3)
@@ -233,7 +257,12 @@ class FrictionalContact:
                              outcome.iterations, outcome.converged and residual <= self.settings.residual)
 
 
-def stuck_springs(model: ReducedModel, pairs: ContactTable, B: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _times(G, D):
+    """(n, 3m): G (n, 3m) by the blocks D (m, 3, 3)."""
+    return np.einsum("npi,pij->npj", G.reshape(len(G), -1, 3), D).reshape(G.shape)
+
+
+def stuck_springs(model: ReducedModel, pairs: ContactTable, B: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
     """(3P,) N/m the springs of stuck pairs, t1, t2, n pair by pair, and (3P,) bool - rigid ones, for which the bodies'
     own stiffness at the pair stands in, the same for both tangents."""
     given = np.column_stack([pairs.kt, pairs.kt, pairs.kn])

@@ -20,6 +20,7 @@ from modal.contact_shapes import holding_nodes
 from modal.solvers.dissection import dissection
 from modal.solvers.multifrontal import CarryingFactor
 from static_contact.compliance import Compliance
+from static_contact.friction import StuckBodies
 from static_contact.full.assembled import AssembledBodies
 
 
@@ -71,8 +72,8 @@ class SparseCompliance(Compliance):
     def _factored(self, model):
         ends = np.cumsum([0, *(one.dofs for one in model.bodies)])
         self.parts = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False)]
-        return [CarryingFactor(pinned(one), self.B[:, part], elimination(one))
-                for one, part in zip(model.bodies, self.parts, strict=True)]
+        return [CarryingFactor(K, self.B[:, part], elimination(K, one.dof_node, model.position[part]))
+                for one, part in zip(model.bodies, self.parts, strict=True) for K in [pinned(one)]]
 
     def _solve(self, right):
         found = np.zeros(right.shape)
@@ -85,8 +86,7 @@ class SparseCompliance(Compliance):
         G = self.factor[0].take_compliance()
         for factor in self.factor[1:]:
             G += factor.take_compliance()
-        G += np.tril(G, -1).T
-        return G
+        return _whole(G)
 
     def _felt(self, load):
         found = np.zeros(self.B.shape[0])
@@ -102,6 +102,34 @@ class SparseCompliance(Compliance):
         return super().displacement(applied - idle @ (idle.T @ (applied - self.B.T @ force)), force, amount)
 
 
+class SparseStuckBodies(StuckBodies):
+    """As `friction.StuckBodies`, of a SparseBodies: the springs join the bodies to one sparse matrix."""
+
+    def __init__(self, model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray):
+        self.B, A = B, (model.K + B.T @ sp.diags(k0) @ B).tocsr()
+        ends = np.cumsum([0, *(len(one.node) for one in model.bodies)])
+        node = np.concatenate([first + one.dof_node for first, one in zip(ends, model.bodies, strict=False)])
+        self.factor = CarryingFactor(A, B, elimination(A, node, model.position))
+
+    def compliance(self) -> np.ndarray:
+        """(3P, 3P) B A^-1 B'."""
+        return _whole(self.factor.take_compliance())
+
+    def solve(self, load: np.ndarray) -> np.ndarray:
+        """A^-1 load, (r,)."""
+        return self.factor.solve(load[:, None])[:, 0]
+
+    def felt(self, load: np.ndarray) -> np.ndarray:
+        """B A^-1 load, (3P,)."""
+        return self.factor.felt(load)
+
+
+def _whole(lower):
+    """The symmetric matrix of a lower part, in place."""
+    lower += np.tril(lower, -1).T
+    return lower
+
+
 def pinned(body: Body) -> sp.csr_matrix:
     """K of a body; with springs as stiff as its dofs at six dofs that hold it, where it floats."""
     if not body.free:
@@ -113,12 +141,13 @@ def pinned(body: Body) -> sp.csr_matrix:
     return (body.K + sp.diags(springs)).tocsr()
 
 
-def elimination(body: Body) -> list[tuple[np.ndarray, int]]:
-    """Dofs of a body in the order of their elimination, as `modal.solvers.multifrontal` takes them."""
-    node = sp.csr_matrix((np.ones(body.dofs), (np.arange(body.dofs), body.dof_node)), (body.dofs, len(body.node)))
-    used = np.flatnonzero(np.bincount(body.dof_node, minlength=len(body.node)))
-    node = node[:, used]
-    pattern = sp.csr_matrix((np.ones(body.K.nnz), body.K.indices, body.K.indptr), body.K.shape)
-    of_node = np.split(np.argsort(body.dof_node, kind="stable"), np.cumsum(np.bincount(body.dof_node)[used])[:-1])
-    return [(np.concatenate([of_node[i] for i in nodes]), children)
-            for nodes, children in dissection((node.T @ pattern @ node).tocsr(), body.position[used])]
+def elimination(K: sp.csr_matrix, node: np.ndarray, position: np.ndarray) -> list[tuple[np.ndarray, int]]:
+    """Dofs in the order of their elimination from K (d, d), as `modal.solvers.multifrontal` takes them; node (d,) index
+    of the node of each, position (d, 3) m."""
+    _, first, node = np.unique(node, return_index=True, return_inverse=True)
+    d, n = len(node), len(first)
+    of_node = sp.csr_matrix((np.ones(d), (np.arange(d), node)), (d, n))
+    pattern = sp.csr_matrix((np.ones(K.nnz), K.indices, K.indptr), K.shape)
+    dofs = np.split(np.argsort(node, kind="stable"), np.cumsum(np.bincount(node))[:-1])
+    return [(np.concatenate([dofs[i] for i in nodes]), children)
+            for nodes, children in dissection((of_node.T @ pattern @ of_node).tocsr(), position[first])]

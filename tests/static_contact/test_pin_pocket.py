@@ -8,8 +8,9 @@ from hbm.hold.spring import Hold, held_motions
 from hbm.model import ReducedModel
 from static_contact.complementarity import NoEquilibrium
 from static_contact.compliance import Compliance
+from static_contact.friction import FrictionalContact, StuckBodies
 from static_contact.preload import StaticContact
-from static_contact.sparse_bodies import SparseBodies, SparseCompliance
+from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
 from tests.static_contact.pin_pocket import PULL, SIDE, bodies, case, pulled_nodes
 
 pytest.importorskip("dolfinx")
@@ -102,6 +103,26 @@ def test_the_unreduced_bodies_are_held_the_same():
     for one in found:
         assert list(one.held.values()) == pytest.approx([7.0, -1e-3], rel=1e-8) and one.balance < 1e-9
         assert one.force == pytest.approx(found[0].force, abs=1e-9 * PULL) and not one.reactions and not one.motions
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_the_unreduced_bodies_slip_the_same(coupled):
+    """Pulled, then pushed along the pin until pairs slip: friction history against the condensed route."""
+    stations = on_both((3, 9, 17, 28))
+    model, table, load = case(stations, (0, 30))
+    table = table.replace(mu=np.linspace(0.5, 1.2, len(table)))
+    whole, states = SparseBodies.of(list(bodies().values())), []
+    nodal = sum(PULL / 2 * ((whole.body == "pin") & (whole.node == node) & (whole.direction == "y"))
+                for node in pulled_nodes((0, 30)))
+    for body, pull, kind in ((model, load, StuckBodies), (whole, nodal, SparseStuckBodies)):
+        push, = held_motions(body, table, [Hold("z", body="pin")])
+        states.append(FrictionalContact(body, table, coupled=coupled, stuck=kind).solve(
+            [pull, pull + 60 * push.row], steps=3))
+    assert states[0][-1].converged and states[0][-1].slips.any() and not states[0][-1].slips.all()
+    for one, other in zip(*states, strict=True):
+        assert other.pairs.preload == pytest.approx(one.pairs.preload, abs=1e-9 * PULL)
+        assert other.tangential == pytest.approx(one.tangential, abs=1e-8 * PULL)
+        assert other.slider == pytest.approx(one.slider, abs=1e-8 * PULL / table.kt.min()) and other.residual < 1e-9
 
 
 def test_what_floats_travels_with_the_model(tmp_path):
