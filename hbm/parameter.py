@@ -218,7 +218,10 @@ class Rebuilt(Parameter):
                        modal_rate=np.linalg.lstsq(here.balance.receptance.shapes, rate, rcond=None)[0])
 
     def _at(self, balance, value):
-        return balance.rebuilt(*self.rebuild(balance.problem, balance.forces, value))
+        try:
+            return balance.rebuilt(*self.rebuild(balance.problem, balance.forces, value))
+        except InputError as error:             # of a value inside the branch, which its ends do not show
+            raise InputError(f"{self.named(value)}: {error}") from None
 
 
 @dataclass(frozen=True)

@@ -146,6 +146,13 @@ def test_direction_of_the_force():
             follow_parameter(problem, forcing, 72.0, turning, (0.3, 6.0), **given)
 
 
+def test_a_value_inside_that_has_no_solution_is_named():
+    """Between its ends the branch meets critical damping, where two poles are one."""
+    with pytest.raises(InputError, match=r"^damping = \S+: the damping matrix has no full set of modes"):
+        follow_parameter(extremes.problem(DryFriction2T()), extremes.F, 72.0, "damping", (100, 1e-6), harmonics=3,
+                         outputs=extremes.X)
+
+
 def test_a_function_that_makes_no_problem():
     with pytest.raises(InputError, match=r"parameter 'K' at 0.5 = 0.5: must be a ContactProblem, made by replace"):
         c1(ModelParameter("K", lambda problem, value: value), (0.5, 2.0))
