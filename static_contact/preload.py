@@ -7,6 +7,7 @@ remains is a complementarity problem in the contact forces and the motions of bo
 further load or gap costs milliseconds.
 """
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -108,7 +109,9 @@ class StaticContact:
         if not self.normal.held():
             raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
                              "precision. K is singular: an unrestrained motion is not a rigid-body motion of a free "
-                             "body with known node positions")
+                             "body with known node positions; where a body floats, name its motions (rigid of "
+                             "ReducedModel.from_matrices)")
+        self._warn_of_rounding()
 
     def solve(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False,
               near: ContactForces | None = None) -> Preload:
@@ -136,6 +139,18 @@ class StaticContact:
         found, _ = self._contact(load - taken, gap, near)
         idle = self.loose.idle
         return self._checked(load, gap, taken, found, idle @ (idle.T @ (self.B.T @ found.N - load)), constrain)[0]
+
+    def _warn_of_rounding(self):
+        """Of motions that the bodies resist too little for a spring that is meant, and too much for the contact."""
+        contact = self.kn @ (self.B @ self.loose.Z)**2 if np.isfinite(self.kn).all() else np.inf
+        own = np.abs(np.einsum("ij,ij->j", self.loose.Z, self.loose.resisted))
+        share = own / (own + contact)
+        doubtful = (own < self.settings.rigid.doubtful * self.bodies.gauge) & (share > self.settings.residual)
+        if doubtful.any():
+            warnings.warn(f"K resists {int(doubtful.sum())} rigid motions of bodies by less than "
+                          f"{self.settings.rigid.doubtful:g} of the stiffness of their dofs, which carries up to "
+                          f"{share[doubtful].max():.1e} of a load on them: where a body floats this is rounding; name "
+                          "its motions (rigid of ReducedModel.from_matrices)", stacklevel=3)
 
     def _given(self, load, gap, constrain):
         """Load and gaps, looked at, and what constraints take up of the load."""

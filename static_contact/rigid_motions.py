@@ -21,6 +21,7 @@ class RigidMotionSettings:
 
     free_stiffness: float = 1e-11   # of the stiffness of single dofs: less is rounding of K, 5e-14 of 80 000 dofs
     weak: float = 3e-7              # of the same: far below elastic stiffness
+    doubtful: float = 1e-9          # of the same: less is rounding rather than a spring that somebody meant
     noise: float = 30.0             # times the most negative stiffness of a rigid motion: what the digits of K leave
     on_axis: float = DEFAULT.on_axis    # of the body's size: nodes that near to an axis lie on it
     facing: float = 3e-3            # direction cosine below which a normal counts as orthogonal (coordinate round-off)

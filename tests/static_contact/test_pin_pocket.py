@@ -1,5 +1,7 @@
 """A free pin that touches two blocks on a short piece of its length: the sides carry what statics says, to rounding."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -123,6 +125,21 @@ def test_the_unreduced_bodies_slip_the_same(coupled):
         assert other.pairs.preload == pytest.approx(one.pairs.preload, abs=1e-9 * PULL)
         assert other.tangential == pytest.approx(one.tangential, abs=1e-8 * PULL)
         assert other.slider == pytest.approx(one.slider, abs=1e-8 * PULL / table.kt.min()) and other.residual < 1e-9
+
+
+def test_rounding_that_holds_what_floats_is_warned_of():
+    """Matrices that do not say that the pin floats, and resist it all ways by 2e-10 of the stiffness of their dofs, as
+    condensing to a few masters may leave it."""
+    model, table, load = case(on_both((0, 1, 2)))
+    K = model.K + 2e-10 * np.diag(np.where(model.body == "pin", model.K.diagonal(), 0.0))
+    with pytest.warns(UserWarning, match="rigid motions of bodies by less than 1e-09 .* name its motions"):
+        StaticContact(model.with_stiffness(K), table)
+    known = ReducedModel.from_matrices(model.M, model.K, body=model.body, node=model.node, position=model.position,
+                                       direction=model.direction, rigid=model.rigid)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = StaticContact(known, table).solve(load)
+    assert found.force[table.side == "right"].sum() == pytest.approx(SIDE, rel=1e-9)
 
 
 def test_what_floats_travels_with_the_model(tmp_path):
