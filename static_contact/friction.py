@@ -16,7 +16,6 @@ from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg as sl
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
@@ -28,6 +27,7 @@ from static_contact.free_motions import free_motions
 from static_contact.preload import check_pairs, finite_values, reference_stiffness
 from static_contact.return_mapping import CoulombSprings
 from static_contact.rigid_motions import loose, rigid_motions
+from static_contact.stuck_bodies import StuckBodies
 
 
 @dataclass(frozen=True)
@@ -87,28 +87,6 @@ class FrictionState:
     def force(self) -> np.ndarray:
         """(P,) N contact force."""
         return np.maximum(self.pairs.preload, 0.0)
-
-
-class StuckBodies:
-    """The bodies K (r, r) with the springs k0 (3P,) N/m at all pairs, B (3P, r): A = K + B' k0 B, factored.
-
-    Raises LinAlgError or SingularStiffness where A is singular.
-    """
-
-    def __init__(self, model: ReducedModel, B: sp.csr_matrix, k0: np.ndarray):
-        self.B, self.factor = B, sl.cho_factor(model.K + (B.T @ sp.diags(k0) @ B).toarray())
-
-    def compliance(self) -> np.ndarray:
-        """(3P, 3P) B A^-1 B'."""
-        return self.B @ self.solve(self.B.T.toarray())
-
-    def solve(self, load: np.ndarray) -> np.ndarray:
-        """A^-1 load, (r,)."""
-        return sl.cho_solve(self.factor, load)
-
-    def felt(self, load: np.ndarray) -> np.ndarray:
-        """B A^-1 load, (3P,)."""
-        return self.B @ self.solve(load)
 
 
 class FrictionalContact:

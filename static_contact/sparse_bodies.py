@@ -20,8 +20,8 @@ from modal.contact_shapes import holding_nodes
 from modal.solvers.dissection import dissection
 from modal.solvers.multifrontal import CarryingFactor
 from static_contact.compliance import Compliance
-from static_contact.friction import StuckBodies
 from static_contact.full.assembled import AssembledBodies
+from static_contact.stuck_bodies import StuckBodies
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class SparseCompliance(Compliance):
 
 
 class SparseStuckBodies(StuckBodies):
-    """As `friction.StuckBodies`, of a SparseBodies: the springs join the bodies to one sparse matrix."""
+    """As `stuck_bodies.StuckBodies`, of a SparseBodies: the springs join the bodies to one sparse matrix."""
 
     def __init__(self, model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray):
         self.B, A = B, (model.K + B.T @ sp.diags(k0) @ B).tocsr()

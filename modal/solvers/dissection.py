@@ -4,29 +4,41 @@ A set of nodes is cut in the middle of its longest extent; the nodes of one side
 come after both.     [George 1973; geometric cuts: Miller, Teng, Thurston and Vavasis 1997]
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.sparse as sp
 
-LEAF = 48       # nodes that are not cut further: a dense front of them is as fast
+
+@dataclass(frozen=True)
+class DissectionSettings:
+    """Of the cuts."""
+
+    leaf: int = 48              # nodes that are not cut further: a dense front of them is as fast
+    layer: float = 1e-6         # of the extent of a set: nodes that near to each other lie in one layer
 
 
-def dissection(graph: sp.csr_matrix, position: np.ndarray, leaf: int = LEAF) -> list[tuple[np.ndarray, int]]:
+SETTINGS = DissectionSettings()
+
+
+def dissection(graph: sp.csr_matrix, position: np.ndarray, settings: DissectionSettings = SETTINGS
+               ) -> list[tuple[np.ndarray, int]]:
     """Sets of nodes in the order of their elimination, each with the number of its children among those before it: the
     last ones that are nobody's yet.
 
     graph (n, n) CSR, positive where two nodes touch; position (n, 3).
     """
     sets: list[tuple[np.ndarray, int]] = []
-    _cut(graph, position, np.arange(len(position)), np.zeros(len(position)), leaf, sets)
+    _cut(graph, position, np.arange(len(position)), np.zeros(len(position)), settings, sets)
     return sets
 
 
-def _cut(graph, position, nodes, mark, leaf, sets):
+def _cut(graph, position, nodes, mark, settings, sets):
     """Puts those of the nodes into the sets, and returns how many of these are nobody's children; mark (n,) scratch of
     zeros."""
     x = position[nodes]
-    along = x[:, np.ptp(x, axis=0).argmax()] if len(x) > leaf else np.zeros(len(x))
-    low, high = _halves(nodes, along)
+    along = x[:, np.ptp(x, axis=0).argmax()] if len(x) > settings.leaf else np.zeros(len(x))
+    low, high = _halves(nodes, along, settings.layer)
     if not len(high):
         sets.append((nodes, 0))
         return 1
@@ -35,17 +47,17 @@ def _cut(graph, position, nodes, mark, leaf, sets):
         separator, low = low[touching[0]], low[~touching[0]]
     else:
         separator, high = high[touching[1]], high[~touching[1]]
-    children = sum(_cut(graph, position, part, mark, leaf, sets) for part in (low, high) if len(part))
+    children = sum(_cut(graph, position, part, mark, settings, sets) for part in (low, high) if len(part))
     if not len(separator):
         return children
     sets.append((separator, children))
     return 1
 
 
-def _halves(nodes, along):
-    """The nodes below and above the gap between layers that is nearest to the median."""
+def _halves(nodes, along, layer):
+    """The nodes below and above the gap between layers that is nearest to the median; none above in a single layer."""
     order = np.argsort(along, kind="stable")
-    step = np.flatnonzero(np.diff(along[order]) > 1e-6 * (along[order[-1]] - along[order[0]])) + 1
+    step = np.flatnonzero(np.diff(along[order]) > layer * (along[order[-1]] - along[order[0]])) + 1
     if not len(step):
         return nodes, nodes[:0]
     at = step[np.abs(step - len(nodes) / 2).argmin()]

@@ -16,6 +16,7 @@ import numpy as np
 
 from modal.elasticity import Material, elastic_body
 from modal.mesh import Mesh
+from modal.solvers import petsc
 from modal.solvers.cholesky import sparse_factor
 from static_contact.preload import StaticContact
 from static_contact.sparse_bodies import SparseBodies, SparseCompliance, pinned
@@ -72,7 +73,8 @@ def main():
     one_thread()
     made, table = plates(args.cells, args.depth)
     bodies = SparseBodies.of(list(made.values()))
-    _, factors = timed(lambda: [sparse_factor(pinned(one)) for one in made.values()])
+    factors = timed(lambda: len([sparse_factor(pinned(one)) for one in made.values()]))[1]
+    petsc.start()                       # frees the two factors, which are not part of the memory that is measured
     statics, setup = timed(lambda: StaticContact(bodies, table, compliance=SparseCompliance))
     case = loads(bodies, 5)
     found, first = timed(lambda: statics.solve(next(case)))

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from modal.solvers.cholesky import SingularStiffness
-from modal.solvers.dissection import dissection
+from modal.solvers.dissection import DissectionSettings, dissection
 from modal.solvers.multifrontal import CarryingFactor
 
 
@@ -31,7 +31,7 @@ def test_against_dense_algebra(seed):
     K, place = lattice(seed, missing=0.9 * (seed % 2))        # with few springs left, of many parts
     random = np.random.default_rng(seed)
     W, f = rows(random, 9, K.shape[0]), random.normal(size=(K.shape[0], 3))
-    factor = CarryingFactor(K, W, dissection(abs(K), place, leaf=6))
+    factor = CarryingFactor(K, W, dissection(abs(K), place, DissectionSettings(leaf=6)))
     inverse = np.linalg.inv(K.toarray())
     lower = factor.take_compliance()
     assert lower + np.tril(lower, -1).T == pytest.approx(W @ inverse @ W.T, rel=1e-11, abs=1e-12)
@@ -49,7 +49,7 @@ def test_what_is_not_definite_is_refused():
 def test_sets_separate_what_came_before_them():
     """Every node once; the nodes below two children of a set do not touch, so that the set lies between them."""
     K, place = lattice(0, (9, 8, 7))
-    sets, below = dissection(abs(K), place, leaf=8), []
+    sets, below = dissection(abs(K), place, DissectionSettings(leaf=8)), []
     for nodes, children in sets:
         split = len(below) - children
         own = below[split:]

@@ -10,9 +10,10 @@ from hbm.hold.spring import Hold, held_motions
 from hbm.model import ReducedModel
 from static_contact.complementarity import NoEquilibrium
 from static_contact.compliance import Compliance
-from static_contact.friction import FrictionalContact, StuckBodies
+from static_contact.friction import FrictionalContact
 from static_contact.preload import StaticContact
 from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
+from static_contact.stuck_bodies import StuckBodies
 from tests.static_contact.pin_pocket import PULL, SIDE, bodies, case, pulled_nodes
 
 pytest.importorskip("dolfinx")

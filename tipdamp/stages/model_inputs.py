@@ -10,9 +10,10 @@ from hbm.errors import InputError, nearest
 from hbm.hold import spring
 from hbm.hold.spring import HeldMotion, Hold
 from hbm.model import ReducedModel
+from static_contact.contact_forces import Preload
 from static_contact.equilibrium import beside, side_forces, side_normals
 from static_contact.kept_pairs import conserve_total
-from static_contact.preload import Preload, StaticContact
+from static_contact.preload import StaticContact
 from static_contact.roll_springs import RollSpring, roll_springs
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.loads import force_at_rest, held_directions
