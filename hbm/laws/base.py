@@ -132,7 +132,7 @@ class ContactLaw:
         return None
 
     def default_samples(self, H: int) -> int:
-        """Samples of a cycle: the default is below 1e-3 of the limit force at 256."""
+        """Samples of a cycle: coupled friction by its step alone is below 1e-3 of the limit force at 256."""
         return max(256, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
 
     def select(self, at: np.ndarray) -> "ContactLaw":

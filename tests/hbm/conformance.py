@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from hbm import fourier
 from hbm.contact import ContactTable
-from hbm.laws import SHIPPED, Contacts, MixedLaw
+from hbm.laws import SHIPPED, ContactLaw, Contacts, IsotropicFriction, MixedLaw
 from hbm.model import ReducedModel
 
 OWN_LAWS = Path(__file__).parents[2] / "docs" / "studies" / "own_law"
@@ -21,6 +21,13 @@ def own_law(name):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+class SteppedFriction(IsotropicFriction):
+    """Coupled friction by its step alone, sample by sample: slow."""
+
+    harmonics, default_samples = ContactLaw.harmonics, ContactLaw.default_samples
+    by_friction, by_stiffness = ContactLaw.by_friction, ContactLaw.by_stiffness
 
 
 @dataclass(frozen=True)
@@ -45,7 +52,7 @@ def required(law):
 
 
 ABOUT = {"Jenkins1D": ("preload", "each"), "DryFriction1T": ("variable", "each"), "DryFriction2T": ("variable", "each"),
-         "UnilateralSpring": ("variable",), "IsotropicFriction": ("variable", "together", 60, 2)}
+         "UnilateralSpring": ("variable",), "IsotropicFriction": ("variable", "together", 60)}
 LAWS = (*(Case(law(**required(law)), *ABOUT.get(name, ())) for name, law in SHIPPED.items()),
         Case(own_law("dahl").Dahl(), "preload", "creep", cycles=40, order=2))
 

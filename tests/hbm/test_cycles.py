@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import Contacts, DryFriction2T, IsotropicFriction, Jenkins1D, contact_cycles, energy_balance
+from hbm import Contacts, DryFriction2T, Jenkins1D, contact_cycles, energy_balance
 from hbm.errors import InputError
 from hbm.problem import ContactProblem
 from hbm.response import follow_band
 from tests.hbm.cases import beam, load, rig, unilateral
+from tests.hbm.conformance import SteppedFriction
 from tests.hbm.oscillator import FORCE, oscillator
 from tests.hbm.test_sharp_peaks import duffing
 
@@ -67,7 +68,7 @@ def test_energy_of_a_period_is_balanced(name):
 def test_energy_by_samples():
     """Of sampled laws the balance shows their error, which falls with the square of the samples."""
     problem, force, _ = rig()
-    errors = [np.nanmax(follow_band(replace(problem, law=IsotropicFriction()), 12 * force, (2780, 2783), harmonics=3,
+    errors = [np.nanmax(follow_band(replace(problem, law=SteppedFriction()), 12 * force, (2780, 2783), harmonics=3,
                                     outputs={"x": force}, samples=n).energy_error) for n in (128, 512)]
     assert 8 * errors[1] < errors[0] < 1e-3 and errors[1] > 1e-8
 

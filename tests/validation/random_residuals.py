@@ -1,89 +1,115 @@
-"""Stored points of random contact systems by the plain equation of motion, the law stepped through 16384 samples.
+"""Stored points of random contact systems by the plain equation of motion, the laws written once more and stepped
+through 16384 samples.
 
-    OMP_NUM_THREADS=1 python -m tests.validation.random_residuals [--count 500]
+    OMP_NUM_THREADS=1 python -m tests.validation.random_residuals [--count 500] [--first 0]
 
-kn and kt over five decades. A curve is complete or says why not; of each, five points at random. Prints what is worse
-than 1e-3, and curves that ended without a word. About a second a point.
+kn and kt over five decades. A curve is complete or says why not; of each, five points at random. A line a system; all
+500 from the first leave their counts for docs/reliability.md.
 """
 
 import argparse
+import time
+import traceback
+from typing import NamedTuple
 
 import numpy as np
 
-from hbm import fourier
-from hbm.laws.base import SliderStart
-from hbm.laws.records import Motion
 from hbm.response import follow_band
+from hbm.result import ForcedResponse
 from tests.robustness import counts
-from tests.validation.random_systems import contact_systems
+from tests.validation import Row, Subject, plain_stepping
+from tests.validation.random_systems import System, contact_systems
 
-SAMPLES, DECADES, SEED, LIMIT = 16384, (-2, 3), 3, 1e-3
-
-
-def contact_harmonics(problem, X):
-    """(m, P nd, H+1) N of the law in the second period of the motions X (m, P nd, H+1), all of them stepped at once in
-    a plain loop; of laws that do not know the velocity."""
-    m, P, nd, H = len(X), len(problem.contacts), len(problem.law.components), X.shape[2] - 1
-    every = np.tile(np.arange(P), m)
-    law, contacts = problem.law.select(every), problem.contacts.select(every)
-    tau = np.linspace(0, 2 * np.pi, SAMPLES + 1)
-    real = fourier.to_real(X.reshape(-1, H + 1))
-    u, v = ((real @ basis(tau, H).T).reshape(m * P, nd, -1) for basis in (fourier.basis, fourier.basis_rate))
-    state = law.initial_state(u[:, :, 0], SliderStart(np.zeros((m * P, law.sliders)), False), contacts)
-    forces = np.empty((SAMPLES, m * P, nd))
-    for _ in range(2):
-        for i in range(1, SAMPLES + 1):
-            forces[i - 1], state = law.step(Motion(u[:, :, i], v[:, :, i], tau[1]), state, contacts)
-    found = 2 / SAMPLES * np.einsum("tk,tpd->pdk", np.exp(-1j * np.outer(tau[1:], np.arange(H + 1))), forces)
-    found[:, :, 0] = found[:, :, 0] / 2 - np.tile(problem.rest_force(problem.contacts), (m, 1))
-    return found.reshape(X.shape)
+SAMPLES, DECADES, SEED, LIMIT, COUNT = 16384, (-2, 3), 3, 1e-3, 500
+STUCK = {"t1": "kt", "t2": "kt", "n": "kn"}
 
 
-def residual(problem, force, w, q, contact):
-    """Of the equation of motion at q (r, H+1) under the contact forces (P nd, H+1), over the external force or that of
-    the contacts."""
-    k, contact, applied = w * np.arange(q.shape[1]), problem.B.T @ contact, 0 * q
+class Found(NamedTuple):
+    """One system: its curve, and the largest residual of some points; NaN where none was solved."""
+
+    system: System
+    curve: ForcedResponse
+    residual: float
+
+    @property
+    def explained(self) -> bool:
+        """Complete, or ended with a reason."""
+        return bool(self.curve.complete or self.curve.ended)
+
+
+def residual(problem, force, w, q) -> float:
+    """Of the equation of motion at q (r, H+1), over the external force or that of the contacts, the larger one."""
+    k, B, settings = w * np.arange(q.shape[1]), np.asarray(problem.B), problem.contacts
+    u = (B @ q).reshape(len(settings), -1, q.shape[1])
+    contact = B.T @ plain_stepping.harmonics(problem.law.name, settings, u, SAMPLES).reshape(-1, q.shape[1])
+    springs = np.stack([vars(settings)[STUCK[c]] for c in problem.law.components], axis=1).ravel()
+    C = plain_stepping.modal_damping(problem.M, problem.K + (B.T * springs) @ B, problem.damping_ratio)
+    applied = np.zeros_like(q)
     applied[:, 1] = force
-    modes = problem.receptance()
-    C = problem.C if problem.damping_ratio is None else _modal_damping(problem, modes)
     r = problem.K @ q - k**2 * (problem.M @ q) + 1j * k * (C @ q) + contact - applied
-    return np.linalg.norm(r) / max(np.linalg.norm(applied), np.linalg.norm(contact))
+    return float(np.linalg.norm(r) / max(np.linalg.norm(applied), np.linalg.norm(contact)))
 
 
-def _modal_damping(problem, modes):
-    """C of the damping ratio of the stuck modes: M phi diag(2 zeta w) phi' M for phi' M phi = 1."""
-    phi = problem.M @ (modes.shapes / np.sqrt(modes.mass))
-    return phi * (2 * problem.damping_ratio * np.sqrt(modes.stiffness / modes.mass)) @ phi.T
-
-
-def checked(system, rng, points=5):
-    """(curve, largest residual of some points) of a system."""
+def checked(system: System, rng, points: int = 5) -> Found:
+    """The curve of a system, and the largest residual of some of its points."""
     outputs = {f"q{i}": row for i, row in enumerate(np.eye(len(system.force)))}
     curve = follow_band(system.problem, system.force, tuple(system.band), harmonics=system.H, outputs=outputs)
     solved = np.flatnonzero(curve.converged)
     drawn = rng.choice(solved, min(points, len(solved)), replace=False)
-    if not len(drawn):
-        return curve, np.nan
-    forces = contact_harmonics(system.problem, np.einsum("ij,njk->nik", np.asarray(system.problem.B),
-                                                         curve.harmonics[drawn]))
-    found = [residual(system.problem, system.force, 2 * np.pi * curve.frequency[i], curve.harmonics[i], contact)
-             for i, contact in zip(drawn, forces, strict=True)]
-    return curve, max(found)
+    found = [residual(system.problem, system.force, 2 * np.pi * curve.frequency[i], curve.harmonics[i]) for i in drawn]
+    return Found(system, curve, max(found, default=np.nan))
+
+
+def systems(count: int, first: int = 0):
+    """(number, system, its generator for the points)."""
+    for i, system in enumerate(contact_systems(first + count, SEED, DECADES)):
+        if i >= first:
+            yield i, system, np.random.default_rng([SEED, i, 1])
+
+
+def rows(count: int = 20):
+    """The first of them."""
+    found = [checked(system, rng) for _, system, rng in systems(count)]
+    name = f"{count} systems (seed {SEED})"
+    silent = sum(not one.explained for one in found)
+    yield Row(f"{name}: incomplete without a reason", silent, 0, silent, "reason of an incomplete curve")
+    incomplete = sum(not one.curve.complete for one in found)
+    yield Row(f"{name}: incomplete", incomplete, 0, incomplete, "complete curve")
+    worst = max(found, key=lambda one: np.inf if np.isnan(one.residual) else one.residual)
+    yield Row(f"{name}: {worst.system.name}, H = {worst.system.H}", "", "", worst.residual, "equation of motion")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--count", type=int, default=500)
-    worst, complete, above, count = 0.0, 0, 0, parser.parse_args().count
-    for i, system in enumerate(contact_systems(count, SEED, DECADES)):
-        curve, error = checked(system, np.random.default_rng([SEED, i, 1]))
-        complete, above = complete + bool(curve.complete), above + (not error <= LIMIT)
-        worst = np.fmax(worst, error)
-        if not error <= LIMIT or not curve.complete:
-            print(f"{i}: {system.name}, H = {system.H}, residual {error:.1e}: {curve.ended}", flush=True)
-    counts.keep("random contact systems", systems=count, complete=complete, others="each with its reason",
-                points_each=5, curves_with_a_residual_above_1e_3=above, largest_residual=float(f"{worst:.2g}"))
+    parser.add_argument("--count", type=int, default=COUNT)
+    parser.add_argument("--first", type=int, default=0)
+    asked, found, crashes = parser.parse_args(), [], 0
+    for i, system, rng in systems(asked.count, asked.first):
+        begin = time.process_time()
+        try:
+            found.append(one := checked(system, rng))
+        except Exception:                                  # counted, and the others go on
+            crashes += 1
+            print(f"{i}: {system.name}: CRASH {traceback.format_exc()}", flush=True)
+            continue
+        print(f"{i}: {system.name}, H = {system.H}, {len(one.curve.frequency)} points, residual {one.residual:.1e}, "
+              f"{time.process_time() - begin:.1f} s: {one.curve.ended}", flush=True)
+    figures = dict(systems=len(found) + crashes, complete=sum(bool(one.curve.complete) for one in found),
+                   ended_with_a_reason=sum(one.explained and not one.curve.complete for one in found),
+                   ended_without=sum(not one.explained for one in found), crashes=crashes, points_of_each=5,
+                   curves_with_a_residual_above_1e_3=sum(not one.residual <= LIMIT for one in found),
+                   largest_residual=float(f"{max(one.residual for one in found):.2g}"))
+    if asked.count >= COUNT and not asked.first:
+        counts.keep("random contact systems", **figures)
+    else:
+        print(figures)
 
+
+SUBJECT = Subject(
+    "Random systems by the plain equation of motion", "2 to 6 dofs, 1 to 4 contacts of any law, gaps, kn and kt over "
+    "five decades, H = 1 to 9. Five points of each curve at random, of the equation of motion with the laws written "
+    "once more, plainly, at 16384 samples; relative to the external force, or to that of the contacts.", rows,
+    {"reason of an incomplete curve": 0.0, "equation of motion": LIMIT}, long=lambda: rows(COUNT))
 
 if __name__ == "__main__":
     main()

@@ -365,8 +365,8 @@ class Respond(Section):
                                               high=99)] = (5,)
     band: Annotated[Band, Key(BAND, "first and last frequency in Hz", low=0, open_low=True)]
     samples: Annotated[int | None, Key(COUNT, "instants of a period at which the contact law is evaluated; default: "
-                                       "those of the law. Laws with located events (DryFriction2T, Jenkins1D) do not "
-                                       "depend on it, sampled ones (IsotropicFriction) are as accurate as that",
+                                       "those of the law. The laws of this program do not depend on it, laws of your "
+                                       "own that are sampled are as accurate as that",
                                        low=8, high=65536)] = None
     damping_ratio: Annotated[Numbers, Key(RATIOS, "zeta of the stuck modes: one value, or one per mode from the lowest "
                                           "(the last one holds for all above)", low=0, high=0.9999)]

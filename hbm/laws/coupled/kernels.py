@@ -1,13 +1,14 @@
-"""Coulomb friction coupled in the tangential plane: the slider sample by sample, with its derivatives in closed form.
+"""Coulomb friction coupled in the tangential plane: stick, slip and lift-off located in time, slip by collocation.
 
-Over a sample the motion and the normal load are taken as straight; on that path everything is in closed form. A
-resting slider slips where the quadratic |T0 + kt du s| = mu (N0 + dN s) has its root. In slip the angle psi from the
-velocity to the force obeys L psi' = -kt |du| sin psi with L = mu N, so that
+In forces: the spring carries T = p - r, with p = kt u and r = kt w of the slider w, under the limit L = mu N. A slider
+at rest slips where |T| reaches L, a root in time. In slip T = L (cos psi, sin psi), and the angle obeys
 
-    tan(psi1/2) = tan(psi0/2) exp(-kt |du| / L_m),      L_m the logarithmic mean of L,
+    L psi' = p' . t(psi),        t = (-sin psi, cos psi)
 
-and slip goes on to the end of the sample. Hence second order in the samples [radial return is first order].
-`law.slide` is the formula, as it is written on paper; the kernels are held to it.
+until p' . n - L', the rate at which the slider moves, is no longer positive. This is integrated by Radau collocation
+[Hairer, Wanner 1996, IV.5], implicit, since the angle follows the velocity ever faster the smaller L is, and multiplied
+by L, so that it holds where the contact closes and opens. r is continuous in time: derivatives of its integrals are
+integrals of its derivatives, and the instants of the events contribute only where they tell a place of rest.
 Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
 """
 
@@ -20,210 +21,474 @@ from numba import njit
 from hbm.laws.records import ContactState
 
 STICK, SLIP, OPEN = int(ContactState.STICK), int(ContactState.FORWARD), int(ContactState.OPEN)
+TWO_PI = 2 * np.pi
+P1, P2, LIMIT, RATE1, RATE2, LIMIT_RATE = range(6)      # of the motion at an instant, in forces
 
 
 class CycleSettings(NamedTuple):
     """Tolerances of the periodic cycle."""
 
     max_periods: int = 60        # a slider that creeps longer is taken as it is then
-    repeats: float = 1e-13       # of the largest motion: the slider has come back to where it was
-    regular: float = 1e-7        # of det(I - A): below, what a period does to the slider is not inverted
+    repeats: float = 1e-12       # of the largest motion: the slider has come back to where it was
+    regular: float = 1e-5        # of det(I - A): below, what a period does to the slider is not inverted
+    forgets: float = 1e-12       # of A: a period leaves nothing of where the slider was before
+    on_limit: float = 1e-12      # of the limit force: a slider that near slips on from the period before
+    degree: float = 5e-6         # rad: highest term of the angle over a panel; its square is the error of the order
+    widest: float = 2.0          # of a panel, over the highest harmonic, whose wave it resolves ...
+    wide: float = 0.5            # ... in rad, where that is low
+    narrowest: float = 1e-9      # rad
+    newton: int = 12             # steps of the collocation, else the panel is too wide
+    turned: float = 1e-8         # rad: Newton's method squares the error once more
+    pieces: int = 400            # of a period, of stick and of slip
 
 
 SETTINGS = CycleSettings()
-Steps = namedtuple("Steps", "M C0 C1 w state A")
-Steps.__doc__ = """Samples of a cycle: slider w (n, 2), its state (n,), and dw = M dw(before) + C0 du(before) + C1 du.
+STAGES = 6
 
-A (2, 2) is dw(end)/dw(begin) of the period.
+
+def _radau(s):
+    """Nodes (s,) in 0..1, inverse of the matrix and weights of the Radau IIA method, weights of the interpolation
+    through 0 and the nodes."""
+    x = np.polynomial.Polynomial([0.0, 1.0])
+    nodes = np.sort(np.real((x ** (s - 1) * (x - 1) ** s).deriv(s - 1).roots()))
+    powers = np.arange(s)
+    A = nodes[:, None] ** (powers + 1) / (powers + 1) @ np.linalg.inv(nodes[:, None] ** powers)
+    places = np.r_[0.0, nodes]
+    apart = places[:, None] - places + np.eye(s + 1)
+    return nodes, np.linalg.inv(A), A[-1].copy(), 1 / apart.prod(axis=1)
+
+
+NODES, INVERSE, WEIGHTS, THROUGH = _radau(STAGES)
+OF_START = INVERSE.sum(axis=1)
+
+Contact = namedtuple("Contact", "c wave rate tau opened size scale")
+Contact.__doc__ = """Motion of a contact in forces: p1, p2 and L.
+
+c (3, nh) : its series; wave, rate (3, n) : at the samples tau (n + 1,), and by tau
+opened (k, 2) : times in which it is open; size, scale : largest |p| and L at the samples
 """
+Panel = namedtuple("Panel", "e at psi inverse stage slope turn")
+Panel.__doc__ = "Basis e (s, nh), motion at (s, 6), angle psi (s,), inverse (s, s) of its equations, and room for them."
+Sums = namedtuple("Sums", "g D dr turn e")
+Sums.__doc__ = """Integrals over a period: g (2, nh) of e_j r, D (nh, 2, columns) of e_j dr; dr (2, columns) now, turn
+(columns,) of the angle; e (nh,) room. Columns: the slider at t = 0 (2), then the series of p1, p2 and L."""
 
 
 @njit(cache=True)
-def log_mean(a, b):
-    """(b - a)/log(b/a) with its derivatives by a and b; by the series in z = (b - a)/(b + a) where they are close."""
-    z = (b - a) / (b + a)
-    if abs(z) < 1e-2:
-        s, rate = 1 + z**2 / 3 + z**4 / 5 + z**6 / 7, 2 * z / 3 + 4 * z**3 / 5 + 6 * z**5 / 7
-        common = -0.5 * (a + b) * rate / s**2 * 2 / (a + b) ** 2
-        return 0.5 * (a + b) / s, 0.5 / s - common * b, 0.5 / s + common * a
-    ratio = np.log(b / a)
-    mean = (b - a) / ratio
-    return mean, (mean / a - 1) / ratio, (1 - mean / b) / ratio
+def motion(c, t, e, at):
+    """Fill the basis e (nh,) and p1, p2, L with their rates (6,) at an instant."""
+    c1, s1 = np.cos(t), np.sin(t)
+    ck, sk = 1.0, 0.0
+    e[0] = 1.0
+    for d in range(3):
+        at[d], at[3 + d] = c[d, 0], 0.0
+    for k in range(1, (len(e) - 1) // 2 + 1):
+        ck, sk = ck * c1 - sk * s1, sk * c1 + ck * s1
+        e[2 * k - 1], e[2 * k] = ck, -sk
+        for d in range(3):
+            at[d] += c[d, 2 * k - 1] * ck - c[d, 2 * k] * sk
+            at[3 + d] -= k * (c[d, 2 * k - 1] * sk + c[d, 2 * k] * ck)
 
 
 @njit(cache=True)
-def leaves_rest(T1, T2, d1, d2, L0, L1):
-    """Share s of the path at which slip begins, and the slope there of |T|^2 - L^2 by s; 0 where s does not move."""
-    dL = L1 - L0
-    a, b = d1 * d1 + d2 * d2 - dL * dL, T1 * d1 + T2 * d2 - L0 * dL
-    c = T1 * T1 + T2 * T2 - L0 * L0
-    if c >= -1e-12 * L0 * L0:
-        return (0.0, 0.0) if b >= 0 else (-2 * b / a, -2 * b)
-    root = np.sqrt(b * b - a * c)
-    return (-c / (b + root) if b >= 0 else (root - b) / a), 2 * root
+def excess(at, r):
+    """|p - r|^2 - L^2, and half its rate."""
+    T1, T2 = at[P1] - r[0], at[P2] - r[1]
+    return T1 * T1 + T2 * T2 - at[LIMIT] ** 2, T1 * at[RATE1] + T2 * at[RATE2] - at[LIMIT] * at[LIMIT_RATE]
 
 
 @njit(cache=True)
-def scale_to_limit(T1, T2, L1, J):
-    """Force at the end of a path of no length under another limit, and its derivatives."""
-    e = np.sqrt(T1 * T1 + T2 * T2)
-    n1, n2 = T1 / e, T2 / e
-    J[0, 0], J[0, 1], J[1, 0], J[1, 1] = L1 / e * n2 * n2, -L1 / e * n1 * n2, -L1 / e * n1 * n2, L1 / e * n1 * n1
-    J[:, 2:4] = J[:, :2]
-    J[0, 5], J[1, 5] = n1, n2
-    return L1 * n1, L1 * n2
+def slides(at, psi):
+    """Rate at which a slider in slip is pulled along: positive, or it comes to rest."""
+    return at[RATE1] * np.cos(psi) + at[RATE2] * np.sin(psi) - at[LIMIT_RATE]
 
 
 @njit(cache=True)
-def along_motion(d1, d2, L1, sign, J):
-    """Force along the motion d, or straight against it, and its derivatives."""
-    size = np.sqrt(d1 * d1 + d2 * d2)
-    m1, m2 = d1 / size, d2 / size
-    for k in range(2, 6):
-        dd1, dd2, dL1 = 1.0 * (k == 2), 1.0 * (k == 3), 1.0 * (k == 5)
-        along = m1 * dd1 + m2 * dd2
-        dm1, dm2 = (dd1 - m1 * along) / size, (dd2 - m2 * along) / size
-        J[0, k], J[1, k] = dL1 * sign * m1 + sign * L1 * dm1, dL1 * sign * m2 + sign * L1 * dm2
-    return L1 * sign * m1, L1 * sign * m2
-
-
-@njit(cache=True)
-def slide(T1, T2, d1, d2, L0, L1, J):
-    """Force at the end of a path d that slips, and its derivatives J (2, 6) by T1, T2, d1, d2, L0, L1."""
-    size = np.sqrt(d1 * d1 + d2 * d2)
-    J[:] = 0.0
-    if size == 0:                                # only the limit moved
-        return scale_to_limit(T1, T2, L1, J)
-    s, slope = leaves_rest(T1, T2, d1, d2, L0, L1)
-    m1, m2, L = d1 / size, d2 / size, L0 + s * (L1 - L0)
-    if L <= 0 or L1 <= 0:
-        return along_motion(d1, d2, L1, 1.0, J)
-    mean, by_L, by_L1 = log_mean(L, L1)
-    n1, n2 = (T1 + s * d1) / L, (T2 + s * d2) / L
-    z = (1 - s) * size
-    decay = np.exp(-z / mean)
-    x = n1 * m1 + n2 * m2
-    below = 1 + x + decay * decay * (1 - x)
-    if below <= 0:
-        return along_motion(d1, d2, L1, -1.0, J)
-    a = 1 + x - decay * decay * (1 - x) - 2 * decay * x
-    r1, r2 = (2 * decay * n1 + a * m1) / below, (2 * decay * n2 + a * m2) / below
-    for k in range(6):
-        dT1, dT2, dd1, dd2 = 1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2), 1.0 * (k == 3)
-        dL0, dL1 = 1.0 * (k == 4), 1.0 * (k == 5)
-        along = m1 * dd1 + m2 * dd2
-        dm1, dm2 = (dd1 - m1 * along) / size, (dd2 - m2 * along) / size
-        ds = 0.0
-        if slope > 0:
-            change = n1 * (dT1 + s * dd1) + n2 * (dT2 + s * dd2) - (1 - s) * dL0 - s * dL1
-            ds = -2 * L * change / slope
-        dL = (1 - s) * dL0 + s * dL1 + ds * (L1 - L0)
-        dn1, dn2 = (dT1 + s * dd1 + ds * d1 - n1 * dL) / L, (dT2 + s * dd2 + ds * d2 - n2 * dL) / L
-        dx = n1 * dm1 + n2 * dm2 + m1 * dn1 + m2 * dn2
-        decays = -decay / mean * ((1 - s) * along - ds * size - z / mean * (by_L * dL + by_L1 * dL1))
-        lower = dx * (1 - decay * decay) + 2 * decay * (1 - x) * decays
-        da = dx * (1 + decay * decay - 2 * decay) - 2 * (decay * (1 - x) + x) * decays
-        J[0, k] = dL1 * r1 + L1 / below * (2 * decays * n1 + 2 * decay * dn1 + da * m1 + a * dm1 - r1 * lower)
-        J[1, k] = dL1 * r2 + L1 / below * (2 * decays * n2 + 2 * decay * dn2 + da * m2 + a * dm2 - r2 * lower)
-    return L1 * r1, L1 * r2
-
-
-@njit(cache=True)
-def step(u0, u1, w, contact, by, J):
-    """Slider after the motion has gone from u0 to u1, and the state.
-
-    contact : kt, kn, mu, preload; by : M, C0, C1, filled with its derivative M dw + C0 du0 + C1 du1; J : work space
-    """
-    (kt, kn, mu, preload), (M, C0, C1), (w1, w2) = contact, by, w
-    M[:], C0[:], C1[:] = 0.0, 0.0, 0.0
-    N0, N1 = preload + kn * u0[2], preload + kn * u1[2]
-    if N1 <= 0:
-        C1[0, 0] = C1[1, 1] = 1.0
-        return u1[0], u1[1], OPEN
-    was = N0 > 0
-    share = 1.0 if was else N1 / (N1 - N0)       # of the sample in contact
-    d1, d2 = kt * (u1[0] - u0[0]) * share, kt * (u1[1] - u0[1]) * share
-    T1, T2, L0 = kt * (u0[0] - w1), kt * (u0[1] - w2), mu * N0
-    if not was:
-        T1, T2, L0 = 0.0, 0.0, 0.0
-    e1, e2, L1 = T1 + d1, T2 + d2, mu * N1
-    state = STICK
-    if e1 * e1 + e2 * e2 <= L1 * L1:
-        if was:
-            M[0, 0] = M[1, 1] = 1.0
-            return w1, w2, STICK
-        J[:] = 0.0
-        J[0, 2] = J[1, 3] = 1.0
-    else:
-        e1, e2 = slide(T1, T2, d1, d2, L0, L1, J)
-        state = SLIP
-    for k in range(2):
-        C1[k, k] = 1.0
-        C1[k, 2] = -J[k, 5] * mu * kn / kt
-        for j in range(2):
-            C0[k, j] += J[k, 2 + j] * share
-            C1[k, j] -= J[k, 2 + j] * share
-            if was:
-                M[k, j] = J[k, j]
-                C0[k, j] -= J[k, j]
-        if was:
-            C0[k, 2] = -J[k, 4] * mu * kn / kt
+def excess_root(contact, r, of_rate, a, b, e, at):
+    """Where the excess (falling: its rate) changes sign in [a, b], at b beyond it; bisection with secant steps."""
+    x, side = 0.5 * (a + b), 0
+    fa = fb = np.nan
+    for _ in range(100):
+        motion(contact.c, x, e, at)
+        value, rate = excess(at, r)
+        f = -rate if of_rate else value
+        if f > 0:
+            b, fb = x, f
+            fa *= 0.5 if side == 1 else 1.0
+            side = 1
         else:
-            moved = (J[k, 2] * (u1[0] - u0[0]) + J[k, 3] * (u1[1] - u0[1])) * kn / (N1 - N0) ** 2
-            C0[k, 2] -= moved * N1
-            C1[k, 2] += moved * N0
-    return u1[0] - e1 / kt, u1[1] - e2 / kt, state
+            a, fa = x, f
+            fb *= 0.5 if side == -1 else 1.0
+            side = -1
+        if b - a <= 4e-16 * (1 + b) or f == 0:
+            break
+        x = (a * fb - b * fa) / (fb - fa)
+        if not a < x < b:
+            x = 0.5 * (a + b)
+    return b
 
 
 @njit(cache=True)
-def begin(u0, w, contact, C):
-    """Slider at t = 0, pulled along where the limit does not hold it; C (2, 3): derivative by u0 of the pulled one."""
-    (kt, kn, mu, preload), (w1, w2) = contact, w
-    C[:] = 0.0
-    N = preload + kn * u0[2]
-    r1, r2 = u0[0] - w1, u0[1] - w2
-    r, reach = np.sqrt(r1 * r1 + r2 * r2), mu * max(N, 0.0) / kt
-    if r <= reach:
-        return w1, w2
-    n1, n2, back = r1 / r, r2 / r, reach / r
-    C[0, 0], C[0, 1], C[1, 0], C[1, 1] = 1 - back * n2 * n2, back * n1 * n2, back * n1 * n2, 1 - back * n1 * n1
-    if N > 0:
-        C[0, 2], C[1, 2] = -n1 * mu * kn / kt, -n2 * mu * kn / kt
-    return u0[0] - back * r1, u0[1] - back * r2
-
-
-@njit(cache=True)
-def one_period(u, w, contact, steps, J):
-    """Slider after a period from sample 0 round to sample 0; the steps are filled."""
-    n, A, M = len(u), steps.A, steps.M
-    A[0, 0], A[0, 1], A[1, 0], A[1, 1] = 1.0, 0.0, 0.0, 1.0
-    w1, w2 = w
-    for k in range(1, n + 1):
-        i = k % n
-        w1, w2, steps.state[i] = step(u[k - 1], u[i], (w1, w2), contact, (M[i], steps.C0[i], steps.C1[i]), J)
-        steps.w[i, 0], steps.w[i, 1] = w1, w2
-        if steps.state[i] != STICK or M[i, 0, 0] != 1.0:
-            for j in range(2):
-                top, low = A[0, j], A[1, j]
-                A[0, j], A[1, j] = M[i, 0, 0] * top + M[i, 0, 1] * low, M[i, 1, 0] * top + M[i, 1, 1] * low
-    return w1, w2
-
-
-@njit(cache=True)
-def chain(dw, E, steps):
-    """Derivatives dw (n, 2, 2 + 3 nh) along the period from those in dw[0], which is left as at its end."""
-    n, nh = E.shape
-    M, C0, C1 = steps.M, steps.C0, steps.C1
-    for k in range(1, n + 1):
-        i, before = k % n, dw[k - 1].copy()
-        for r in range(2):
-            for c in range(before.shape[1]):
-                dw[i, r, c] = M[i, r, 0] * before[0, c] + M[i, r, 1] * before[1, c]
+def onset(contact, r, t, stop, e, at):
+    """First instant in [t, stop] at which a slider at rest slips, and whether there is one; it may begin and end
+    between two samples."""
+    tau, n = contact.tau, len(contact.tau) - 1
+    motion(contact.c, t, e, at)
+    a, rate_a = t, excess(at, r)[1]
+    value_a = min(excess(at, r)[0], 0.0)
+    i = min(int(t / TWO_PI * n), n - 1)
+    while a < stop:
+        i += 1
+        b = min(tau[min(i, n)], stop)
+        if b <= a:
+            continue
+        if b == stop:
+            motion(contact.c, b, e, at)
+        else:
             for d in range(3):
-                c0, c1 = C0[i, r, d], C1[i, r, d]
-                if c0 != 0 or c1 != 0:
-                    for m in range(nh):
-                        dw[i, r, 2 + d * nh + m] += c0 * E[k - 1, m] + c1 * E[i, m]
+                at[d], at[3 + d] = contact.wave[d, i % n], contact.rate[d, i % n]
+        value_b, rate_b = excess(at, r)
+        if value_b > 0:
+            return excess_root(contact, r, False, a, b, e, at), True
+        if rate_a > 0 > rate_b:
+            # tangents at both ends meet no lower than a maximum between them
+            meet = (value_b - value_a - 2 * rate_b * (b - a)) / (rate_a - rate_b) / 2
+            if value_a + 2 * rate_a * min(max(meet, 0.0), b - a) > 0:
+                top = excess_root(contact, r, True, a, b, e, at)
+                motion(contact.c, top, e, at)
+                if excess(at, r)[0] > 0:
+                    return excess_root(contact, r, False, a, top, e, at), True
+        a, value_a, rate_a = b, value_b, rate_b
+    return stop, False
+
+
+@njit(cache=True)
+def invert(J, inverse):
+    """Inverse (s, s) by elimination with row exchanges; whether there is one. J is used up."""
+    s = len(J)
+    inverse[:] = 0.0
+    for i in range(s):
+        inverse[i, i] = 1.0
+    for i in range(s):
+        best = i
+        for k in range(i + 1, s):
+            if abs(J[k, i]) > abs(J[best, i]):
+                best = k
+        if J[best, i] == 0.0:
+            return False
+        for k in range(s):
+            J[i, k], J[best, k] = J[best, k], J[i, k]
+            inverse[i, k], inverse[best, k] = inverse[best, k], inverse[i, k]
+        scale = 1.0 / J[i, i]
+        for k in range(s):
+            J[i, k] *= scale
+            inverse[i, k] *= scale
+        for row in range(s):
+            if row != i:
+                factor = J[row, i]
+                for k in range(s):
+                    J[row, k] -= factor * J[i, k]
+                    inverse[row, k] -= factor * inverse[i, k]
+    return True
+
+
+@njit(cache=True)
+def collocate(contact, t, h, psi0, panel):
+    """Angle at the nodes of the panel [t, t + h] of slip; its highest term in rad of the largest limit, infinite where
+    Newton's method fails."""
+    psi, slope, J = panel.psi, panel.slope, panel.stage
+    for i in range(STAGES):
+        motion(contact.c, t + h * NODES[i], panel.e[i], panel.at[i])
+        psi[i] = psi0
+    for _ in range(SETTINGS.newton):
+        for i in range(STAGES):
+            at = panel.at[i]
+            cos, sin = np.cos(psi[i]), np.sin(psi[i])
+            slope[i] = 0.0
+            for j in range(STAGES):
+                slope[i] += INVERSE[i, j] * (psi[j] - psi0)
+                J[i, j] = at[LIMIT] * INVERSE[i, j]
+            J[i, i] += h * (at[RATE1] * cos + at[RATE2] * sin)
+            panel.turn[i] = h * (at[RATE2] * cos - at[RATE1] * sin) - at[LIMIT] * slope[i]
+        if not invert(J, panel.inverse):
+            return np.inf
+        moved = 0.0
+        for i in range(STAGES):
+            step = 0.0
+            for j in range(STAGES):
+                step += panel.inverse[i, j] * panel.turn[j]
+            psi[i] += step
+            moved = max(moved, abs(step))
+        if not moved <= 2.0:
+            return np.inf
+        if moved <= SETTINGS.turned:
+            highest, limit = THROUGH[0] * psi0, 0.0
+            for i in range(STAGES):
+                highest += THROUGH[i + 1] * psi[i]
+                limit = max(limit, panel.at[i, LIMIT])
+            return abs(highest) / 2.0 ** (2 * STAGES - 1) * limit / contact.scale
+    return np.inf
+
+
+@njit(cache=True)
+def rests(contact, t, h, psi0, panel, e, at):
+    """Share of the panel at which the slider comes to rest, by the angle that it has; 1 where it slips on."""
+    a, fa = 0.0, 1.0
+    for i in range(STAGES):
+        b, fb = NODES[i], slides(panel.at[i], panel.psi[i])
+        if fb >= 0:
+            a, fa = b, fb
+            continue
+        side = 0
+        if a == 0:
+            motion(contact.c, t, e, at)
+            fa = slides(at, psi0)
+            if fa <= 0:
+                return 0.0
+        for _ in range(60):
+            x = (a * fb - b * fa) / (fb - fa)
+            if not a < x < b:
+                x = 0.5 * (a + b)
+            if b - a <= 1e-13 or x in (a, b):
+                break
+            motion(contact.c, t + h * x, e, at)
+            f = slides(at, between(panel.psi, psi0, x))
+            if f < 0:
+                b, fb = x, f
+                fa *= 0.5 if side == 1 else 1.0
+                side = 1
+            else:
+                a, fa = x, f
+                fb *= 0.5 if side == -1 else 1.0
+                side = -1
+            if abs(f) <= 1e-15 * (abs(at[RATE1]) + abs(at[RATE2])):
+                return x
+        return b
+    return 1.0
+
+
+@njit(cache=True)
+def between(psi, psi0, x):
+    """The angle at a share x of the panel, by interpolation."""
+    if x == 0.0:
+        return psi0
+    above, below = THROUGH[0] / x * psi0, THROUGH[0] / x
+    for i in range(STAGES):
+        if x == NODES[i]:
+            return psi[i]
+        factor = THROUGH[i + 1] / (x - NODES[i])
+        above += factor * psi[i]
+        below += factor
+    return above / below
+
+
+@njit(cache=True)
+def add_rest(a, b, r, sums, collect):
+    """Add the integrals over [a, b] of a slider that rests."""
+    nh = sums.g.shape[1]
+    for j in range(nh):
+        k = (j + 1) // 2
+        if j == 0:
+            weight = b - a
+        elif j % 2:
+            weight = (np.sin(k * b) - np.sin(k * a)) / k
+        else:
+            weight = (np.cos(k * b) - np.cos(k * a)) / k
+        for d in range(2):
+            sums.g[d, j] += weight * r[d]
+            if collect:
+                for q in range(sums.dr.shape[1]):
+                    sums.D[j, d, q] += weight * sums.dr[d, q]
+
+
+@njit(cache=True)
+def add_panel(h, panel, sums, collect):
+    """Add the integrals over a panel of slip and carry the derivatives to its end, its last node; return the work times
+    kt."""
+    e, dr, work = panel.e, sums.dr, 0.0
+    nh, columns = e.shape[1], dr.shape[1]
+    for i in range(STAGES):
+        at, cos, sin = panel.at[i], np.cos(panel.psi[i]), np.sin(panel.psi[i])
+        weight, L = h * WEIGHTS[i], at[LIMIT]
+        work += weight * L * slides(at, panel.psi[i])
+        for j in range(nh):
+            sums.g[0, j] += weight * e[i, j] * (at[P1] - L * cos)
+            sums.g[1, j] += weight * e[i, j] * (at[P2] - L * sin)
+        if not collect and i < STAGES - 1:
+            continue
+        turns(i, h, panel, sums)
+        if i == STAGES - 1:
+            sums.turn[:] = dr[0]
+        for q in range(columns):
+            along = L * dr[0, q]
+            dr[0, q], dr[1, q] = along * sin, -along * cos
+        for m in range(nh if columns > 2 else 0):
+            dr[0, 2 + m] += e[i, m]
+            dr[1, 2 + nh + m] += e[i, m]
+            dr[0, 2 + 2 * nh + m] -= cos * e[i, m]
+            dr[1, 2 + 2 * nh + m] -= sin * e[i, m]
+        for j in range(nh if collect else 0):
+            f = weight * e[i, j]
+            for d in range(2):
+                for q in range(columns):
+                    sums.D[j, d, q] += f * dr[d, q]
+    return work
+
+
+@njit(cache=True)
+def turns(i, h, panel, sums):
+    """Fill dr[0] with the derivative of the angle at node i: that of the collocation, from the one at its begin."""
+    into, e, nh = sums.dr[0], panel.e, panel.e.shape[1]
+    keeps = 0.0
+    for k in range(STAGES):
+        keeps += panel.inverse[i, k] * panel.at[k, LIMIT] * OF_START[k]
+    for q in range(len(into)):
+        into[q] = keeps * sums.turn[q]
+    for k in range(STAGES if len(into) > 2 else 0):
+        f = panel.inverse[i, k]
+        t1, t2, back = -f * h * np.sin(panel.psi[k]), f * h * np.cos(panel.psi[k]), f * panel.slope[k]
+        into[2 + 2 * nh] -= back
+        for m in range(1, nh):
+            rate = (m + 1) // 2 * (e[k, m + 1] if m % 2 else -e[k, m - 1])
+            into[2 + m] += t1 * rate
+            into[2 + nh + m] += t2 * rate
+            into[2 + 2 * nh + m] -= back * e[k, m]
+
+
+@njit(cache=True)
+def slip_through(contact, t, stop, psi, h, panel, sums, collect):
+    """Slip from t up to `stop`, or to where the slider comes to rest: (instant, angle, width of the next panel, whether
+    it rests, work times kt)."""
+    nh, work = sums.g.shape[1], 0.0
+    widest, at = min(SETTINGS.wide, 2 * SETTINGS.widest / max(nh - 1, 1)), np.empty(6)
+    for _ in range(SETTINGS.pieces):
+        left = stop - t
+        if left <= SETTINGS.narrowest:
+            break
+        width = left if left <= h else (0.5 * left if left < 2 * h else h)
+        error = collocate(contact, t, width, psi, panel)
+        if error > SETTINGS.degree and width > SETTINGS.narrowest:
+            h = width * (0.2 if np.isinf(error) else max(0.2, 0.8 * (SETTINGS.degree / error) ** (1 / STAGES)))
+            continue
+        if np.isinf(error):                      # nothing turns in no time
+            t += width
+            continue
+        share = rests(contact, t, width, psi, panel, sums.e, at)
+        if share < 1 and share * width > 1e-14:
+            collocate(contact, t, share * width, psi, panel)
+        if share * width > 1e-14:
+            work += add_panel(share * width, panel, sums, collect)
+            psi = panel.psi[STAGES - 1]
+        t += share * width
+        if share < 1:
+            return t, psi, h, True, work
+        h = min(widest, width * min(4.0, 0.8 * (SETTINGS.degree / max(error, 1e-300)) ** (1 / STAGES)))
+    return stop, psi, h, False, work
+
+
+@njit(cache=True)
+def turn_at(psi, limit, sums):
+    """Fill the derivative of the angle where slip begins, from that of the slider; the basis is in sums.e."""
+    nh, cos, sin = sums.g.shape[1], np.cos(psi), np.sin(psi)
+    for q in range(len(sums.turn)):
+        sums.turn[q] = (sin * sums.dr[0, q] - cos * sums.dr[1, q]) / limit
+    for m in range(nh if len(sums.turn) > 2 else 0):
+        sums.turn[2 + m] -= sin * sums.e[m] / limit
+        sums.turn[2 + nh + m] += cos * sums.e[m] / limit
+
+
+@njit(cache=True)
+def after_contact(contact, t, r, sums):
+    """(state, angle) of a contact that closes at t, and the slider with its derivatives: of the motion there."""
+    at, e, dr, nh = np.empty(6), sums.e, sums.dr, sums.g.shape[1]
+    motion(contact.c, t, e, at)
+    r[0], r[1] = at[P1], at[P2]
+    speed, closing = np.hypot(at[RATE1], at[RATE2]), max(at[LIMIT_RATE], 1e-300)
+    dr[:], sums.turn[:] = 0.0, 0.0
+    slips, psi = speed > closing, np.arctan2(at[RATE2], at[RATE1])
+    bend = 0.0                                   # of the velocity, by the phase
+    for m in range(1, nh):
+        k = (m + 1) // 2
+        bend -= k * k * e[m] * (contact.c[1, m] * np.cos(psi) - contact.c[0, m] * np.sin(psi))
+    for m in range(nh if dr.shape[1] > 2 else 0):
+        later = -e[m] / closing                  # the instant of contact by the limit
+        dr[0, 2 + m] = dr[1, 2 + nh + m] = e[m]
+        dr[0, 2 + 2 * nh + m], dr[1, 2 + 2 * nh + m] = at[RATE1] * later, at[RATE2] * later
+        if slips:
+            k = (m + 1) // 2
+            rate = 0.0 if m == 0 else k * (e[m + 1] if m % 2 else -e[m - 1])
+            sums.turn[2 + m], sums.turn[2 + nh + m] = -np.sin(psi) * rate / speed, np.cos(psi) * rate / speed
+            sums.turn[2 + 2 * nh + m] = bend / speed / (1 + speed / closing) * later
+    return (SLIP if slips else STICK), psi
+
+
+@njit(cache=True)
+def one_period(contact, r, panel, sums, collect):
+    """Carry the slider r (2,) and its derivatives through a period, with the integrals over it; return how long it
+    slips, and the work times kt.
+
+    collect : the integrals of the derivatives, too; these have 2 columns or 2 + 3 nh
+    """
+    e, at, dr, opened = sums.e, np.empty(6), sums.dr, contact.opened
+    sums.g[:], dr[:] = 0.0, 0.0
+    if collect:
+        sums.D[:] = 0.0
+    dr[0, 0] = dr[1, 1] = 1.0
+    t, k, slid, work, h, psi, state = 0.0, 0, 0.0, 0.0, SETTINGS.wide, 0.0, STICK
+    motion(contact.c, 0.0, e, at)
+    if len(opened) and opened[0, 0] == 0:
+        state = OPEN
+    else:
+        psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
+        if np.hypot(at[P1] - r[0], at[P2] - r[1]) >= (1 - SETTINGS.on_limit) * at[LIMIT] and slides(at, psi) > 0:
+            state = SLIP
+            turn_at(psi, at[LIMIT], sums)
+    for _ in range(SETTINGS.pieces):
+        stop = opened[k, 0] if k < len(opened) else TWO_PI
+        if state == OPEN:
+            t = opened[k, 1]
+            k += 1
+            state, psi = after_contact(contact, t, r, sums)
+        elif state == STICK:
+            end, slips = onset(contact, r, t, stop, e, at)
+            add_rest(t, end, r, sums, collect)
+            t, state = end, OPEN
+            if slips:
+                state = SLIP
+                motion(contact.c, t, e, at)
+                psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
+                turn_at(psi, np.hypot(at[P2] - r[1], at[P1] - r[0]), sums)
+        else:
+            begin = t
+            t, psi, h, stops, done = slip_through(contact, t, stop, psi, h, panel, sums, collect)
+            slid, work, state = slid + t - begin, work + done, STICK if stops else OPEN
+            motion(contact.c, t, e, at)
+            r[0], r[1] = at[P1] - at[LIMIT] * np.cos(psi), at[P2] - at[LIMIT] * np.sin(psi)
+        if t >= TWO_PI:
+            return slid, work
+    add_rest(t, TWO_PI, r, sums, collect)
+    return slid, work
+
+
+@njit(cache=True)
+def begin(contact, r, pulled, e):
+    """Pull the slider at t = 0 along where the limit does not hold it; whether it is. pulled (2, 3 nh) : derivative by
+    the series."""
+    nh, at = len(e), np.empty(6)
+    motion(contact.c, 0.0, e, at)
+    T1, T2 = at[P1] - r[0], at[P2] - r[1]
+    T, L = np.hypot(T1, T2), max(at[LIMIT], 0.0)
+    pulled[:] = 0.0
+    if T <= L:
+        return False
+    n1, n2, back = T1 / T, T2 / T, L / T
+    r[0], r[1] = at[P1] - L * n1, at[P2] - L * n2
+    for m in range(nh):
+        pulled[0, m], pulled[0, nh + m] = (1 - back * n2 * n2) * e[m], back * n1 * n2 * e[m]
+        pulled[1, m], pulled[1, nh + m] = back * n1 * n2 * e[m], (1 - back * n1 * n1) * e[m]
+        if L > 0:
+            pulled[0, 2 * nh + m], pulled[1, 2 * nh + m] = -n1 * e[m], -n2 * e[m]
+    return True
 
 
 @njit(cache=True)
@@ -233,99 +498,108 @@ def determinant(A):
 
 
 @njit(cache=True)
-def settle(u, w, contact, newton, steps, J):
-    """Iterate the period map until the slider path is periodic; returns (periods, converged, by Newton, slipped).
+def settle(contact, r, newton, panel, sums, room):
+    """Take the slider to where its path repeats; returns (periods, converged, by Newton, slipped).
 
     In the plane a slider only creeps to where it repeats. Newton on the map of a period takes it there.
     """
-    size, C, A = np.abs(u).max() + 1e-300, np.empty((2, 3)), steps.A
-    slid, jumped = False, False
-    w1, w2 = w
+    A, before, slid, jumped = sums.dr, np.empty(2), 0.0, False
     for periods in range(1, SETTINGS.max_periods + 1):
-        a1, a2 = w1, w2
-        w1, w2 = one_period(u, (a1, a2), contact, steps, J)
-        e1, e2 = w1 - a1, w2 - a2
-        slid = slid or (steps.state != STICK).any()
-        if periods == 1:
-            continue
-        if max(abs(e1), abs(e2)) <= SETTINGS.repeats * size:
-            return periods, True, jumped, slid
+        before[:] = r
+        slid += one_period(contact, r, panel, sums, False)[0]
+        if slid == 0:
+            return periods, True, False, False
+        if np.abs(A).max() < SETTINGS.forgets:
+            return periods, True, jumped, True
+        e1, e2 = r[0] - before[0], r[1] - before[1]
+        if periods > 1 and max(abs(e1), abs(e2)) <= SETTINGS.repeats * contact.size:
+            return periods, True, jumped, True
         det = determinant(A)
-        if newton and abs(det) > SETTINGS.regular:
+        if periods > 1 and newton and abs(det) > SETTINGS.regular:
             jumped = True
-            w1, w2 = a1 + ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, a2 + (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
-            w1, w2 = begin(u[0], (w1, w2), contact, C)
-    return SETTINGS.max_periods, False, jumped, slid
+            r[0] = before[0] + ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det
+            r[1] = before[1] + (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
+            begin(contact, r, room, sums.e)
+    return SETTINGS.max_periods, False, jumped, True
 
 
 @njit(cache=True)
-def fixed_point(by, A, dw):
-    """dw (n, 2, 3 nh) of the slider that repeats; by (n, 2, 2 + 3 nh) from unit columns of the slider at t = 0."""
-    det = determinant(A)
-    for m in range(2, by.shape[2]):
-        e1, e2 = by[0, 0, m], by[0, 1, m]            # of the end of the period, which is sample 0 again
-        s1, s2 = ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
-        for i in range(len(by)):
-            dw[i, 0, m - 2] = by[i, 0, m] + by[i, 0, 0] * s1 + by[i, 0, 1] * s2
-            dw[i, 1, m - 2] = by[i, 1, m] + by[i, 1, 0] * s1 + by[i, 1, 1] * s2
-
-
-@njit(cache=True)
-def one_contact(u, E, contact, start, steps, dw):
-    """Fill the steps of the periodic cycle of a contact and the derivatives dw (n, 2, 3 nh) of its slider; return
-    whether these are not zero.
+def one_contact(contact, given, panel, light, sums, D):
+    """(slipped, work times kt, whether D is not zero) of the periodic cycle of a contact; sums.g is filled, and D
+    (nh, 2, 3 nh) with the integrals of the derivatives of r.
 
     The derivative is that of a fixed point of the map of a period. Where a contact has come to rest, and where it
     creeps to a rest that Newton would miss, the derivative is carried through all periods from the start.
     """
-    (given, from_position), nh = start, E.shape[1]
-    J, C, by = np.empty((2, 6)), np.empty((2, 3)), np.empty((len(u), 2, 2 + 3 * nh))
-    w = begin(u[0], given, contact, C)
-    pulled = w[0] != given[0] or w[1] != given[1]
-    periods, repeats, by_newton, slid = settle(u, w, contact, True, steps, J)
-    if by_newton and (not repeats or abs(determinant(steps.A)) <= SETTINGS.regular):
-        periods, repeats, _, slid = settle(u, w, contact, False, steps, J)
-        by_newton = False
-    by[0] = 0.0
-    if by_newton or np.abs(steps.A).max() < 1e-12:
-        by[0, 0, 0] = by[0, 1, 1] = 1.0
-        chain(by, E, steps)
-        fixed_point(by, steps.A, dw)
-    elif slid or pulled or from_position:
+    nh = sums.g.shape[1]
+    r, start, from_position = np.array([given[0], given[1]]), np.zeros((2, 3 * nh)), given[2]
+    pulled = begin(contact, r, start, sums.e)
+    if from_position:
+        start[:] = 0.0
         for d in range(2):
-            for j in range(3):
-                value = C[d, j] if pulled else 1.0 * (from_position and d == j)
-                by[0, d, 2 + j * nh:2 + (j + 1) * nh] = value * E[0]
-        for _ in range(periods):
-            w = one_period(u, w, contact, steps, J)
-            chain(by, E, steps)
-        dw[:] = by[:, :, 2:]
-    return slid or pulled or from_position
+            r[d], start[d, d * nh:(d + 1) * nh] = contact.wave[d, 0], sums.e
+    first, A = r.copy(), np.empty((2, 2))
+    room = np.empty((2, 3 * nh))
+    periods, repeats, by_newton, slid = settle(contact, r, True, panel, light, room)
+    if not slid and not pulled and not from_position:
+        sums.g[:], sums.g[:, 0] = 0.0, TWO_PI * r
+        return 0.0, 0.0, False
+    A[:] = light.dr
+    if by_newton and (not repeats or abs(determinant(A)) <= SETTINGS.regular):
+        r[:] = first
+        periods, repeats, by_newton, slid = settle(contact, r, False, panel, light, room)
+        by_newton = False
+    if by_newton or slid and np.abs(A).max() < SETTINGS.forgets:
+        slip, work = one_period(contact, r, panel, sums, True)
+        A[:] = sums.dr[:, :2]
+        e1, e2, det = sums.dr[0, 2:], sums.dr[1, 2:], determinant(A)
+        start[0], start[1] = ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
+    else:
+        r[:] = first
+        for period in range(periods):
+            slip, work = one_period(contact, r, panel, sums, period == periods - 1)
+            if period < periods - 1:
+                room[:] = sums.dr[:, 2:]
+                for d in range(2):
+                    room[d] += sums.dr[d, 0] * start[0] + sums.dr[d, 1] * start[1]
+                start[:] = room
+    for j in range(nh):
+        for d in range(2):
+            D[j, d] = sums.D[j, d, 2:] + sums.D[j, d, 0] * start[0] + sums.D[j, d, 1] * start[1]
+    return slip, work, True
 
 
 @njit(cache=True)
-def cycle(u, E, settings, start, found):
-    """Sliders of the periodic cycle at the motion u (P, n, 3), and their derivatives by its harmonics; E (n, nh).
+def cycle(c, waves, kt, start, opened, found):
+    """Sliders of the periodic cycle at the motion c (P, 3, nh), in forces: kt u1, kt u2 and mu N.
 
-    settings : kt, kn, mu, preload (P,); start : SliderStart
-    found : filled with the sliders w (P, n, 2), dw (P, n, 2, 3 nh), active (P, 3), shares (P, 3) of stick, slip, open
+    waves : c at the samples (P, 3, n), its rates, instants (n + 1,); start : SliderStart in forces
+    opened : pieces (P, k, 7) in which a contact is open (`uncoupled.events`), and their numbers (P,)
+    found : filled with the harmonics of -r (P, 2, nh) and of their derivatives by c (P, 2, nh, 3, nh), work (P,); in
+        active (P, 3) and shares (P, 3) slip is added
     """
-    kt, kn, mu, preload = settings
-    w, dw, active, shares = found
-    P, n = u.shape[0], u.shape[1]
-    M, C0, C1 = np.empty((n, 2, 2)), np.empty((n, 2, 3)), np.empty((n, 2, 3))
-    state, A = np.empty(n, np.int64), np.empty((2, 2))
+    (wave, rate, tau), (g, D, active, shares, works) = waves, found
+    P, _, nh = c.shape
+    panel = Panel(np.empty((STAGES, nh)), np.empty((STAGES, 6)), np.empty(STAGES), np.empty((STAGES, STAGES)),
+                  np.empty((STAGES, STAGES)), np.empty(STAGES), np.empty(STAGES))
+    sums = Sums(np.empty((2, nh)), np.empty((nh, 2, 2 + 3 * nh)), np.empty((2, 2 + 3 * nh)), np.empty(2 + 3 * nh),
+                np.empty(nh))
+    light = Sums(sums.g, sums.D, np.empty((2, 2)), np.empty(2), sums.e)
+    raw = np.empty((nh, 2, 3 * nh))
     for p in range(P):
-        lift = preload[p] + kn[p] * u[p, :, 2] <= 0
-        shares[p, 2] = lift.sum() / n
-        active[p, 2] = lift.any() and kn[p] > 0
-        shares[p, 1] = 0.0
-        if kt[p] > 0:
-            given = start.positions[p, 0], start.positions[p, 1]
-            if start.from_position:
-                given = u[p, 0, 0], u[p, 0, 1]
-            steps = Steps(M, C0, C1, w[p], state, A)
-            active[p, :2] = one_contact(u[p], E, (kt[p], kn[p], mu[p], preload[p]), (given, start.from_position),
-                                        steps, dw[p])
-            shares[p, 1] = (state == SLIP).sum() / n
-        shares[p, 0] = 1 - shares[p, 1] - shares[p, 2]
+        scale = wave[p, 2].max()
+        if kt[p] == 0 or scale <= 0:
+            continue
+        contact = Contact(c[p], wave[p], rate[p], tau, opened[0][p, :opened[1][p], 1:3],
+                          np.abs(wave[p, :2]).max() + 1e-300, scale)
+        given = start.positions[p, 0], start.positions[p, 1], start.from_position
+        slid, work, moves = one_contact(contact, given, panel, light, sums, raw)
+        shares[p, 1], works[p] = slid / TWO_PI, work / kt[p]
+        shares[p, 0] = max(0.0, 1 - shares[p, 1] - shares[p, 2])
+        active[p, 0], active[p, 1] = active[p, 0] or moves, active[p, 1] or moves
+        for j in range(nh):
+            project = -1 / (TWO_PI if j == 0 else np.pi)
+            for d in range(2):
+                g[p, d, j] = project * sums.g[d, j]
+                for m in range(3 * nh if moves else 0):
+                    D[p, d, j, m // nh, m % nh] = project * raw[j, d, m]

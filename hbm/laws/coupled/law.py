@@ -1,19 +1,19 @@
-"""Isotropic Coulomb friction in the tangential plane: the formula; its compiled cycle is in `kernels`."""
+"""Isotropic Coulomb friction in the tangential plane: the formula of a step; its cycle is in `kernels`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
 from hbm.laws import compilation
-from hbm.laws.base import ContactLaw
 from hbm.laws.coupled.kernels import cycle
-from hbm.laws.records import ContactForces
-from hbm.laws.sampled import projector, slip_work
+from hbm.laws.records import SliderStart
+from hbm.laws.uncoupled.events import OPEN, TWO_PI, Sliders
+from hbm.laws.uncoupled.law import CoulombFriction, integrated, located
 
 
 @dataclass(frozen=True)
-class IsotropicFriction(ContactLaw):
+class IsotropicFriction(CoulombFriction):
     """Isotropic coupled friction, |T| <= mu N, under N = max(0, preload + kn u_n); open: T = 0, the slider follows.
 
     State: the slider (2) and the motion before (3).
@@ -21,16 +21,7 @@ class IsotropicFriction(ContactLaw):
 
     components: ClassVar[tuple] = ("t1", "t2", "n")
     sliders: ClassVar[int] = 2
-    states: ClassVar[int] = 5
     coupled: ClassVar[bool] = True
-
-    def stuck_stiffness(self, contacts):
-        """(P, 3) N/m: kt, kt, kn."""
-        return np.stack([contacts.kt, contacts.kt, contacts.kn], axis=1)
-
-    def stuck_force(self, contacts):
-        """(P, 3) N: the preload on the normal."""
-        return np.stack([0 * contacts.preload, 0 * contacts.preload, contacts.preload], axis=1)
 
     def initial_state(self, u, start, contacts):
         """(P, 5) state at t = 0: the slider, pulled along where the limit does not hold it, and the motion."""
@@ -61,33 +52,38 @@ class IsotropicFriction(ContactLaw):
         return force, new
 
     def harmonics(self, contacts, x, start, grid, omega):
-        """Forces of the cycle by the compiled kernel, with the derivatives in closed form."""
+        """Forces of the event-driven cycle: in closed form, and in slip to 1e-9 of the limit force."""
         compilation.announce(cycle)
-        P, nd, nh = x.shape
-        E = grid[1]
-        n, project = len(E), projector(E)
-        u = np.ascontiguousarray((x @ E.T).transpose(0, 2, 1))
-        w, dw = np.zeros((P, n, 2)), np.zeros((P, n, 2, nd * nh))
-        active, shares = np.zeros((P, nd), dtype=bool), np.empty((P, 3))
-        cycle(u, E, (contacts.kt, contacts.kn, contacts.mu, contacts.preload), start, (w, dw, active, shares))
-        g, D = np.zeros((P, nd, nh)), np.zeros((P, nd, nh, nd, nh))
-        g[:, :2] = -contacts.kt[:, None, None] * (w.transpose(0, 2, 1) @ project)
-        slid = active[:, 0]
-        g[~slid, :2, 1:] = 0.0                   # a slider at rest is a constant, to the last digit
-        by = np.matmul(project.T, dw[slid].reshape(-1, n, 2 * nd * nh)).reshape(-1, nh, 2, nd, nh)
-        D[slid, :2] = -contacts.kt[slid, None, None, None, None] * by.transpose(0, 2, 1, 3, 4)
-        opens = active[:, 2]
-        N = contacts.preload[opens, None] + contacts.kn[opens, None] * u[opens, :, 2]
-        g[opens, 2] = np.maximum(0.0, -N) @ project
-        D[opens, 2, :, 2, :] = -contacts.kn[opens, None, None] * np.matmul(project.T, (N <= 0)[:, :, None] * E)
-        w = w.transpose(1, 0, 2)
-        T = contacts.kt[:, None] * (u[:, :, :2].transpose(1, 0, 2) - w)
-        return ContactForces(g, active, D[active.any(axis=1)], None, None, shares, slip_work(T, w - np.roll(w, 1, 0)))
+        x, (P, nd, nh), (tau, E, E_rate) = np.ascontiguousarray(x), x.shape, grid
+        law = Sliders(2, True, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
+        pieces, counts, active, shares = _opened(law, located(law._replace(count=0), x[:, 2:].copy(), start, grid))
+        scale = np.stack([law.kt, law.kt, law.mu * law.kn], axis=1)
+        c = scale[:, :, None] * x
+        c[:, 2, 0] += law.mu * law.preload
+        g, D, work = np.zeros((P, 2, nh)), np.zeros((P, 2, nh, nd, nh)), np.zeros(P)
+        begin = SliderStart(law.kt[:, None] * start.positions, start.from_position)
+        cycle(c, (c @ E.T, c @ E_rate.T, tau), law.kt, begin, (pieces[:, 2], counts[:, 2]),
+              (g, D, active, shares, work))
+        forces = integrated(law, x, pieces, counts, active, shares)
+        forces.g[:, :2] += g
+        forces.D[:, :2] += (D * scale[:, None, None, :, None])[forces.contacts]
+        forces.by_preload[:, :2] += law.mu[:, None, None] * D[:, :, :, 2, 0]
+        return replace(forces, work=work)
 
-    def sticks_surely(self, contacts, amplitude):
-        """(P,) bool: neither slip nor lift-off within the amplitude."""
-        least = contacts.preload - contacts.kn * amplitude[:, 2]
-        return (least > 0) & (contacts.kt * np.hypot(amplitude[:, 0], amplitude[:, 1]) <= contacts.mu * least)
+    def piecewise_linear(self, contacts):
+        """None: the limit of the resultant is no line."""
+
+
+def _opened(law, found):
+    """What `located` has of the normal, with both tangents: their sliders follow where contacts are open."""
+    pieces, counts, active, shares = found
+    pieces, counts, active = (np.repeat(a, 3, axis=1) for a in (pieces, counts, active))
+    counts[law.kt == 0, :2] = 0
+    smooth = (law.kt > 0) & (law.mu == 0)
+    pieces[smooth, :2, 0, :3], counts[smooth, :2] = (OPEN, 0.0, TWO_PI), 1
+    active[:, :2] = counts[:, :2] > 0
+    shares[smooth] = np.stack([0 * shares[smooth, 2], 1 - shares[smooth, 2], shares[smooth, 2]], axis=1)
+    return pieces, counts, active, shares
 
 
 def slide(T, d, L0, L1):

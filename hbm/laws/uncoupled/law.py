@@ -83,20 +83,10 @@ class CoulombFriction(ContactLaw):
     def harmonics(self, contacts, x, start, grid, omega):
         """Forces of the event-driven cycle, exact for the harmonics of the motion."""
         compilation.announce(integrals.add_forces)
-        x, (P, nd, nh), (tau, E, E_rate) = np.ascontiguousarray(x), x.shape, grid
         law = events.Sliders(self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
-        pieces, counts = np.empty((P, self.sliders + 1, 8 * nh + 64, 7)), np.empty((P, self.sliders + 1), np.int64)
-        active, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))
-        motion = x.reshape(P * nd, nh)
-        wave, rate = (motion @ E.T).reshape(P, nd, -1), (motion @ E_rate.T).reshape(P, nd, -1)
-        events.find_pieces(x, (tau, wave, rate), law, start, (pieces, counts, active, shares))
-        moving = np.flatnonzero(active.any(axis=1))
-        place = np.full(P, -1)
-        place[moving] = np.arange(len(moving))
-        g, by_preload, D = np.empty(x.shape), np.empty(x.shape), np.empty((len(moving), nd, nh, nd, nh))
-        work = np.empty(P)
-        integrals.add_forces(x, pieces, counts, law, place, (g, D, by_preload, work))
-        return ContactForces(g, active, D, by_preload, None, shares, work)
+        x = np.ascontiguousarray(x)
+        pieces, counts, active, shares = located(law, x, start, grid)
+        return integrated(law, x, pieces, counts, active, shares)
 
     def by_friction(self, contacts, x, forces):
         """(P, nd, nh) N: tangential forces depend on mu N alone, a factor on mu is one on preload and kn u_n."""
@@ -130,6 +120,28 @@ class CoulombFriction(ContactLaw):
     def default_samples(self, H):
         """Samples separate the events, which are located."""
         return max(64, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
+
+
+def located(law: events.Sliders, x, start, grid):
+    """pieces, counts, active, shares of `events.find_pieces` at the motion x (P, nd, nh)."""
+    (P, nd, nh), (tau, E, E_rate) = x.shape, grid
+    pieces, counts = np.empty((P, law.count + 1, 8 * nh + 64, 7)), np.empty((P, law.count + 1), np.int64)
+    active, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))
+    motion = x.reshape(P * nd, nh)
+    wave, rate = (motion @ E.T).reshape(P, nd, -1), (motion @ E_rate.T).reshape(P, nd, -1)
+    events.find_pieces(x, (tau, wave, rate), law, start, (pieces, counts, active, shares))
+    return pieces, counts, active, shares
+
+
+def integrated(law: events.Sliders, x, pieces, counts, active, shares) -> ContactForces:
+    """Forces of the pieces of a cycle, closed form over each."""
+    (P, nd, nh), moving = x.shape, np.flatnonzero(active.any(axis=1))
+    place = np.full(P, -1)
+    place[moving] = np.arange(len(moving))
+    g, by_preload, D = np.empty(x.shape), np.empty(x.shape), np.empty((len(moving), nd, nh, nd, nh))
+    work = np.empty(P)
+    integrals.add_forces(x, pieces, counts, law, place, (g, D, by_preload, work))
+    return ContactForces(g, active, D, by_preload, None, shares, work)
 
 
 def _sticks(contacts, tangents, normal):

@@ -16,6 +16,7 @@ from hbm.parameter import ContactSetting, Frequency, Level
 from hbm.problem import contact_problem
 from hbm.response import forced_response
 from tests.hbm.cases import coupled, load, with_damping_matrix
+from tests.hbm.conformance import SteppedFriction
 from tests.hbm.small_rig import small_rig
 
 
@@ -110,7 +111,7 @@ def test_stuck_contacts_left_out_of_newton(law, monkeypatch):
         assert np.abs(x - x_all).max() < 1e-10 * np.abs(x_all).max()
 
 
-@pytest.mark.parametrize("law, passes", [(DryFriction2T(), 1), (IsotropicFriction(), 3)])
+@pytest.mark.parametrize("law, passes", [(DryFriction2T(), 1), (IsotropicFriction(), 1), (SteppedFriction(), 3)])
 def test_preload_derivative_needs_no_second_pass(law, passes, monkeypatch):
     """Event-driven laws give it with the forces; sampled laws are asked twice more. Against fourth-order differences,
     away from a factor of 1."""

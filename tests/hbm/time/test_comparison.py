@@ -11,7 +11,7 @@ from hbm.contact import ContactTable
 from hbm.continuation.settings import Settings
 from hbm.curve.starts import first_point
 from hbm.errors import InputError
-from hbm.laws import DryFriction2T, IsotropicFriction, Jenkins1D, MixedLaw, UnilateralSpring
+from hbm.laws import DryFriction2T, Jenkins1D, MixedLaw, UnilateralSpring
 from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.response import follow_band, follow_parameter, forced_response
@@ -23,7 +23,7 @@ from hbm.time.exact import ExactIntegrator
 from hbm.time.sampled import SampledIntegrator
 from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import coupled, load, solve, unilateral
-from tests.hbm.conformance import LAWS, one_dof
+from tests.hbm.conformance import LAWS, SteppedFriction, one_dof
 from tests.hbm.small_rig import small_rig
 
 
@@ -157,7 +157,7 @@ def test_more_harmonics_advised():
 @pytest.mark.parametrize("H, samples, lacking", [(9, 36, "samples than 36"), (1, 256, "harmonics than H = 1")])
 def test_samples_or_harmonics_advised(H, samples, lacking):
     """Coupled friction near its resonance, beside the balance with 15 harmonics and 2048 samples."""
-    law = IsotropicFriction()
+    law = SteppedFriction()
     model, pairs, force = one_dof(law)
     problem, _ = contact_problem(model, pairs, law, damping_ratio=0.03)
     row, w = np.eye(model.size)[:1], 2 * np.pi * 1.7
