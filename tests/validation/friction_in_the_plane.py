@@ -15,7 +15,7 @@ def rows():
         expected = [complex(*known["coupled"][key]) for key in ("Tx1", "Ty1")]
         F = prescribed(X, Y, known["kt"], known["L"], 64, H=1)
         for d, label in enumerate("xy"):
-            yield row(f"{name}, force in {label}, H = 1", F[d, 1], expected[d], "differential equation, per limit force",
+            yield row(f"{name}, force in {label}, H = 1", F[d, 1], expected[d], "differential equation, per limit",
                       known["L"])
         yield row(name, _work(F, X, Y), known["coupled"]["dissipation"], "work per cycle")
         F = prescribed(X, Y, known["kt"], known["L"], 64, law=DryFriction2T())

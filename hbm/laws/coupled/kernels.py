@@ -33,7 +33,7 @@ class CycleSettings(NamedTuple):
     regular: float = 1e-5        # of det(I - A): below, what a period does to the slider is not inverted
     forgets: float = 1e-12       # of A: a period leaves nothing of where the slider was before
     on_limit: float = 1e-12      # of the limit force: a slider that near slips on from the period before
-    degree: float = 5e-6         # rad: highest term of the angle over a panel; its square is the error of the order
+    degree: float = 1e-6         # rad: highest term of the angle over a panel; its square is the error of the order
     widest: float = 2.0          # of a panel, over the highest harmonic, whose wave it resolves ...
     wide: float = 0.5            # ... in rad, where that is low
     narrowest: float = 1e-9      # rad
