@@ -12,22 +12,23 @@ the last.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.solvers.cholesky import SingularStiffness
+from static_contact.closed_factor import ClosedFactor
 from static_contact.free_motions import free_motions
-from static_contact.preload import check_pairs, finite_values, reference_stiffness
+from static_contact.preload import check_pairs, finite_values
 from static_contact.return_mapping import CoulombSprings
 from static_contact.rigid_motions import loose, rigid_motions
-from static_contact.stuck_bodies import StuckBodies
+from static_contact.stuck_bodies import StuckBodies, stuck_springs
 
 
 @dataclass(frozen=True)
@@ -187,7 +188,7 @@ class FrictionalContact:
             norm = np.linalg.norm(F)
             if norm <= self.settings.tolerance * size:
                 return z, step
-            dz = self._newton(F, tangent, k)
+            dz = self._newton(F, tangent, k, damped)
             if not np.linalg.norm(dz) <= self.settings.far * size:
                 break
             for part in (1.0, 0.5, 0.25, 0.125, 1.0):       # where none of these helps the full step is taken
@@ -197,24 +198,44 @@ class FrictionalContact:
             z, F = z + part * dz, G
         return None, step
 
-    def _newton(self, F, tangent, k):
-        """-[E + G D]^-1 F, E = du/dz = I - f'/k0 where rigid, D = f' - k E, of the pairs where these are not I, 0."""
+    def _newton(self, F, tangent, k, damped):
+        """-[E + G D]^-1 F, E = du/dz = I - f'/k0 where rigid, D = f' - k E, of the pairs where these are not I, 0.
+
+        Open pairs, where D = -k, have a factor that is kept, unless dashpots change k.
+        """
         E = np.eye(3) - self.slack.reshape(-1, 3, 1) * tangent
         D = tangent - k.reshape(-1, 3, 1) * E
         moved = (np.abs(D).max(axis=(1, 2)) > 0) | self.rigid.reshape(-1, 3).any(axis=1)
-        if not moved.any():
-            return -F
-        rows = (3 * np.flatnonzero(moved)[:, None] + np.arange(3)).ravel()
-        own = np.arange(len(rows)).reshape(-1, 3)
-        system = _times(self.G[np.ix_(rows, rows)], D[moved])
-        system[own[:, :, None], own[:, None]] += E[moved]
+        free = ~tangent.any(axis=(1, 2)) & (damped == 0.0)
         try:
-            y = np.linalg.solve(system, -F[rows])
+            return self._step(F, E, D, moved & ~free, np.repeat(free, 3) & (k > 0))
         except np.linalg.LinAlgError:
-            y = np.linalg.lstsq(system, -F[rows], rcond=None)[0]
-        dz = -F - self.G[:, rows] @ np.einsum("pij,pj->pi", D[moved], y.reshape(-1, 3)).ravel()
+            return self._step(F, E, D, moved, np.zeros(len(F), dtype=bool))
+
+    def _step(self, F, E, D, moved, opened):
+        """As `_newton`, with the pairs `moved` (P,) in one system behind the open rows (3P,)."""
+        rows = (3 * np.flatnonzero(moved)[:, None] + np.arange(3)).ravel()
+        V = self._opened.solve(opened, np.column_stack([F, self.G[:, rows]])) if opened.any() else np.zeros(
+            (len(F), 1 + len(rows)))
+        own = np.arange(len(rows)).reshape(-1, 3)
+        system = _times(self.G[np.ix_(rows, rows)] + self.G[np.ix_(rows, opened)] @ V[opened, 1:], D[moved])
+        system[own[:, :, None], own[:, None]] += E[moved]
+        right = -F[rows] - self.G[np.ix_(rows, opened)] @ V[opened, 0]
+        try:
+            y = np.linalg.solve(system, right)
+        except np.linalg.LinAlgError:
+            y = np.linalg.lstsq(system, right, rcond=None)[0]
+        push = np.einsum("pij,pj->pi", D[moved], y.reshape(-1, 3)).ravel()
+        dz = -F - self.G[:, rows] @ push - self.G @ (V[:, 0] + V[:, 1:] @ push)
         dz[rows] = y
         return dz
+
+    @cached_property
+    def _opened(self):
+        """1/k0 - G: what the springs of open pairs leave where they are taken away again."""
+        A = -self.G
+        A[np.diag_indices(len(A))] += np.divide(1.0, self.k0, out=np.ones(len(A)), where=self.k0 > 0)
+        return ClosedFactor(A)
 
     def _state(self, z, w, gap, load, outcome):
         f, _, slips = self.law.forces(z, w, gap)
@@ -237,18 +258,7 @@ class FrictionalContact:
 
 def _times(G, D):
     """(n, 3m): G (n, 3m) by the blocks D (m, 3, 3)."""
-    return np.einsum("npi,pij->npj", G.reshape(len(G), -1, 3), D).reshape(G.shape)
-
-
-def stuck_springs(model: ReducedModel, pairs: ContactTable, B: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
-    """(3P,) N/m the springs of stuck pairs, t1, t2, n pair by pair, and (3P,) bool - rigid ones, for which the bodies'
-    own stiffness at the pair stands in, the same for both tangents."""
-    given = np.column_stack([pairs.kt, pairs.kt, pairs.kn])
-    carried = pairs.weight[:, None] > 0
-    k = np.multiply(given, pairs.weight[:, None], out=np.zeros_like(given), where=carried).ravel()
-    k0 = np.where(np.isinf(k), reference_stiffness(model.K, B, k), k).reshape(-1, 3)
-    k0[:, :2] = k0[:, :2].min(axis=1, keepdims=True)
-    return k0.ravel(), np.isinf(k)
+    return np.einsum("npi,pij->npj", G.reshape(len(G), len(D), 3), D).reshape(G.shape)
 
 
 def _at(loads, time):

@@ -4,7 +4,9 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
+from hbm.contact import ContactTable
 from hbm.model import ReducedModel
+from static_contact.preload import reference_stiffness
 
 
 class StuckBodies:
@@ -27,3 +29,14 @@ class StuckBodies:
     def felt(self, load: np.ndarray) -> np.ndarray:
         """B A^-1 load, (3P,)."""
         return self.B @ self.solve(load)
+
+
+def stuck_springs(model: ReducedModel, pairs: ContactTable, B: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """(3P,) N/m the springs of stuck pairs, t1, t2, n pair by pair, and (3P,) bool - rigid ones, for which the bodies'
+    own stiffness at the pair stands in, the same for both tangents."""
+    given = np.column_stack([pairs.kt, pairs.kt, pairs.kn])
+    carried = pairs.weight[:, None] > 0
+    k = np.multiply(given, pairs.weight[:, None], out=np.zeros_like(given), where=carried).ravel()
+    k0 = np.where(np.isinf(k), reference_stiffness(model.K, B, k), k).reshape(-1, 3)
+    k0[:, :2] = k0[:, :2].min(axis=1, keepdims=True)
+    return k0.ravel(), np.isinf(k)
