@@ -14,6 +14,7 @@ kept in these shapes; forces on followed pairs move them exactly in statics.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from hbm.balance.reduced import Space, StuckMatrices
 from hbm.balance.restraint import stiff_factor
 from hbm.contact import GROUND, ContactTable, relative_motion
 from hbm.hold.spring import HeldMotion, with_springs
+from hbm.io.npz import open_npz
 from hbm.laws.base import ContactLaw
 from hbm.laws.records import Contacts, SliderStart
 from hbm.model import ReducedModel
@@ -62,6 +64,21 @@ class InterfaceReduction:
     followed: np.ndarray
     response_error: float
     frequency_error: float
+
+    def save(self, model: str | Path, shapes: str | Path) -> None:
+        """Write two .npz files: the model, and all else."""
+        self.model.save(model)
+        np.savez(shapes, basis=self.basis, followed=self.followed, error=[self.response_error, self.frequency_error],
+                 motion=[one.motion for one in self.held], extent=[one.extent for one in self.held])
+
+    @classmethod
+    def load(cls, model: str | Path, shapes: str | Path, held: Sequence[HeldMotion] = ()) -> "InterfaceReduction":
+        """Read what `save` wrote; held - what was held, on the dofs of the whole model."""
+        with open_npz(shapes) as z:
+            V, followed, error, motion, extent = (z[k] for k in ("basis", "followed", "error", "motion", "extent"))
+        there = tuple(replace(one, row=one.row @ V, motion=own, extent=float(far))
+                      for one, own, far in zip(held, motion, extent, strict=True))
+        return cls(ReducedModel.load(model), V, there, followed, *error.tolist())
 
 
 class Excitation(NamedTuple):

@@ -9,8 +9,9 @@ loads and the error bound of the truncation. A free body needs no springs to gro
 its boundary is fixed, and S keeps the six rigid motions.
 """
 
+import logging
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import NamedTuple
 
@@ -28,7 +29,16 @@ from modal.reduction import Reduction, labelled, points_on
 from modal.solvers.definite import check_condensed, definite_factor
 from modal.truncation import Truncation
 
-RIGID_STIFFNESS = 1e-9      # of the largest entry: more is an error of the reduction, a free body must float
+
+@dataclass(frozen=True)
+class ReductionSettings:
+    """Of the reduction of a body."""
+
+    rigid: float = 1e-9         # stiffness, of the largest entry: more is an error, a free body must float
+    equal: float = 1e-4         # of a frequency: modes nearer to each other are a cluster, which is not parted
+
+
+SETTINGS = ReductionSettings()
 
 
 def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, *, below_hz: float | None = None,
@@ -38,6 +48,7 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     masters - any nodes that are not clamped; all of them gives the body itself, with no modes. A free body with contact
     points needs none: nodes that hold it are added.
     modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
+    Modes of the same frequency are kept together: more than asked for, which the log "modal" says.
     loads : [(node numbers, (n, 3) forces) or (d,) N on the free dofs], of which the static shape is kept beside the
     modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
     bound : whether `truncation` is made, for which one mode more is sought, and a back-solve a master dof. Without it
@@ -54,7 +65,7 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     factor = definite_factor(body, interior, K.II, M.II)
     statics = modes == 0 and not bound
     # the modes first: their count makes a second factor for a while
-    found = _no_modes(len(interior)) if statics else factor.modes(M.II, modes, below_hz)
+    found = _no_modes(len(interior)) if statics else _whole_clusters(body, factor, M.II, modes, below_hz)
     Psi = factor.solve((-K.IB).toarray(order="F"))
     if rigid:
         _keep_rigid(body, boundary, interior, K, Psi)
@@ -129,6 +140,20 @@ def _held(body, boundary, rigid):
     return len(boundary) >= rigid and np.linalg.matrix_rank(body.rigid_motions()[boundary]) >= rigid
 
 
+def _whole_clusters(body, factor, M_II, modes, below_hz):
+    """The modes asked for, and those equal to the highest of them, as two equal blades have them: which part of a
+    cluster a solver finds depends on the numbering of the mesh."""
+    found = factor.modes(M_II, modes, below_hz)
+    count = len(found.omega)
+    while 0 < len(found.omega) < len(M_II.indptr) - 1 and found.free_to <= (1 + SETTINGS.equal) * found.omega[-1]:
+        found = factor.modes(M_II, len(found.omega) + 1)
+    if len(found.omega) > count:
+        hz = found.omega[-1] / (2 * np.pi)
+        logging.getLogger("modal").info("body '%s': %d modes in place of %d, since their frequencies are the same near "
+                                        "%.6g Hz", body.name, len(found.omega), count, hz)
+    return found
+
+
 def _no_modes(size):
     return Modes(np.empty(0), np.empty((size, 0)), 0.0)
 
@@ -171,7 +196,7 @@ def _keep_rigid(body, boundary, interior, K, Psi):
     R = body.rigid_motions()
     inside = Psi @ R[boundary]
     lost = np.abs(K.BB @ R[boundary] + K.IB.T @ inside).max() / (abs(K.BB).max() * np.abs(R[boundary]).max())
-    if lost > RIGID_STIFFNESS:
+    if lost > SETTINGS.rigid:
         raise RuntimeError(f"body '{body.name}': its rigid motions meet a stiffness of {lost:.1e}")
     Q, T = np.linalg.qr(R[boundary])
     Psi += sl.solve_triangular(T, (R[interior] - inside).T, trans="T").T @ Q.T

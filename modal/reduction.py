@@ -72,6 +72,13 @@ class Reduction:
         """rad/s of the fixed-interface modes."""
         return self.omega[self.contact_shapes:len(self.omega) - self.load_modes]
 
+    def whole_cluster(self, count: int, equal: float = 1e-4) -> int:
+        """Number of modes, at least `count`, that does not part modes whose frequencies differ by less than `equal`."""
+        omega = self.mode_omega
+        while 0 < count < len(omega) and omega[count] <= (1 + equal) * omega[count - 1]:
+            count += 1
+        return count
+
     def fewer(self, count: int) -> "Reduction":
         """The same reduction with only its `count` lowest fixed-interface modes; contact shapes and load modes stay."""
         cut, c, b = self.cut(count), self.contact_shapes, len(self.boundary)

@@ -24,7 +24,8 @@ def stuck_error_bound(model: ReducedModel, truncation: Truncation, pairs: Contac
 
 def enough_modes(parts: list[Reduction], targets: Sequence[float | None], pairs: ContactTable, below_hz: float
                  ) -> list[int]:
-    """Smallest number of modes of each body for which its own part of the error bound meets its target.
+    """Smallest number of modes of each body for which its own part of the error bound meets its target; modes of the
+    same frequency stay together.
 
     parts - reductions that may hold more than enough modes; targets - largest relative error of the stuck frequencies
     below `below_hz` that each body may cause, None: all its modes are kept. Raises InputError, naming the bound
@@ -57,7 +58,7 @@ def _fewest(parts, i, target, pairs, below_hz):
             high = middle
         else:
             low = middle
-    return high
+    return parts[i].whole_cluster(high)
 
 
 def _nothing_left_out(part):

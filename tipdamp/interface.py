@@ -10,6 +10,7 @@ from hbm.hold.spring import HeldMotion
 from hbm.interface import Excitation, InterfaceReduction, InterfaceSettings, reduce_interface
 from hbm.model import ReducedModel
 from tipdamp.stages.response_results import CurveResult, InterfaceFacts
+from tipdamp.store import Store
 from tipdamp.study.view import Study
 
 
@@ -23,6 +24,7 @@ class Choice:
 
 
 CHOICE = Choice()
+FILES = ("interface_model.npz", "interface_shapes.npz")
 NOT_MADE = InterfaceFacts(pairs=0, followed=0, dofs=0, shapes=0, response_error=0.0, frequency_error=0.0)
 
 
@@ -41,6 +43,21 @@ def shapes_of(study: Study, model: ReducedModel, kept: ContactTable, forces: Seq
     chosen = InterfaceSettings(followed=settings.followed, ratio=max(*settings.damping_ratio, CHOICE.least_damping))
     excitation = Excitation(forces, settings.band, max(settings.harmonics))
     return reduce_interface(model, kept, settings.law.make(), excitation, held, chosen)
+
+
+def keep_shapes(store: Store, found: InterfaceReduction | None) -> list[str]:
+    """Write the shapes for the stages behind; the names of the files."""
+    if found is None:
+        return []
+    with store.writing(FILES[0]) as model, store.writing(FILES[1]) as shapes:
+        found.save(model, shapes)
+    return list(FILES)
+
+
+def kept_shapes(store: Store, held: Sequence[HeldMotion]) -> InterfaceReduction | None:
+    """What `keep_shapes` wrote."""
+    model, shapes = map(store.path, FILES)
+    return InterfaceReduction.load(model, shapes, held) if shapes.is_file() else None
 
 
 def facts_of(study: Study, found: InterfaceReduction | None, curves: Sequence[CurveResult],

@@ -107,6 +107,11 @@ def test_beside_a_hold(study_of, hold):
                                 ("[1700, 2200]", "[700, 1100]"), loose=True)
         found.append((*curve_and_facts(study, store, (700.0, 1100.0)), assembled(study, store)))
     (whole, _, all_dofs), (few, facts, shapes) = found
+    # written once, and the same for the stages behind
+    assert interface.keep_shapes(store, None) == [] and len(interface.keep_shapes(store, shapes.interface)) == 2
+    again = assembled(study, store, responded=True)
+    assert again.curves.key(Case(5.0, 3, BAND)) == shapes.curves.key(Case(5.0, 3, BAND))
+    assert (again.interface.basis == shapes.interface.basis).all() and again.interface.followed.sum() == 12
     assert facts.shapes < facts.dofs / 2 and shapes.interface is not None
     assert few.peak_m == pytest.approx(whole.peak_m, rel=1e-4) and few.held_change == pytest.approx(
         whole.held_change, rel=0.01, abs=1e-9)

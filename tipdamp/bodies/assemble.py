@@ -11,6 +11,7 @@ from hbm.points import ContactPoints
 from modal.body import Body
 from modal.elasticity import Material
 from modal.mesh import Mesh
+from static_contact.surfaces.points import MeshPoints
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.surfaces import surface_points
 from tipdamp.loads import at_speed
@@ -19,10 +20,12 @@ from tipdamp.study import schema
 from tipdamp.study.view import Study
 
 
-def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: dict | None = None) -> list[Body]:
+def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: dict | None = None,
+                    points: dict[str, MeshPoints] | None = None) -> list[Body]:
     """[blades, damper]; the support of each is checked when it is reduced.
 
-    masters : {body: node numbers} that the forecast of the memory then counts
+    masters : {body: node numbers} that the forecast of the memory then counts; points : of `pair.matched`, where that
+    is known already
     """
     from modal.elasticity import elastic_body
     from modal.memory import check_memory
@@ -36,10 +39,10 @@ def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: 
     tick(0.1, "assembling the damper")
     material, others = materials(study, meshes[DAMPER])
     damper = elastic_body(meshes[DAMPER], material, DAMPER, other_materials=others, free=True)
-    met = surface_points(study, meshes)
-    if met is None:
-        return [blades, damper]
-    return [replace(body, points=met.points[body.name].on(body)) for body in (blades, damper)]
+    if points is None:
+        met = surface_points(study, meshes)
+        points = met.points if met else {}
+    return [replace(body, points=points[body.name].on(body)) if points else body for body in (blades, damper)]
 
 
 def materials(study: Study, mesh: Mesh) -> tuple[Material, dict[str, Material]]:

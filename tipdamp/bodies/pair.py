@@ -8,18 +8,25 @@ from hbm.contact import GROUND, ContactTable, check_distinct, check_pairs_once
 from hbm.errors import InputError
 from modal.mesh import Mesh
 from static_contact.pairing import join, matches, offsets, pair
+from static_contact.surfaces.pick import faces_of
+from static_contact.surfaces.settings import DEFAULT
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.surfaces import length_text, named_side, surface_points
+from tipdamp.bodies.surfaces import SurfaceContact, length_text, named_side, surface_points
 from tipdamp.study.view import Study
 
 
 def matched_pairs(study: Study, meshes: dict[str, Mesh]) -> ContactTable:
     """All pairs of all sides with their frames: nodes matched between the meshes, points of unlike surfaces, or the
     user's own table."""
+    return matched(study, meshes).pairs
+
+
+def matched(study: Study, meshes: dict[str, Mesh]) -> SurfaceContact:
+    """`matched_pairs`, and the points of the surfaces on either mesh, none where there are no surfaces."""
     if study.contact.pairs:
         pairs = own_pairs(study)
         check_positions(study, meshes, pairs)
-        return pairs
+        return SurfaceContact(pairs, {})
     _check_not_swapped(study, meshes)
     met = surface_points(study, meshes)
     found = {name: met.pairs.select(met.pairs.side == name) for name in met.pairs.sides} if met else {}
@@ -34,7 +41,25 @@ def matched_pairs(study: Study, meshes: dict[str, Mesh]) -> ContactTable:
         found[name] = pairs
     pairs = join(*(found[name] for name in study.sides))
     check_pairs_once(f"{study.path}: [contact]", pairs)
-    return pairs
+    _check_apart(study, meshes, pairs)
+    return SurfaceContact(pairs, met.points if met else {})
+
+
+def _check_apart(study, meshes, pairs):
+    """InputError where most pairs of a side of nodes lie within a side that meets as surfaces, and face its way."""
+    for surface in dict.fromkeys(pairs.side[pairs.on_surface].tolist()):
+        own, normals = named_side(study, surface), pairs.normal[pairs.side == surface]
+        inside = [np.unique(np.concatenate([f.ravel() for f in faces_of(meshes[body], group)]))
+                  for body, group in ((BLADES, own.blade), (DAMPER, own.damper))]
+        for name in dict.fromkeys(pairs.side[~pairs.on_surface].tolist()):
+            mine = pairs.select(pairs.side == name)
+            there = np.isin(meshes[BLADES].index(mine.blade_node), inside[0]) & np.isin(
+                meshes[DAMPER].index(mine.damper_node), inside[1])
+            there &= (mine.normal @ normals.T).max(axis=1) > np.cos(np.radians(DEFAULT.opposed))
+            if there.sum() > len(mine) / 2:
+                raise InputError(f"{study.path}: [contact.{name}]: {there.sum()} of its {len(mine)} pairs of nodes lie "
+                                 f"within the surfaces of side '{surface}': their contact would count twice; leave one "
+                                 "of the two sides out, or take the faces off it")
 
 
 def _check_not_swapped(study, meshes):

@@ -16,7 +16,7 @@ from static_contact.reduction_error import enough_modes, own_error
 from tipdamp import loads
 from tipdamp.bodies import BLADES, CHECK_BELOW_HZ, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes, with_points
-from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.pair import matched
 from tipdamp.bodies.read import read_meshes
 from tipdamp.progress import Tick
 from tipdamp.stages.results import Reduction
@@ -64,10 +64,11 @@ def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
     """Meshes to the reduced model; load cases and pairs are checked before anything is assembled."""
     meshes = read_meshes(study)
     loads.check(study, meshes)
-    pairs = matched_pairs(study, meshes)
+    pairs, points = matched(study, meshes)
     masters = master_nodes(study, meshes, pairs)
     touching = {BLADES: pairs.blade_node, DAMPER: pairs.damper_node}
-    bodies = assemble_bodies(study, meshes, tick, {name: np.union1d(masters[name], touching[name]) for name in masters})
+    counted = {name: np.union1d(masters[name], touching[name]) for name in masters}
+    bodies = assemble_bodies(study, meshes, tick, counted, points)
     masters |= {body.name: holding_nodes(body) for body in bodies if not len(masters[body.name])}
     bodies = [with_points(body, pairs, masters[body.name]) for body in bodies]
     side_moduli = side_materials(study, meshes, pairs)

@@ -19,7 +19,7 @@ from tipdamp.study.view import Study
 
 
 class SurfaceContact(NamedTuple):
-    """pairs - of the sides that meet as surfaces; points {body: MeshPoints} on either mesh."""
+    """pairs - of the sides that meet as surfaces, or of all; points {body: MeshPoints} on either mesh."""
 
     pairs: ContactTable
     points: dict[str, MeshPoints]

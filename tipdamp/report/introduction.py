@@ -14,7 +14,7 @@ def introduction(results: Results) -> list[str]:
 def _model(results) -> Iterator[str]:
     size, free = results.reduce.reduction, results.reduce.free_hz
     yield (f"Two blades with a friction damper pressed between them: a model of {size.dofs} dofs, reduced to "
-           f"{size.masters} contact and response dofs and {sum(size.modes.values())} modes.")
+           f"{size.in_words}.")
     if free:
         yield (f"Without damper the blades vibrate out of phase at {hertz(free['out_of_phase'])} Hz and in phase at "
                f"{hertz(free['in_phase'])} Hz.")

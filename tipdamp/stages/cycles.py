@@ -23,7 +23,7 @@ SAMPLES = 256            # a period: the loops are drawn with them, the energies
 
 def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
     """One period of all contacts at the highest solved point of every curve, and its energies."""
-    assembly, respond = assembled(study, store), RespondResult.load(store)
+    assembly, respond = assembled(study, store, responded=True), RespondResult.load(store)
     names = pair_names(assembly.kept, slice(None))
     found, said = [], []
     for k, case in enumerate(respond.responses):

@@ -11,7 +11,7 @@ from tipdamp import loads, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes
 from tipdamp.bodies.matrices import given_model, ground_warnings
-from tipdamp.bodies.pair import matched_pairs, places_on
+from tipdamp.bodies.pair import matched, places_on
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.bodies.surfaces import damper_areas
 from tipdamp.gaps import check_gaps
@@ -53,7 +53,7 @@ def _meshes(study, store, tick):
               for name, mesh in meshes.items()}
     bodies[BLADES] = bodies[BLADES].model_copy(update={"first_hz": first_frequency(study, meshes[BLADES])})
     try:
-        pairs = matched_pairs(study, meshes)
+        pairs, points = matched(study, meshes)
     except InputError as error:
         warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
         found = _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings),
@@ -62,7 +62,7 @@ def _meshes(study, store, tick):
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
     check_gaps(study, pairs, meshes[DAMPER].position)
-    bodies, warnings = _assembled(study, meshes, pairs, bodies, tick)
+    bodies, warnings = _assembled(study, meshes, (pairs, points), bodies, tick)
     angles = pair_checks.surface_angles(pairs, meshes)
     if not study.contact.pairs:
         warnings += distance_warnings(study, pairs, meshes)
@@ -86,12 +86,12 @@ def _of_mesh(mesh, file):
         cell_groups={k: len(v) for k, v in sorted(mesh.cell_groups.items())}, not_read=tuple(mesh.unused))
 
 
-def _assembled(study, meshes, pairs, bodies, tick):
-    """The bodies with dofs, mass and rigid modes; the warnings about each."""
+def _assembled(study, meshes, contact, bodies, tick):
+    """The bodies with dofs, mass and rigid modes; the warnings about each. contact : pairs, and points of surfaces."""
     from modal.body import check_support
 
-    found, warnings = dict(bodies), []
-    for body in assemble_bodies(study, meshes, tick, master_nodes(study, meshes, pairs)):
+    (pairs, points), found, warnings = contact, dict(bodies), []
+    for body in assemble_bodies(study, meshes, tick, master_nodes(study, meshes, pairs), points):
         found[body.name] = InspectedBody(**{**dict(bodies[body.name]), "free_dofs": body.dofs,
                                             "moving_mass_kg": body.mass(), "rigid_modes": check_support(body)})
         warnings += mesh_warnings(study, body.name, meshes[body.name], body.mass().max())

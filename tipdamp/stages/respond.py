@@ -17,7 +17,7 @@ from hbm.result import ForcedResponse
 from static_contact.roll_springs import with_springs
 from tipdamp import friction
 from tipdamp.curves import Case, Curves, forget, sweep
-from tipdamp.interface import doubts, facts_of, in_words, shapes_of
+from tipdamp.interface import FILES, doubts, facts_of, in_words, keep_shapes, kept_shapes, shapes_of
 from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Ticker
 from tipdamp.stages.adrift import adrift
@@ -88,7 +88,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     RespondResult(responses=tuple(with_macs(found, shapes)), law=settings.law, zeta=settings.damping_ratio,
                   stuck_difference=difference, interface=facts_of(study, assembly.interface, found, pair_names(
                       assembly.kept, slice(None)))).save(store)
-    return [case.file for both in cases for case in both]
+    return [*(case.file for both in cases for case in both), *keep_shapes(store, assembly.interface)]
 
 
 def _make(cases: list[Case], curves: Curves, tick: Ticker, workers: Workers) -> None:
@@ -128,8 +128,9 @@ def make_curve(curves: Curves, case: Case, report: Callable[[float, str], None])
     curves.make(case, progress)
 
 
-def assembled(study: Study, store: Store) -> Assembly:
-    """What the stages before have left, put together for the forced response."""
+def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
+    """What the stages before have left, put together for the forced response; responded - the shapes that it is in are
+    there."""
     model, table = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
     model = with_springs(model, table, declared_springs(study, table, table.preload > 0))
     kept = table.select(table.carrying)
@@ -142,7 +143,8 @@ def assembled(study: Study, store: Store) -> Assembly:
         start = sliders[:, :law.sliders]
     rows, held = outputs(study, model), held_motions(study, model, kept)
     largest = max(study.respond.levels) * force
-    shapes = shapes_of(study, model, kept, [largest] if static is None else [largest, static], held)
+    shapes = kept_shapes(store, held) if responded else shapes_of(
+        study, model, kept, [largest] if static is None else [largest, static], held)
     small, there = model, held
     if shapes is not None:
         small, force, rows = shapes.model, force @ shapes.basis, {name: r @ shapes.basis for name, r in rows.items()}
@@ -270,6 +272,6 @@ def _micro(m, hz):
     return f"{1e6 * m:.4g} um at {hz:.1f} Hz"
 
 
-STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"), may_write=("responses/*.npz",),
-              needs=("reduce", "tune"), requires=("tune", "respond"),
+STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"),
+              may_write=("responses/*.npz", *FILES), needs=("reduce", "tune"), requires=("tune", "respond"),
               reads=READS, parallel=True, forget=forget)

@@ -76,6 +76,13 @@ class Reduction(Record):
     load_modes: dict[str, int] = {}
     contact_shapes: dict[str, int] = {}
 
+    @property
+    def in_words(self) -> str:
+        """'105 contact and response dofs and 60 modes', '15 dofs of nodes, 420 contact shapes and 60 modes'."""
+        shapes, modes = sum(self.contact_shapes.values()), f"{sum(self.modes.values())} modes"
+        return (f"{self.masters} dofs of nodes, {shapes} contact shapes and {modes}" if shapes else
+                f"{self.masters} contact and response dofs and {modes}")
+
 
 class FreeResponse(Record):
     """Linear response without damper: largest amplitude over each patch per newton, m_per_N {patch: values at hz}."""

@@ -46,8 +46,7 @@ def run_stage(name: str, study: Study, store: Store, *, force: bool = False, qui
         raise InputError(f"{study.path}: {'section ' * missing.endswith(']')}{missing} is missing, the stage '{name}' "
                          "needs it")
     needs = stages_needed(stage, study)
-    for need in needs:
-        _check_current(name, need, study, store)
+    _check_current(name, study, store)
     for touched in [*needs, name]:
         _check_untouched(touched, study, store, force and touched == name)
     with nullcontext() if locked else store.lock():
@@ -135,13 +134,32 @@ def sources(packages: Sequence[Path], with_report: bool) -> list[Path]:
                   and (with_report or "report" not in f.relative_to(package).parts))
 
 
-def _check_current(name, need, study, store):
-    command = f"run: tipdamp {need} {study.path}"
-    if store.record(need) is None:
-        raise InputError(f"'{name}' needs the stage '{need}', which has not been run; {command}")
-    if not store.is_current(need, stage_key(need, study, store)):
-        raise InputError(f"'{name}' needs the stage '{need}', which is out of date (the study, a mesh or the program "
-                         f"has changed, or a file is missing); {command}")
+def _check_current(name, study, store):
+    """InputError where stages that this one needs, or that those need, are absent or out of date: all of them, and what
+    makes them."""
+    needed = _all_needed(stage_of(name), study)
+    absent = [need for need in needed if store.record(need) is None]
+    stale = [need for need in needed if need not in absent
+             and not store.is_current(need, stage_key(need, study, store))]
+    if not absent and not stale:
+        return
+    found = [f"{_listed(absent)} not been run"] if absent else []
+    found += [f"{_listed(stale, 'is', 'are')} out of date (the study, a mesh or the program has changed, or a file is "
+              "missing)"] if stale else []
+    one = [*absent, *stale][0] if len([*absent, *stale]) == 1 else "run"
+    raise InputError(f"'{name}' needs {', and '.join(found)}; run: tipdamp {one} {study.path}")
+
+
+def _all_needed(stage, study):
+    """Stages that the stage needs and those that they need, in the order of a run."""
+    direct = stages_needed(stage, study)
+    found = {*direct, *(more for need in direct for more in _all_needed(STAGES[need], study))}
+    return [name for name in STAGES if name in found]
+
+
+def _listed(stages, one="has", several="have"):
+    *others, last = (f"'{stage}'" for stage in stages)
+    return f"the stages {', '.join(others)} and {last}, which {several}" if others else f"the stage {last}, which {one}"
 
 
 def _check_untouched(name, study, store, overwrite):

@@ -34,7 +34,7 @@ class AtRest(NamedTuple):
 
 def stress(study: Study, store: Store, tick: Tick) -> list[str]:
     """Fields of every body, and the places of the largest alternating stress, at the peak of blade 1."""
-    assembly, respond = assembled(study, store), RespondResult.load(store)
+    assembly, respond = assembled(study, store, responded=True), RespondResult.load(store)
     bodies = _at_rest(study, assembly, tick)
     H = max(case.H for case in respond.responses)
     cases = [case for case in respond.responses if case.H == H]

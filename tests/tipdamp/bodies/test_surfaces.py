@@ -158,3 +158,13 @@ def test_no_edge_line_without_rows(tmp_path):
     some = pairs.select(np.arange(len(pairs)) != 1)
     with pytest.raises(InputError, match=r"\[contact.one\] rows = 'edge': .* hold 4 to 5 contact points; rows = 'all'"):
         line_of(study, some)
+
+
+def test_nodes_and_surfaces_of_one_contact_are_refused(tmp_path, capsys, nothing_is_assembled):
+    """Side one pairs its nodes; a third side takes a part of the same faces as surfaces."""
+    third = ('[contact.three]\nblade = { group = "touch_one", box = [[0, 0, 0], [1, 0.0051, 1]] }\ndamper = "face_x"\n'
+             'shape = "flat"\nkn_total = 1e6\nkt_total = 1e6\nwidth = 0.01\n[respond]')
+    path = corner_study.write(tmp_path, change=[("[respond]", third)])
+    code, said, _ = inspect(path, capsys)
+    assert code == 2 and re.search(r"\[contact.one\]: 6 of its 9 pairs of nodes lie within the surfaces of side "
+                                   "'three': their contact would count twice", said)

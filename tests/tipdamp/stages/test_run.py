@@ -97,7 +97,8 @@ def test_a_stage_says_what_it_needs(copy, capsys):
     shutil.rmtree(copy / "results")
     assert main(["respond", str(copy / "rig.toml")]) == 2
     line = capsys.readouterr().err
-    assert "'respond' needs the stage 'reduce', which has not been run; run: tipdamp reduce" in line
+    assert "'respond' needs the stages 'reduce', 'preload' and 'tune', which have not been run; run: tipdamp run " in (
+        line)
     assert line.count("\n") == 1 and not (copy / "results").exists()
 
 

@@ -10,6 +10,7 @@ from tipdamp.report.results import Results
 from tipdamp.report.text import amount, force_along, listing, micro, number
 from tipdamp.stages.results import SideStiffness
 
+PER_MM3 = 1e9            # N/m3 in a N/mm3
 LINE = {"edge": "represented by the lower edge line in the line model", "all": "all in the line model"}
 THEORY = {"halfspace_3d": "smooth half-spaces", "plane_depth": "plane strain",
           "rough_series": "half-spaces in series with a rough interface"}
@@ -54,10 +55,28 @@ def _contact(results):
         side, rows = results.study.sides.get(name), results.reduce.rows[name]
         made = results.preload.stiffness.get(name)
         where = _stiffness(made) if made else f"from {results.study.contact.pairs}"
-        yield (f"side '{name}'", (side.shape if side else "given pairs") + f"; kn = {kn / 1e6:.3g}, "
-               f"kt = {kt / 1e6:.3g} N/µm per node, {where}; {rows} row{'s' * (rows > 1)} in the patch"
-               + (f", {LINE[side.rows]}" if rows > 1 and side else "")
+        mine = results.whole.select(results.whole.side == name)
+        yield (f"side '{name}'", f"{side.shape if side else 'given pairs'}; {_amounts(side, mine, kn, kt)}, {where}; "
+               + _places(mine, rows) + (f", {LINE[side.rows]}" if rows > 1 and side else "")
                + ("; initial gap given along the axis" if side and side.gap else ""))
+
+
+def _amounts(side, mine, kn, kt) -> str:
+    """kn and kt as the side has them: per area on surfaces and where it is given so, else per node."""
+    if mine.on_surface.all():
+        kn, kt = mine.kn.sum() / mine.area.sum(), mine.kt.sum() / mine.area.sum()
+    elif side is not None and side.kn_per_area:
+        kn, kt = side.kn_per_area, side.kt_per_area
+    else:
+        return f"kn = {kn / 1e6:.3g}, kt = {kt / 1e6:.3g} N/µm per node"
+    return f"kn = {kn / PER_MM3:.4g}, kt = {kt / PER_MM3:.4g} N/mm³ per area"
+
+
+def _places(mine, rows) -> str:
+    if mine.on_surface.all():
+        return (f"surfaces of unlike meshes, {len(mine)} contact points on {number(1e6 * mine.area.sum())} mm² in "
+                f"{rows} row{'s' * (rows > 1)}")
+    return f"{rows} row{'s' * (rows > 1)} in the patch"
 
 
 def _stiffness(made: SideStiffness) -> str:

@@ -37,12 +37,14 @@ def _stuck(results):
     rows_of = {s: len(np.unique(table.row[table.side == s])) for s in table.sides}
     detail = listing(f"{n} row{'s' * (n > 1)} on '{s}'" for s, n in rows_of.items())
     opened = {name: f", {n} pair{'s' * (n > 1)} open at rest" if n else "" for name, n in tune.open_pairs}
-    yield _frequency(results, f"stuck, whole area: {detail}{opened['full_area']} (Hz)", tune.stuck_hz.full_area,
-                     "full_area_hz")
-    yield _frequency(results, f"stuck, whole line{opened['full_line']} (Hz)", tune.stuck_hz.full_line, "full_line_hz")
     kept = ("own table" if tune.table else f"tuned to {tune.target_hz:g} Hz" if tune.target_hz else
             "given share of the area" if tune.area else "given stations")
-    yield _frequency(results, f"stuck, {kept}{opened['tuned']} (Hz)", tune.stuck_hz.tuned, "tuned_hz")
+    stuck, sets = dict(tune.stuck_hz), dict[tuple, list[tuple[str, str]]]()
+    for key, name in (("full_area", f"whole area: {detail}"), ("full_line", "whole line"), ("tuned", kept)):
+        sets.setdefault((round(stuck[key], 6), reference.get(f"{key}_hz")), []).append((key, name))
+    for same in sets.values():                          # one row where the sets are the same
+        key, names = same[0][0], ", ".join(name for _, name in same)
+        yield _frequency(results, f"stuck, {names}{opened[key]} (Hz)", stuck[key], f"{key}_hz")
     for name, mode in tune.other_modes.items():
         free = results.reduce.free_hz.get(name)
         yield (f"{name.replace('_', ' ')} with damper, {kept}; without: {hertz(free)} (Hz)", hertz(mode.hz), NOTHING,
