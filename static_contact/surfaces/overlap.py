@@ -52,12 +52,13 @@ def _pieces(D, B, sizes, reach, settings):
         block = slice(start, start + settings.block)
         found = _integrate(D, B, i[block], j[block], rule, settings)
         if found is not None:
-            yield _within(*found, D, B, sizes, reach)
+            yield _within(found, (D, B), sizes, reach)
 
 
-def _within(pair, weight, on_damper, on_blade, D, B, sizes, reach):
-    """The points whose gap is small enough, and the covered areas."""
-    (i, j), q = pair, len(weight) // len(pair[0])
+def _within(found, both, sizes, reach):
+    """The points found by `_integrate` whose gap is small enough, and the covered areas; both - facets D and B."""
+    ((i, j), weight, on_damper, on_blade), (D, B) = found, both
+    q = len(weight) // len(i)
     gap = np.einsum("mx,mx->m", on_blade.place - on_damper.place, np.repeat(D.normal[i], q, axis=0))
     near = np.abs(gap) <= reach
     per_piece = np.add.reduceat(weight * near, np.arange(0, len(weight), q))

@@ -77,6 +77,7 @@ def _response(found):
     excitation, patches = found.groups["excitation"], found.groups["patches"]
     lines = ["[tune]", 'stations = "all"', "", "[respond]",
              f"excitation = {_names(excitation[:1])}" + _of(found, BLADES, "the node that is excited", not excitation),
+             f"direction = {_vector(np.cross(found.axis, found.pull))}     # of force and response: across both",
              f"patches = {_names(patches[:2])}     # two groups of response nodes, blade 1 first",
              'levels = "?"                # N, amplitudes of the excitation, such as [1, 5]',
              'band = "?"                  # Hz, such as [700, 900]', "damping_ratio = 0.005"]

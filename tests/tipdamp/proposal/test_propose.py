@@ -20,6 +20,7 @@ from tipdamp.bodies.split import cut
 from tipdamp.cli import main
 from tipdamp.proposal.patches import Patch, _Faces, within_group
 from tipdamp.proposal.propose import propose
+from tipdamp.proposal.study_text import study_text
 from tipdamp.readers.dispatch import read_mesh
 from tipdamp.study.study import load_study
 
@@ -79,6 +80,7 @@ def test_wedge_under_platforms():
     assert angles == pytest.approx([30, 45], abs=0.1) and all(s.patch.flat for s in found.sides)
     assert found.groups == {"clamp": ["Fixed"], "load_points": ["pullpts"], "excitation": ["shaker"],
                             "patches": ["tipL", "tipR"]}
+    assert "# direction = [1, 0, 0] " in study_text(found, {"blades": "b.msh", "damper": "d.msh"})
 
 
 def test_round_side(rig):
