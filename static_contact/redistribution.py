@@ -13,8 +13,8 @@ from static_contact.rigid_motions import SETTINGS
 @dataclass(frozen=True)
 class Redistribution:
     """pairs - the kept pairs with the preload that they carry; scale : {side: factor on their part of the whole map}
-    moment : N m about the damper axis that moving each station's force to its kept row leaves (in the reference
-    state, taken up there and reported)."""
+    moment : N m about the damper axis by which what is kept differs from the whole map, since each station's force
+    moves to its kept row or a part of the area is detached (in the reference state, taken up there and reported)."""
 
     pairs: ContactTable
     scale: dict[str, float]
@@ -24,15 +24,15 @@ class Redistribution:
 def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, float], axis: ArrayLike) -> Redistribution:
     """The part of the whole map on the kept stations, scaled to the side forces of the equilibrium.
 
-    whole - solved preload of all rows; kept - carrying pairs only; forces {side: N}. Each kept pair has its own part of
-    the map, and where fewer rows are kept than were solved, the forces of the others of its station go to the kept
-    ones in equal parts, to the closed ones where there are any. Pairs that carry nothing keep their opening. Raises
-    InputError where no kept station of a side is closed.
+    whole - solved preload of all rows, of weight 0 where it leaves without its force being moved; kept - carrying pairs
+    only; forces {side: N}. Each kept pair has its own part of the map, and where fewer rows are kept than were solved,
+    the forces of the others of its station go to the kept ones in equal parts, to the closed ones where there are any.
+    Pairs that carry nothing keep their opening. Raises InputError where no kept station of a side is closed.
     """
     preload = np.empty(len(kept))
     scale, moment = {}, 0.0
     axis = np.asarray(axis, float) / np.linalg.norm(axis)
-    whole = whole.select(whole.carrying)
+    before, whole = whole, whole.select(whole.carrying)
     for side in kept.sides:
         mine = np.flatnonzero(kept.side == side)
         full = whole.select(whole.side == side)
@@ -42,7 +42,8 @@ def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, floa
         if total <= 0 and forces[side] > SETTINGS.rounding * max(forces.values()):      # a stop may carry nothing
             raise InputError(f"side '{side}': none of the kept stations is closed under the pull")
         preload[mine] = np.where(part > 0, part * scale[side], part)
-        moment += _moment(full, axis) - _moment(kept.replace(preload=preload).select(mine), axis)
+        moment += _moment(before.select(before.side == side), axis)
+        moment -= _moment(kept.replace(preload=preload).select(mine), axis)
     return Redistribution(kept.replace(preload=preload), scale, float(moment))
 
 

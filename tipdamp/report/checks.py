@@ -99,8 +99,9 @@ def _redistributed(results):
     done, kept = results.tune.redistribution, results.kept.select(results.kept.carrying)
     yield from _balance("the preload of the kept stations", results.tune.preload_kept)
     if abs(done.moment_Nm or 0.0) > LIMITS.moment_Nm:
-        yield (f"Moving the force of each station to its kept row leaves a moment of {amount(done.moment_Nm, 'N m')} "
-               "about the axis of the damper; it is balanced by a constraint in the static solution.")
+        why = "What is detached" if results.tune.area else "Moving the force of each station to its kept row"
+        yield (f"{why} leaves a moment of {amount(done.moment_Nm, 'N m')} about the axis of the damper; it is balanced "
+               "by a constraint in the static solution.")
     for motion, load in done.reactions.items():
         if abs(load) > NEGLIGIBLE:
             yield (f"A load of {force_along(motion, load)}, which no contact resists, is balanced by a "

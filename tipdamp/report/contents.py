@@ -44,7 +44,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
     ("linear", "Without damper", (free_response.figures,)),
     ("preload", "Preload", (contact_stiffness.tables, preload_map.figures, pressure.figures, full_preload.tables,
                             load_cases.tables, preload_map.load_case_figures)),
-    ("tuning", "Kept stations", (detachment.figures, kept_area.figures, kept_sets.tables, kept_preload.figures)),
+    ("tuning", "Kept contacts", (detachment.figures, kept_area.figures, kept_sets.tables, kept_preload.figures)),
     ("modes", "Mode shapes", (mode_shapes.figures,)),
     ("response", "Forced response", (peaks.tables, response_family.figures, response_levels.figures,
                                      peak_trend.figures, held_table.tables, held.figures,

@@ -34,7 +34,7 @@ def _kept(results) -> Iterator[str]:
         how = (f"its table {tune.table} keeps" if tune.table else "the study keeps" if not tune.target_hz
                else f"detaching {'area' if tune.area else 'stations'} (target {tune.target_hz:g} Hz) leaves")
         yield (f"With all pairs stuck the tracked mode lies at {hertz(tune.stuck_hz.full_area)} Hz; {how} "
-               f"{tune.kept_in_words}, with which it lies at {hertz(tune.stuck_hz.tuned)} Hz.")
+               f"{tune.kept_in_words.replace('mm2', 'mm²')}, with which it lies at {hertz(tune.stuck_hz.tuned)} Hz.")
 
 
 def _response(results) -> Iterator[str]:

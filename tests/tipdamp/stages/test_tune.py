@@ -229,6 +229,12 @@ def test_detached_rows_of_an_own_table_carry_nothing(variant, tmp_path):
     assert abs(found["redistribution"]["moment_Nm"]) < 0.1
 
 
+def moment_of(table, on):
+    """Of the forces on the damper about y, N m."""
+    force = -np.maximum(table.preload[on], 0)[:, None] * table.normal[on]
+    return float(np.cross(table.position[on], force)[:, 1].sum())
+
+
 @pytest.mark.parametrize("keys, off", [('by = "area"', 0.1), ('by = "area"\norder = "from_middle"', 0.1),
                                        ('by = "cell"\ncell_size = 0.006\ngraded = true', 0.1),
                                        ('by = "cell"\ncell_size = 0.004', 80.0)])
@@ -238,16 +244,18 @@ def test_tuning_by_area(variant, keys, off):
     folder = variant("tune", ("stations = [5, 4]", f"{keys}\ntarget_hz = 2500"))
     found = read(folder, "tune.json")
     whole, kept = (ContactTable.load(folder / f"{n}.csv") for n in ("preload", "kept"))
-    area = found["area"]
+    area, moment = found["area"], 0.0
     assert abs(found["stuck_hz"]["tuned"] - 2500) <= off and 0.1 < area["share"] < 0.9
     assert {name: side["unit"] for name, side in area["sides"].items()} == {"left": "mm", "right": "mm2"}
     for name, side in area["sides"].items():
         on = kept.carrying & (kept.side == name)
         assert kept.preload[on].sum() == pytest.approx(EACH_SIDE, rel=1e-6)
         assert side["kept"] / side["closed"] == pytest.approx(area["share"], abs=0.1 if off > 1 else 1e-6)
+        moment += moment_of(whole, whole.side == name) - moment_of(kept, on)
         if name == "left":                       # one row: nothing is moved from other rows to it
             factor = kept.preload[on] / whole.preload[on] / kept.weight[on]
             assert np.ptp(factor) < 1e-9 * factor.mean()
+    assert found["redistribution"]["moment_Nm"] == pytest.approx(moment, abs=1e-9)
     hz = [step["hz"] for step in area["history"]]
     assert hz[0] == pytest.approx(found["stuck_hz"]["full_line"], abs=1e-3) and hz[0] > hz[-1]
 

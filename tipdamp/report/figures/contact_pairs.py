@@ -49,9 +49,10 @@ def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surface
     end = damper.mean(axis=0) + along * ((damper - damper.mean(axis=0)) @ along).max()
     items.append(Segments(end[None], end[None] + 4 * length * along, "axis of the damper", "#222222", 7.0))
     counts = listing(f"{int((pairs.side == s).sum())} on side '{s}'" for s in pairs.sides)
+    place = "contact point" if pairs.on_surface.all() else "node"
     caption = (f"The {len(pairs)} contact pairs ({counts}) with their frames: n must point out of the damper into the "
-               "blade, t1 along the axis. Point at a node for the node numbers of your meshes, the distance of the two "
-               "nodes and the initial gap." + (NO_SURFACE if not surfaces else ""))
+               f"blade, t1 along the axis. Point at a {place} for its numbers, the distance of the two {place}s and "
+               "the initial gap." + (NO_SURFACE if not surfaces else ""))
     return Scene("contact_pairs", "Contact pairs and their frames", caption, tuple(items), box, *view_of(pairs, axis))
 
 

@@ -63,6 +63,7 @@ def _map(results) -> Figure:
     for side in kept.sides:
         mine, before = of_side(kept, side), of_side(whole, side)
         t2 = mine.frame[:, 1].mean(axis=0)
+        t2 *= 1 if t2 @ np.array(results.study.driver.pull_direction) >= 0 else -1          # up is to where the pull is
         across = MM * (mine.position - mine.position.mean(axis=0)) @ (t2 / np.linalg.norm(t2))
         part, closed = mine.weight, before.preload > 0
         kinds = ((part >= 1) & closed, "kept", BLUE, "circle", True), \

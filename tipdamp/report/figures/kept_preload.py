@@ -27,7 +27,7 @@ def figures(results: Results) -> Iterator[Figure]:
                     y_range=span) for side in table.sides]
     sums = listing(f"{number(s.sum_N)} N on side '{name}' ({number(s.min_N, 3)} to {number(s.max_N, 3)} N, "
                    f"{s.detached} open)" for name, s in results.tune.preload_kept.items())
-    caption = (f"Normal preload of what is kept, {results.tune.kept_in_words}: "
+    caption = (f"Normal preload of what is kept, {results.tune.kept_in_words.replace('mm2', 'mm²')}: "
                f"{HOW[results.study.tune.preload]}. The sum is {sums}. The forced response starts from this "
                "preload.")
     yield Figure("preload_kept", "Preload of the kept stations", caption, tuple(panels), row_height=310)

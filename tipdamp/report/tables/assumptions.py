@@ -105,12 +105,13 @@ def _kept(results):
     done = tune.redistribution
     if done.scale:
         scale = ", ".join(f"{k:.3f} on side '{s}'" for s, k in done.scale.items())
-        yield "preload of the kept stations", f"scaled to the whole load: {scale}"
+        yield "preload of what is kept", f"scaled to the whole load: {scale}"
         yield ("moment balanced by a constraint in the static solution",
-               f"{amount(done.moment_Nm, 'N m')} about the axis of the damper: the force of each station is moved to "
-               "its kept row")
+               f"{amount(done.moment_Nm, 'N m')} about the axis of the damper: " + (
+                   "a part of the area is detached" if tune.area else
+                   "the force of each station is moved to its kept row"))
     else:
-        yield ("preload of the kept stations", f"as {tune.table} states it" if results.study.tune.preload == "table"
+        yield ("preload of what is kept", f"as {tune.table} states it" if results.study.tune.preload == "table"
                else "static contact solved again on them")
     for motion, load in done.reactions.items():
         yield "load balanced by a constraint in the static solution", force_along(motion, load)

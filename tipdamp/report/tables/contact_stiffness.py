@@ -14,8 +14,9 @@ def tables(results: Results) -> Iterator[Table]:
     if not any(len(one.ways) > 1 for one in made.values()):
         return
     rows = tuple(row for side, one in made.items() for row in _rows(side, one))
-    yield Table("Contact stiffness per node (mean of the side): what the study computes with, what it was made from, "
-                "and the reference of the study. Smooth half-spaces are an upper bound; real contacts are softer.",
+    yield Table("Contact stiffness per node or contact point (mean of the side): what the study computes with, what it "
+                "was made from, and the reference of the study. Smooth half-spaces are an upper bound; real contacts "
+                "are softer.",
                 ("side", "way", "kn (N/\N{MICRO SIGN}m)", "kt (N/\N{MICRO SIGN}m)", "kn over reference", ""), rows,
                 left=(0, 1, 5))
 
