@@ -1,6 +1,7 @@
 """A `Mesh` to and from a gmsh file (MSH 4.1), groups included. The only file of this package that imports gmsh."""
 
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -65,26 +66,34 @@ def read(path: str | Path) -> Mesh:
     return Mesh(name, nodes, cells.reshape(-1, 27), surfaces, groups[0])
 
 
-def extruded_tetrahedra(loop: np.ndarray, length: float, edge: np.ndarray, pieces: np.ndarray, ruled: np.ndarray,
-                        ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unstructured mesh of a polygon (n, 2) in x, z that is extruded along y from 0 to `length`: nodes (N, 3), 10-node
-    tetrahedra (m, 10) and the 6-node triangles of its surface (f, 6).
+def extruded_tetrahedra(loop: np.ndarray, sharp: np.ndarray, length: float, edge: np.ndarray, pieces: np.ndarray,
+                        ruled: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unstructured mesh of a section in x, z that is extruded along y from 0 to `length`: nodes (N, 3), straight
+    10-node tetrahedra (m, 10) and the 6-node triangles of its surface (f, 6).
 
-    edge : (n,) m - of the tetrahedra at the polygon's corners
+    loop : (p, 2) m - places along the section's border; sharp : (n,) int - which of them are corners; the border
+        between two corners is a spline through the places there
+    edge : (n,) m - of the tetrahedra at the corners
     pieces : (n,) int - equal ones of the line along y through each corner; 0: as many as `edge` asks for
-    ruled : (n,) bool - sides of the polygon, each from its corner to the next, that are cut into one row of rectangles,
+    ruled : (n,) bool - sides of the section, each from its corner to the next, that are cut into one row of rectangles,
         and these into two triangles each
     """
     with _gmsh() as (model, gmsh):
         geo = model.geo
-        points = [geo.addPoint(x, 0.0, z, e) for (x, z), e in zip(loop, edge, strict=True)]
-        lines = [geo.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
+        sizes = np.full(len(loop), edge.max())
+        sizes[sharp] = edge
+        points = [geo.addPoint(x, 0.0, z, e) for (x, z), e in zip(loop, sizes, strict=True)]
+        around = points[sharp[0]:] + points[:sharp[0] + 1]
+        ends = [*(sharp - sharp[0]), len(loop)]
+        lines = [(geo.addLine if last - first == 1 else lambda *tags: geo.addSpline(tags))(*around[first:last + 1])
+                 for first, last in pairwise(ends)]
         base = geo.addPlaneSurface([geo.addCurveLoop(lines)])
         top, volume, *sides = [tag for _, tag in geo.extrude([(2, base)], 0.0, length, 0.0)]
         geo.synchronize()
-        _rule(model, loop, pieces, [side for side, one in zip(sides, ruled, strict=True) if one])
+        _rule(model, loop[sharp], pieces, [side for side, one in zip(sides, ruled, strict=True) if one])
         for name in ("Min", "Max"):
             gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", edge.max() if name == "Max" else edge.min() / 3)
+        gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)           # of a coarse mesh curved cells may be inverted
         model.mesh.generate(3)
         model.mesh.setOrder(2)
         tags, xyz, _ = model.mesh.getNodes()

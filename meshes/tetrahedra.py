@@ -21,21 +21,26 @@ from meshes.sections import blades_section
 from meshes.structured import Mesh, find_nodes
 from meshes.two_blade_rig import ON_SURFACE, blade_node_sets, build, contact_points
 
+CORNER = 3.0         # degrees; the blades' curved sides turn by less from place to place
+
 
 def blades(rig: Rig, found: Contact, edge: float, contact_edge: float, axial: int = 0) -> Mesh:
     """The blades in tetrahedra with edges of about `edge` m, and `contact_edge` m on the covers' faces; groups as in
     two_blade_rig, contact nodes with `axial` alone: so many cells of the damper, which end in `found.rows` across its
     flats, have their nodes in the covers too."""
-    points, quads = blades_section(rig, found, replace(Cells.of_size(0.5), height=8), 2)    # chords of its curved sides
+    points, quads = blades_section(rig, found, replace(Cells.of_size(0.5), height=8), 2)    # places on its curved sides
     loop = _polygon(rig, found, points[outline(quads)], bool(axial))
-    on_face = np.logical_or.reduce([_on_face(rig, found, side, *loop.T) for side in SIDES])
     named = np.concatenate(list(blade_node_sets(rig).values()))[:, [0, 2]]
-    pieces = (STATIONS // 2) * (cKDTree(named).query(loop)[0] < ON_SURFACE)                 # a node at each station
+    held = cKDTree(np.vstack([named, *found.rows.values()])).query(loop)[0] < ON_SURFACE
+    sharp = np.flatnonzero(_sharp(loop) | held)
+    corners = loop[sharp]
+    on_face = np.logical_or.reduce([_on_face(rig, found, side, *corners.T) for side in SIDES])
+    pieces = (STATIONS // 2) * (cKDTree(named).query(corners)[0] < ON_SURFACE)              # a node at each station
     if axial:
-        pieces[cKDTree(np.concatenate(list(found.rows.values()))).query(loop)[0] < ON_SURFACE] = axial
-    ruled = _on_flat(found, (loop + np.roll(loop, -1, axis=0)) / 2) & bool(axial)
-    nodes, cells, faces = mesh_file.extruded_tetrahedra(loop, rig.length, np.where(on_face, contact_edge, edge), pieces,
-                                                        ruled)
+        pieces[cKDTree(np.vstack(list(found.rows.values()))).query(corners)[0] < ON_SURFACE] = axial
+    ruled = _on_flat(found, (corners + np.roll(corners, -1, axis=0)) / 2) & bool(axial)
+    nodes, cells, faces = mesh_file.extruded_tetrahedra(
+        loop, sharp, rig.length, np.where(on_face, contact_edge, edge), pieces, ruled)
     sets = {name: find_nodes(nodes, at) for name, at in blade_node_sets(rig).items()}
     if axial:
         sets |= {f"contact_{side}": find_nodes(nodes, contact_points(rig, found.rows[side])) for side in SIDES}
@@ -54,6 +59,13 @@ def _polygon(rig, found, loop, matching):
             upward = _on_face(rig, found, side, *loop[top - 1])
             loop = np.insert(loop, top if upward else top + 1, rows[:-1] if upward else rows[-2::-1], axis=0)
     return loop
+
+
+def _sharp(loop):
+    """(n,) bool: where the border of a section turns by more than the places along a curve do."""
+    before, after = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
+    turn = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1))
+    return np.abs(turn) > np.radians(CORNER)
 
 
 def _on_face(rig, found, side, x, z):
