@@ -13,6 +13,7 @@ from tipdamp.report.results import Results
 from tipdamp.report.text import MM, distance, listing
 from tipdamp.surface import Surface
 
+FULL_SIZE = 60       # pairs whose marks do not hide each other; more have smaller ones
 FRAME = (("t1, along the axis", TANGENT_1), ("t2, across", TANGENT_2), ("n, into the blade", NORMAL))
 
 
@@ -36,20 +37,22 @@ def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surface
         if edges is not None and len(edges[body]):
             start, end = MM * edges[body].transpose(1, 0, 2)
             items.append(Segments(start, end, f"contact faces of the {body}", color, 1.5))
+    small = min(1.0, (FULL_SIZE / max(len(pairs), 1)) ** 0.5)
     for side in pairs.sides:
         mine = pairs.side == side
         texts = tuple(hover[i] for i in np.flatnonzero(mine))
         what = "points" if pairs.on_surface[mine].all() else "nodes"
-        items += [Points(damper[mine], f"damper {what}, side '{side}'", "#E69F00", 3.5, "diamond", hover=texts),
-                  Points(blade[mine], f"blade {what}, side '{side}'", "#0072B2", 5.5, "circle-open", hover=texts)]
+        items += [Points(damper[mine], f"damper {what}, side '{side}'", "#E69F00", 3.5 * small, "diamond", hover=texts),
+                  Points(blade[mine], f"blade {what}, side '{side}'", "#0072B2", 5.5 * small, "circle-open",
+                         hover=texts)]
+    place = "contact point" if pairs.on_surface.all() else "node"
     items += [Segments(damper, damper + length * pairs.frame[:, k], name, color, 3.0)
               for k, (name, color) in enumerate(FRAME)]
-    items.append(Segments(damper, blade, "from node to node", "#222222", 4.0))
+    items.append(Segments(damper, blade, f"from {place} to {place}", "#222222", 4.0))
     along = np.asarray(axis, dtype=float)
     end = damper.mean(axis=0) + along * ((damper - damper.mean(axis=0)) @ along).max()
     items.append(Segments(end[None], end[None] + 4 * length * along, "axis of the damper", "#222222", 7.0))
     counts = listing(f"{int((pairs.side == s).sum())} on side '{s}'" for s in pairs.sides)
-    place = "contact point" if pairs.on_surface.all() else "node"
     caption = (f"The {len(pairs)} contact pairs ({counts}) with their frames: n must point out of the damper into the "
                f"blade, t1 along the axis. Point at a {place} for its numbers, the distance of the two {place}s and "
                "the initial gap." + (NO_SURFACE if not surfaces else ""))
