@@ -66,18 +66,25 @@ def _locking(name, mesh):
 
 
 def _loose_pieces(study, name, mesh):
-    """Pieces that are neither clamped nor in contact: two blades that stand apart are none."""
+    """Pieces without contact: two blades that stand apart, each with a side of the damper, are none."""
     pieces, label = parts(mesh)
-    named = [] if study.contact.pairs else [named_side(study, one) for one in study.sides]
-    groups = [*(study.blades.clamp if name == BLADES else ()),
-              *(side.blade if name == BLADES else side.damper for side in named)]
-    held = {int(i) for group in groups if group in mesh.groups for i in label[mesh.index(mesh.groups[group])]}
-    loose = len(set(range(pieces)) - held)
-    if pieces > 1 and loose:
+    clamped = _labels(mesh, label, study.blades.clamp if name == BLADES else ())
+    sides = [] if study.contact.pairs else [named_side(study, one) for one in study.sides]
+    met = _labels(mesh, label, [side.blade if name == BLADES else side.damper for side in sides])
+    apart = set(range(pieces)) - met
+    loose = apart - clamped
+    idle, how = (loose, "neither clamped nor in contact") if loose or study.contact.pairs else \
+        (apart, "clamped and in no contact")
+    if pieces > 1 and idle:
         sizes = sorted(np.bincount(label).tolist(), reverse=True)
         yield (f"{name}: the mesh consists of {pieces} pieces that share no node (of "
-               f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {loose} of them "
-               f"{'is' if loose == 1 else 'are'} neither clamped nor in contact")
+               f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {len(idle)} of them "
+               f"{'is' if len(idle) == 1 else 'are'} {how}")
+
+
+def _labels(mesh, label, groups):
+    """Pieces that groups of the mesh have nodes of."""
+    return {int(i) for group in groups if group in mesh.groups for i in label[mesh.index(mesh.groups[group])]}
 
 
 def _wave_speed(study):

@@ -19,6 +19,8 @@ def open_npz(path: str | Path, packed: bool = False) -> Any:
     more than the file holds, or than there is memory; errors of np.load stay what they are.
     """
     path = Path(path)
+    if path.exists() and not path.is_file():               # a pipe or a device, which may never end
+        raise InputError(f"{path}: is not a file")
     if zipfile.is_zipfile(path):
         try:
             with zipfile.ZipFile(path) as z:

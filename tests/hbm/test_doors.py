@@ -139,3 +139,10 @@ def test_keywords_of_a_curve_are_typed():
         taken = list(signature(function).parameters.values())[-1]
         assert taken.kind is taken.VAR_KEYWORD
         assert get_args(get_type_hints(function)[taken.name]) == (CurveKeywords,)
+
+
+@pytest.mark.parametrize("given", [(np.eye(2), np.eye(2)), [np.eye(2), np.eye(2)], None, {"M": np.eye(2)}])
+def test_matrices_without_contact_are_no_problem(given):
+    """A pair of matrices, as other packages take, is refused with what makes a problem of it."""
+    with pytest.raises(InputError, match=r"problem = .*: must be a ContactProblem, made by ContactProblem\(M, C, K"):
+        follow_band(given, np.ones(2), (0.1, 0.2), harmonics=1, outputs={"x": [1.0, 0.0]})

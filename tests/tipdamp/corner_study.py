@@ -87,6 +87,18 @@ def blades(kind="hexahedron"):
                 cell_groups={"blade two": np.concatenate(list(two.number.values()))})
 
 
+def with_a_third():
+    """The blades with a third clamped cube far from the damper."""
+    mesh, far = blades(), cube(at=(0, 0.05, 0))
+    n, last = len(mesh.node), mesh.node.max()
+    groups = {**mesh.groups, "clamp_two": np.concatenate([mesh.groups["clamp_two"], on(far, 1, 0.05) + last])}
+    [kind] = mesh.cells
+    return replace(mesh, node=np.concatenate([mesh.node, far.node + last]), groups=groups,
+                   position=np.vstack([mesh.position, far.position]),
+                   cells={kind: np.concatenate([mesh.cells[kind], far.cells[kind] + n])},
+                   number={kind: np.concatenate([mesh.number[kind], far.number[kind] + 1000])})
+
+
 def damper(kind="hexahedron", at=(0.0, 0.0, 0.0)):
     mesh = cube(kind, at)
     groups = {"face_x": on(mesh, 0, A + at[0]), "face_z": on(mesh, 2, A + at[2]),

@@ -120,6 +120,9 @@ def test_two_pieces(tmp_path, capsys):
     found = mesh_warnings(load_study(study), "blades", meshes["blades"])
     assert ("blades: the mesh consists of 2 pieces that share no node (of 27, 27 nodes); 1 of them is neither clamped "
             "nor in contact") in found
+    _, _, found = inspect(corner_study.write(tmp_path, corner_study.with_a_third()), capsys)
+    assert any("blades: the mesh consists of 3 pieces that share no node (of 27, 27, 27 nodes); 1 of them is clamped "
+               "and in no contact" in one for one in found)
     (tmp_path / "results" / "corner" / "inspect.json").unlink()
     path = corner_study.write(tmp_path, change=[('["clamp_one", "clamp_two"]', '"clamp_one"')])
     code, error, _ = inspect(path, capsys)
