@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,8 +14,13 @@ from scipy.spatial.transform import Rotation
 
 from hbm.contact import ContactTable
 from tests.conftest import changed
-from tests.robustness.rows import stages
+from tests.robustness.rows import chain, stages, tipdamp
+from tests.robustness.runtime import numbers as all_numbers
+from tests.robustness.runtime import same as same_curves
 from tests.tipdamp import corner_study
+from tests.tipdamp.stages.test_full import over_ranks
+from tipdamp import ranks
+from tipdamp.stages import STAGES
 
 STILL, TURN = np.eye(3), Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 TEXT = changed(corner_study.TEXT, ("[respond]", '[tune]\nstations = "all"\n[respond]\ndirection = [1, 0, 0]'),
@@ -99,6 +105,66 @@ def test_rotated_axes(reference, tmp_path):
 
 def test_a_path_with_spaces_and_umlauts(reference, tmp_path):
     same(reference, found(written(tmp_path / "Prüfstand 2, größer" / "a b", plain())), 0.0)
+
+
+@pytest.mark.slow
+def test_ranks(tmp_path):
+    """The preload of the full model by `preload --full`, alone and over 1, 2 and 4 ranks."""
+    study, tables = written(tmp_path / "ranks", plain()), []
+    stages(study, "preload")
+    for count in (1, 2, 4):
+        run = over_ranks(count, "preload", "--full", str(study), "--force", "--quiet")
+        assert run.returncode == 0, run
+        folder = study.parent / "results" / study.stem
+        assert json.loads((folder / "full.json").read_text())["ranks"] == count
+        tables.append(ContactTable.load(folder / "preload_full.csv").preload)
+    for other in tables[1:]:
+        assert np.abs(other - tables[0]).max() <= 1e-9 * np.abs(tables[0]).max()
+
+
+@pytest.mark.parametrize("rank", [0, 1])
+@pytest.mark.parametrize("verb", [*STAGES, "run", "export", "doctor", "keys"])
+def test_a_verb_that_is_the_work_of_one_process(tmp_path, monkeypatch, verb, rank):
+    """Under mpirun the first process says so, the others are silent, and nothing is written."""
+    study = [] if verb in ("doctor", "keys") else [chain(tmp_path)]
+    for name, value in zip(ranks._TOLD[0], (4, rank), strict=True):
+        monkeypatch.setenv(name, str(value))
+    said = tipdamp(verb, *study)
+    assert not (tmp_path / "results").exists() and not said.out
+    assert said.err.startswith(f"tipdamp: {verb} is the work of one process, and mpirun started 4") or rank
+    assert said.code == (0 if rank else 2) and (not rank or not said.err)
+
+
+class Clock:
+    """Of the system, as it is set: it jumps by years at every look, back and forth."""
+
+    def __init__(self):
+        self.real, self.looks = time.time(), 0
+
+    def time(self):
+        self.looks += 1
+        return self.real + (-1) ** self.looks * 3e7 * self.looks
+
+    def time_ns(self):
+        return int(1e9 * self.time())
+
+
+def test_a_clock_that_jumps(tmp_path, monkeypatch):
+    """While stages run and between them, with files from the future and of 1970: the same bits, nothing made again."""
+    studies = [chain(tmp_path / name) for name in ("still", "jumps") if (tmp_path / name).mkdir() is None]
+    stages(studies[0], "respond")
+    clock = Clock()
+    monkeypatch.setattr(time, "time", clock.time)
+    monkeypatch.setattr(time, "time_ns", clock.time_ns)
+    for k, verb in enumerate(("inspect", "reduce", "preload", "tune", "respond")):
+        for path in tmp_path.joinpath("jumps").rglob("*"):
+            os.utime(path, (4e9, 4e9) if k % 2 else (0, 0))
+        assert tipdamp(verb, studies[1], "--quiet").code == 0
+    for path in tmp_path.joinpath("jumps").rglob("*"):
+        os.utime(path, (4e9, 4e9))
+    for verb in ("inspect", "reduce", "preload", "tune", "respond"):
+        assert "up to date" in tipdamp(verb, studies[1], "--quiet").out
+    same_curves(*(all_numbers(study) for study in studies))
 
 
 def test_threads_and_a_second_run(tmp_path):
