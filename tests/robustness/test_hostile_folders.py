@@ -137,7 +137,8 @@ def named(folder):
     side, text = NAME.replace("\\", "\\\\").replace('"', '\\"'), f"'''{NAME}'''"
     return corner(folder, ("[material]", f"title = {text}\n[material]"), ("[contact.one]", f'[contact."a{side}"]'),
                   ('damper = "face_x"', f"damper = {text}"), ('blade = "touch_one"', f"blade = {text}"),
-                  ('patches = ["touch_one"', f"patches = [{text}"), ("[respond]", '[tune]\nstations = "all"\n[respond]'),
+                  ('patches = ["touch_one"', f"patches = [{text}"),
+                  ("[respond]", '[tune]\nstations = "all"\n[respond]'),
                   ("levels = [1]", "levels = [1]\nharmonics = [1]\nboth_ways = false"), damper_mesh=mesh,
                   blade_mesh=blades)
 

@@ -55,6 +55,8 @@ def _toml(path):
         raw = tomllib.loads(_text(path))
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not a valid TOML file: {error}{_decimal_comma(path, str(error))}") from None
+    except ValueError:
+        raise InputError(f"{path}: not a valid TOML file: a whole number has thousands of digits") from None
     except RecursionError:
         raise InputError(f"{path}: its lists or tables lie in one another too deeply; no key of a study needs more "
                          "than two lists") from None
