@@ -77,16 +77,17 @@ def collect(f: AbaqusFile) -> None:
     for key in wanted:
         if key[0] == "ELSET":
             content.add_cell_group(model.names[key], _members(f, *key))
+    taken: set[str] = set()
     for kind, dimension in (("NSET", 0), ("SURFACE", 2), ("ELSET", 3)):  # a name twice: the first kind is the group
         for key in [k for k in wanted if k[0] == kind]:
             name = model.names[key]
-            taken = next((g for g in content.groups if g.upper() == key[1]), None)
-            if taken is not None:
+            if key[1] in taken:
                 if kind == "SURFACE":
                     content.unused.append(f"surface '{shown(name)}': a node set has the same name and is used")
                 continue
             nodes, dimension_found = _nodes_of(f, key, dimension)
             content.add_group(name, nodes, dimension_found)
+            taken.add(key[1])
 
 
 def _warn_of_shared(f, shared):
