@@ -1,6 +1,7 @@
 """Checks of contact pairs before anything is computed: normals, distances, nodes without a partner."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,10 +15,18 @@ from static_contact.equilibrium import side_forces, side_normals
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.stages.results import SideCheck
 
-LARGEST_MU = 2.0         # more than any dry metals have
-LONGER = 1.5             # times as wide as long: no damper between blades is
-ONE_ROW = 0.9            # of the closed area in one row of contact points
-ODD_ANGLE = 20.0         # degrees between a pair's normal and the surfaces; as much as matching itself allows
+
+@dataclass(frozen=True)
+class PairLimits:
+    """What is warned of."""
+
+    mu: float = 2.0             # more than any dry metals have
+    longer: float = 1.5         # times as wide as long: no damper between blades is
+    one_row: float = 0.9        # of the closed area in one row of contact points
+    odd_angle: float = 20.0     # degrees between a pair's normal and the surfaces; as much as matching itself allows
+
+
+LIMITS = PairLimits()
 
 
 def one_row_warnings(pairs: ContactTable) -> Iterator[str]:
@@ -25,7 +34,7 @@ def one_row_warnings(pairs: ContactTable) -> Iterator[str]:
     for side in pairs.sides:
         mine = pairs.select((pairs.side == side) & pairs.on_surface)
         closed = np.bincount(mine.row, np.where(mine.preload > 0, mine.area, 0.0))
-        if len(np.unique(mine.row)) > 1 and closed.max() > ONE_ROW * closed.sum() > 0:
+        if len(np.unique(mine.row)) > 1 and closed.max() > LIMITS.one_row * closed.sum() > 0:
             yield (f"side '{side}': the closed part is one row of contact points, as wide as the faces there are; with "
                    "them its area, its stiffness per area and the stuck frequency change by percents: refine the "
                    "damper across the side, or let by = 'area' in [tune] meet a measured frequency")
@@ -79,16 +88,16 @@ def axis_warnings(pairs: ContactTable, axis: np.ndarray | tuple[float, ...]) -> 
     """What speaks against the axis: normals that lie along it, or a contact that is longer across it."""
     stated, along = f"axis = {np.round(axis, 4).tolist()}", np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     angle = 90 - np.degrees(np.arccos(np.clip(np.abs(pairs.normal @ along), 0, 1)))
-    if (angle > ODD_ANGLE).any():
+    if (angle > LIMITS.odd_angle).any():
         i = int(angle.argmax())
-        return [f"{stated}: {(angle > ODD_ANGLE).sum()} of {len(pairs)} contact normals are more than {ODD_ANGLE:g} "
-                f"degrees off being perpendicular to it, side '{pairs.side[i]}' {angle[i]:.0f}: the axis runs along "
+        return [f"{stated}: {(angle > LIMITS.odd_angle).sum()} of {len(pairs)} contact normals are more than "
+                f"{LIMITS.odd_angle:g} degrees off being perpendicular to it, side '{pairs.side[i]}' {angle[i]:.0f}: the axis runs along "
                 "all contact sides"]
     length = np.ptp(pairs.position @ along)
     wide = {s: np.ptp(pairs.position[pairs.side == s] @ pairs.frame[pairs.side == s, 1].mean(axis=0))
             for s in pairs.sides}
     side = max(wide, key=lambda s: wide[s])
-    if wide[side] <= LONGER * length:
+    if wide[side] <= LIMITS.longer * length:
         return []
     return [f"{stated}: side '{side}' is {1e3 * wide[side]:.3g} mm wide across it, all contact {1e3 * length:.3g} mm "
             "long along it: is it the long direction of the damper's contact?"]
@@ -117,16 +126,16 @@ def side_checks(pairs: ContactTable, places: dict[str, np.ndarray], pull_directi
 
 def warnings(pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]:
     """One sentence on friction above that of any dry metals, one on normals that are not normal to the surfaces."""
-    found, slippery = [], np.flatnonzero(pairs.mu > LARGEST_MU)
+    found, slippery = [], np.flatnonzero(pairs.mu > LIMITS.mu)
     if len(slippery):
         i = slippery[np.argmax(pairs.mu[slippery])]
-        found = [f"{len(slippery)} of {len(pairs)} pairs have a friction coefficient above {LARGEST_MU:g}, pair "
+        found = [f"{len(slippery)} of {len(pairs)} pairs have a friction coefficient above {LIMITS.mu:g}, pair "
                  f"{i + 1} (side '{pairs.side[i]}') {pairs.mu[i]:g}: is it mu, or in percent?"]
-    if angles is None or not (angles > ODD_ANGLE).any():
+    if angles is None or not (angles > LIMITS.odd_angle).any():
         return found
     i = int(angles.argmax())
-    return [*found, f"{(angles > ODD_ANGLE).sum()} of {len(pairs)} contact normals are not normal to the surfaces; "
-            f"the worst, side '{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node "
+    return [*found, f"{(angles > LIMITS.odd_angle).sum()} of {len(pairs)} contact normals are not normal to the "
+            f"surfaces; the worst, side '{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node "
             f"{pairs.damper_node[i]}), is {angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
 
 

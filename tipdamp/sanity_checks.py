@@ -18,7 +18,7 @@ from static_contact.stiffness.contact_side import side_stiffness
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.surfaces import length_text, named_side
 from tipdamp.loads import pull_vector
-from tipdamp.pair_checks import LARGEST_MU
+from tipdamp.pair_checks import LIMITS
 from tipdamp.stages.results import InspectResult
 from tipdamp.stiffness import contact_side
 from tipdamp.study.view import Study
@@ -52,8 +52,8 @@ def expectations(study: Study, inspected: InspectResult) -> list[str]:
 def friction_warnings(study: Study) -> Iterator[str]:
     """A friction coefficient above that of any dry metals."""
     mu = study.contact.mu
-    if mu is not None and mu > LARGEST_MU:                     # None: a table of pairs says it
-        yield f"[contact] mu = {mu:g} is above {LARGEST_MU:g}: is it mu, or in percent?"
+    if mu is not None and mu > LIMITS.mu:                     # None: a table of pairs says it
+        yield f"[contact] mu = {mu:g} is above {LIMITS.mu:g}: is it mu, or in percent?"
 
 
 def _locking(name, mesh):

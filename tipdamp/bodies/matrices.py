@@ -1,6 +1,7 @@
 """Reduced matrices from anywhere, in the place of meshes: read and checked against the pairs."""
 
 import warnings
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,9 +15,17 @@ from tipdamp.loads import PULL
 from tipdamp.stages.results import Reduction
 from tipdamp.study.view import Study
 
-_ROUNDING = 1e-9        # of the stiffness of single dofs: what the digits of K leave of a free motion
-_GROUNDED = 1e-4        # of the contacts' stiffness: less changes no preload that is written
-_INDEFINITE = 1e-9      # of the stiffness of a dof with all others fixed
+
+@dataclass(frozen=True)
+class MatrixLimits:
+    """Of given stiffness matrices."""
+
+    rounding: float = 1e-9      # of the stiffness of single dofs: what the digits of K leave of a free motion
+    grounded: float = 1e-4      # of the contacts' stiffness: less changes no preload that is written
+    indefinite: float = 1e-9    # of the stiffness of a dof with all others fixed
+
+
+LIMITS = MatrixLimits()
 
 
 def given_model(study: Study) -> tuple[ReducedModel, ContactTable]:
@@ -53,12 +62,12 @@ def ground_warnings(model: ReducedModel, pairs: ContactTable) -> list[str]:
     damper = model.part(DAMPER)
     ways = np.array([damper.direction == axis for axis in DIRECTIONS], dtype=float)
     own = np.einsum("ai,ij,aj->a", ways, damper.K, ways)
-    rounding = _ROUNDING * np.abs(damper.K.diagonal()) @ ways.T
+    rounding = LIMITS.rounding * np.abs(damper.K.diagonal()) @ ways.T
     axes = pairs.frame**2                                        # (P, 3, 3) of t1, t2, n along x, y, z
     contacts = np.einsum("p,pca,pc->a", pairs.weight, axes, np.column_stack([pairs.kt, pairs.kt, pairs.kn]))
     found = [f"{axis} ({k:.3g} N/m, {k / (k + c):.1e} of what contacts and springs resist it with)"
              for axis, k, c, least in zip(DIRECTIONS, own, contacts, rounding, strict=True)
-             if k > max(least, _GROUNDED * c)]
+             if k > max(least, LIMITS.grounded * c)]
     if not found:
         return []
     return [f"the damper's own K resists that it moves as a whole along {', '.join(found)}: springs to ground in its "
@@ -72,10 +81,10 @@ def check_stiffness(where: str, model: ReducedModel, name: str, free: bool) -> N
     lam, shape = np.linalg.eigh(model.K / np.outer(scale, scale))
     dof = int(np.abs(shape[:, 0]).argmax())
     at = f"dof {dof} of the {name} (node {model.node[dof]}, {model.direction[dof]})"
-    if lam[0] < -_INDEFINITE:
+    if lam[0] < -LIMITS.indefinite:
         raise InputError(f"{where}: K is indefinite: a motion mostly of {at} has negative stiffness ({lam[0]:.1e} of "
                          "its diagonal)")
-    floating = int((lam < _INDEFINITE * np.sqrt(len(lam))).sum())
+    floating = int((lam < LIMITS.indefinite * np.sqrt(len(lam))).sum())
     if floating and not free:
         raise InputError(f"{where}: {floating} motions of the {name} meet no stiffness, one mostly of {at}: only the "
                          "damper may be free")

@@ -31,13 +31,22 @@ from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study, every_key
 from tipdamp.workers import Workers
 
-SAME_MODE = 0.5          # MAC of two peaks, below which they are not of one mode
-BALANCED = 1e-6          # of the input: larger errors of the energy balance are warned of
-POINTS = 801             # of the linear stuck response
 # of `assembled`
 READS = (*every_key("respond", but=("stress",)), "measured.response", "sides", "preload.friction", "driver.hold",
          "model.hold")
 ALL_SPRINGS = ("t1", "t2", "n")      # of the linear response: laws with fewer have another one where nothing slips
+
+
+@dataclass(frozen=True)
+class ResponseLimits:
+    """What is warned of, and how finely the linear response is drawn."""
+
+    same_mode: float = 0.5      # MAC of two peaks, below which they are not of one mode
+    balanced: float = 1e-6      # of the input: larger errors of the energy balance
+    points: int = 801           # of the linear stuck response
+
+
+LIMITS = ResponseLimits()
 
 
 @dataclass(frozen=True)
@@ -82,7 +91,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         if not found[-1].slipping_pairs and alike and curve.converged.any():
             difference[there.file] = stuck_difference(settings, assembly, curve, there.Fe_N)
     with store.writing("stuck.npz") as path:
-        hz = np.linspace(*settings.band, POINTS)
+        hz = np.linspace(*settings.band, LIMITS.points)
         np.savez(path, frequency=hz, response=assembly.linear(settings, hz, 1.0),
                  output_names=np.array(list(assembly.curves.rows)))
     RespondResult(responses=tuple(with_macs(found, shapes)), law=settings.law, zeta=settings.damping_ratio,
@@ -209,10 +218,10 @@ def warnings(_: Study, store: Store) -> list[str]:
 def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
     errors = [(one.energy_error or 0.0, case) for case in found for one in (case, case.back) if one is not None]
     worst, case = max(errors, key=lambda e: e[0])
-    if worst > BALANCED:
+    if worst > LIMITS.balanced:
         yield (f"the energy of a period is balanced to {worst:.1e} of the input only (worst at Fe = {case.Fe_N:g} N, "
-               f"H = {case.H}; above {BALANCED:g} on {sum(e > BALANCED for e, _ in errors)} of {len(errors)} curves): "
-               "the contact law takes more or less along its slip than its harmonics say; give [respond] samples, or "
+               f"H = {case.H}; above {LIMITS.balanced:g} on {sum(e > LIMITS.balanced for e, _ in errors)} of "
+               f"{len(errors)} curves): the contact law takes more or less along its slip than its harmonics say; give [respond] samples, or "
                "more of them, where the law is sampled")
 
 
@@ -238,7 +247,7 @@ def _unsolved(case):
 
 def _another_mode(found):
     for one in found:
-        if one.mac is not None and one.mac < SAME_MODE:
+        if one.mac is not None and one.mac < LIMITS.same_mode:
             below = max((c for c in found if c.H == one.H and c.Fe_N < one.Fe_N), key=lambda c: c.Fe_N)
             at = _micro(one.peak_m, one.peak_hz)
             yield (f"the peak at Fe = {one.Fe_N:g} N, H = {one.H}, {at}, is that of another "
