@@ -91,8 +91,8 @@ def axis_warnings(pairs: ContactTable, axis: np.ndarray | tuple[float, ...]) -> 
     if (angle > LIMITS.odd_angle).any():
         i = int(angle.argmax())
         return [f"{stated}: {(angle > LIMITS.odd_angle).sum()} of {len(pairs)} contact normals are more than "
-                f"{LIMITS.odd_angle:g} degrees off being perpendicular to it, side '{pairs.side[i]}' {angle[i]:.0f}: the axis runs along "
-                "all contact sides"]
+                f"{LIMITS.odd_angle:g} degrees off being perpendicular to it, side '{pairs.side[i]}' "
+                f"{angle[i]:.0f}: the axis runs along all contact sides"]
     length = np.ptp(pairs.position @ along)
     wide = {s: np.ptp(pairs.position[pairs.side == s] @ pairs.frame[pairs.side == s, 1].mean(axis=0))
             for s in pairs.sides}

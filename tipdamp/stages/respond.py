@@ -221,8 +221,8 @@ def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
     if worst > LIMITS.balanced:
         yield (f"the energy of a period is balanced to {worst:.1e} of the input only (worst at Fe = {case.Fe_N:g} N, "
                f"H = {case.H}; above {LIMITS.balanced:g} on {sum(e > LIMITS.balanced for e, _ in errors)} of "
-               f"{len(errors)} curves): the contact law takes more or less along its slip than its harmonics say; give [respond] samples, or "
-               "more of them, where the law is sampled")
+               f"{len(errors)} curves): the contact law takes more or less along its slip than its harmonics say; "
+               "give [respond] samples, or more of them, where the law is sampled")
 
 
 def _at_an_end(case):
