@@ -178,7 +178,8 @@ def by_force(law: ContactLaw, contacts: Contacts, amplitude: np.ndarray, omega: 
         x[:, :, 1] = factor[:, None] * amplitude
         return np.linalg.norm(law.harmonics(contacts, x, start, grid, omega).g[:, :, 1:], axis=(1, 2))
 
-    low, high = np.full(len(contacts), -2.0), np.full(len(contacts), 2.0)
+    low: np.ndarray = np.full(len(contacts), -2.0)
+    high: np.ndarray = np.full(len(contacts), 2.0)
     for _ in range(settings.halvings):
         middle = (low + high) / 2
         sticks = off(10**middle) <= settings.sticks * 10**middle * springs

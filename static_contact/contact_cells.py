@@ -146,7 +146,7 @@ def peeled(rank: np.ndarray, rim: np.ndarray, beside: list[set[int]]) -> np.ndar
     """(c,) cells in the order in which they leave: of those at the edge the one of the smallest rank (c,), of equal
     ones the one that is there for longest; what lay behind it is at the edge then. -inf: open, there from the start."""
     seen, leaves = rim | np.isneginf(rank), list[int]()
-    edge = [(rank[c], k, c) for k, c in enumerate(np.flatnonzero(seen).tolist())]
+    edge = [(rank[c], k, c) for k, c in enumerate(map(int, np.flatnonzero(seen)))]
     heapq.heapify(edge)
     count = len(edge)
     while edge:
