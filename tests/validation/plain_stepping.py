@@ -1,7 +1,8 @@
 """Contact laws written once more, plainly: sample by sample, explicit, no code of the laws or of `hbm.fourier`.
 
 N = max(0, preload + kn u_n); the slider w stays where it is unless kt (u - w) is beyond mu N, then it is put to the
-limit: each tangent for itself, or along the resultant (radial return). First order in the length of a sample.
+limit: each tangent for itself, or along the resultant (radial return, of first order in the length of a sample). Where
+a contact closes between two samples, the slider begins at the motion there, straight between them.
 """
 
 import numpy as np
@@ -27,6 +28,10 @@ def march(u, contact, tangents, coupled, force, max_periods, repeats):
         for k in range(0 if period == 0 else 1, n + 1):          # the start is held to the limit, too
             i = k % n
             N = preload + kn * u[i, nd - 1] if nd > tangents else preload
+            before = preload + kn * u[i - 1, nd - 1] if nd > tangents else preload
+            if k > 0 and N > 0 >= before:
+                share = before / (before - N)
+                w[:] = u[i - 1, :tangents] + share * (u[i, :tangents] - u[i - 1, :tangents])
             T[:] = kt * (u[i, :tangents] - w)
             if N <= 0:
                 N = 0.0
