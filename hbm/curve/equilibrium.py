@@ -60,15 +60,21 @@ def settle(equation: Equation, points: list[Point],
             if residual <= DEFAULT.equilibrium:
                 break
     bad = residuals > DEFAULT.equilibrium
-    bad[bad] = [residuals[i] > _limit(equation, points[i]) for i in np.flatnonzero(bad)]
+    bad[bad] = [residuals[i] > _limit(equation, points[i], 1.0) for i in np.flatnonzero(bad)]
     return residuals, errors, bad
 
 
-def _limit(equation, point):
+def _limit(equation, point, springs=0.0):
     """Residual over the force scale that a point may have: where the terms of the equation of motion themselves are not
-    known better, as of elements of very uneven stiffness, their rounding comes on top."""
+    known better, as of elements of very uneven stiffness, their rounding comes on top.
+
+    springs : share of the rounding of the motion of stiff contacts that comes on top as well, once further steps are of
+        no help; none of it where it exceeds the limit, as there the stiffness is said to be too large
+    """
     kept = Kept(equation, [point])
-    return DEFAULT.equilibrium + min(float(kept.over_scale(kept.rounding())[0]), DEFAULT.most_rounding)
+    terms, motion = (float(kept.over_scale(error)[0]) for error in (kept.rounding(), kept.rounding_of_springs()))
+    motion = springs * motion if motion <= DEFAULT.equilibrium else 0.0
+    return DEFAULT.equilibrium + min(terms, DEFAULT.most_rounding) + motion
 
 
 def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray, np.ndarray]:
@@ -168,6 +174,12 @@ class Kept:
         terms = self._size(_times(abs(self.problem.stiffness), q) + _times(abs(self.problem.M), q * self._orders()**2))
         terms[:, 1] += self._size(self._at_dofs(self.h))[:, 0]
         return DEFAULT.terms * np.finfo(float).eps * terms
+
+    def rounding_of_springs(self) -> np.ndarray:
+        """(n, 2) size of the contact forces that one rounding of the motion makes."""
+        made = self.balance.springs[:, :, None] * np.abs(fourier.to_complex(self.u))
+        made = made.reshape(len(made), -1, made.shape[-1])
+        return np.finfo(float).eps * self._size(_times(abs(self.problem.B.T), made))
 
     def over_scale(self, error: np.ndarray) -> np.ndarray:
         """(n,) errors (n, 2) over the force scale: the applied forces, or the contact forces if these are larger. What
@@ -282,7 +294,8 @@ def with_residuals(curve: ForcedResponse, residuals: np.ndarray, bad: np.ndarray
     rounded = residuals[~bad] > DEFAULT.equilibrium
     if rounded.any():
         curve = replace(curve, ended=f"{curve.ended}; at {rounded.sum()} points the forces balance to "
-                        f"{residuals[~bad][rounded].max():.0e} of their scale, the rounding of the given matrices")
+                        f"{residuals[~bad][rounded].max():.0e} of their scale, rounding of the given matrices or of "
+                        "stiff contacts")
     if not bad.any():
         return replace(curve, force_residual=residuals)
     worst = int(np.nanargmax(np.where(bad, residuals, 0.0)))

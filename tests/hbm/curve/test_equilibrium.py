@@ -15,7 +15,7 @@ from hbm.parameter import Equation, Frequency, ModelParameter
 from hbm.problem import ContactProblem, contact_problem
 from hbm.response import follow_band, follow_parameter, solve_at
 from hbm.testing import forces, total_force
-from tests.hbm.cases import beam, duffing, load, solve, unilateral, with_damping_matrix
+from tests.hbm.cases import beam, duffing, jenkins, load, solve, unilateral, with_damping_matrix
 from tests.hbm.oscillator import FORCE, oscillator
 from tests.hbm.small_rig import small_rig
 
@@ -167,3 +167,11 @@ def test_damping_ratios_and_the_same_damping_as_a_matrix():
     assert one.share_slip.max() > 0.1
     assert max(one.force_residual, other.force_residual) <= LIMIT
     assert one.harmonics == pytest.approx(other.harmonics, rel=1e-8)
+
+
+@pytest.mark.parametrize("H", [5, 9])
+def test_rounding_of_the_motion_of_a_stiff_contact(H):
+    """At its resonance a contact of kt/k = 1e6 is let through: points whose residual of 5.4e-9 is rounding are kept."""
+    problem, force = jenkins(dict(m=1.0, k=1.0, c=0.005, kt=1e6, slip_limit_muN=1.0, F=1.4))
+    curve = follow_band(problem, force, (0.157, 0.161), harmonics=H, outputs={"x": [1.0]})
+    assert curve.complete and curve.force_residual.max() < LIMIT
