@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 SUBJECTS = ("jenkins_closed_form", "rigid_friction", "lift_off", "coupled_friction", "friction_in_the_plane",
             "planar_oscillator", "frictional_beam", "held_wedge", "time_integration", "rig_time_integration",
             "craig_bampton", "nafems", "rotating_beam", "supported_beams", "random_beams", "random_oscillators",
-            "stuck_modes", "contact_stiffness", "hertz", "peaks_from_both_ends")
+            "stuck_modes", "contact_stiffness", "hertz", "peaks_from_both_ends", "random_residuals")
 
 
 def made() -> str:

@@ -3,7 +3,6 @@
 import importlib
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from hbm.time.comparison import compare_point
@@ -14,12 +13,10 @@ from tests.validation import (
     Subject,
     peaks_from_both_ends,
     random_oscillators,
-    random_residuals,
     rig_time_integration,
     row,
 )
 from tests.validation.__main__ import SUBJECTS, main, missed
-from tests.validation.random_systems import contact_systems
 
 OWN_TESTS = {"nafems", "hertz", "random_beams", "random_oscillators", "rig_time_integration", "contact_stiffness",
              "peaks_from_both_ends"}                      # hold these rows
@@ -64,14 +61,6 @@ def test_barely_damped_mode_repeats_at_a_finer_tolerance():
     balance, point, y2 = random_oscillators.solve(problem, force, w, guess, 32)
     found = compare_point(balance, point, [Y2["y2"]], IntegrationSettings(max_periods=60))
     assert found.agrees and found.stable and found.difference < 1e-3
-
-
-@pytest.mark.slow
-def test_residuals_of_random_systems():
-    """kn and kt over five decades: what is stored solves the equation of motion with 16384 samples."""
-    for i, system in enumerate(contact_systems(5, random_residuals.SEED, random_residuals.DECADES)):
-        curve, error = random_residuals.checked(system, np.random.default_rng(i), points=1)
-        assert curve.complete and error < random_residuals.LIMIT, system.name
 
 
 def test_pages_of_two_subjects(tmp_path):
