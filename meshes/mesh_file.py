@@ -79,20 +79,13 @@ def extruded_tetrahedra(loop: np.ndarray, sharp: np.ndarray, length: float, edge
         and these into two triangles each
     """
     with _gmsh() as (model, gmsh):
-        geo = model.geo
-        sizes = np.full(len(loop), edge.max())
-        sizes[sharp] = edge
-        points = [geo.addPoint(x, 0.0, z, e) for (x, z), e in zip(loop, sizes, strict=True)]
-        around = points[sharp[0]:] + points[:sharp[0] + 1]
-        ends = [*(sharp - sharp[0]), len(loop)]
-        lines = [(geo.addLine if last - first == 1 else lambda *tags: geo.addSpline(tags))(*around[first:last + 1])
-                 for first, last in pairwise(ends)]
-        base = geo.addPlaneSurface([geo.addCurveLoop(lines)])
-        top, volume, *sides = [tag for _, tag in geo.extrude([(2, base)], 0.0, length, 0.0)]
-        geo.synchronize()
+        base = _section(model.geo, loop, sharp, edge)
+        top, volume, *sides = [tag for _, tag in model.geo.extrude([(2, base)], 0.0, length, 0.0)]
+        model.geo.synchronize()
         _rule(model, loop[sharp], pieces, [side for side, one in zip(sides, ruled, strict=True) if one])
         for name in ("Min", "Max"):
             gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", edge.max() if name == "Max" else edge.min() / 3)
+        gmsh.option.setNumber("Mesh.Algorithm", 5)                   # of its 2-D meshers the one with fewest slivers
         gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)           # of a coarse mesh curved cells may be inverted
         model.mesh.generate(3)
         model.mesh.setOrder(2)
@@ -103,6 +96,17 @@ def extruded_tetrahedra(loop: np.ndarray, sharp: np.ndarray, length: float, edge
     place = np.zeros((int(max(tags)) + 1, 3))
     place[np.asarray(tags, int)] = np.asarray(xyz).reshape(-1, 3)
     return place[used], index.reshape(cells.shape), np.searchsorted(used, faces.reshape(-1, 6))
+
+
+def _section(geo, loop, sharp, edge):
+    """The surface with the border of `extruded_tetrahedra`."""
+    sizes = np.full(len(loop), edge.max())
+    sizes[sharp] = edge
+    points = [geo.addPoint(x, 0.0, z, e) for (x, z), e in zip(loop, sizes, strict=True)]
+    around = points[sharp[0]:] + points[:sharp[0] + 1]
+    lines = [(geo.addLine if last - first == 1 else lambda *tags: geo.addSpline(tags))(*around[first:last + 1])
+             for first, last in pairwise([*(sharp - sharp[0]), len(loop)])]
+    return geo.addPlaneSurface([geo.addCurveLoop(lines)])
 
 
 def _rule(model, loop, pieces, surfaces):

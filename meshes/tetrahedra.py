@@ -31,7 +31,8 @@ def blades(rig: Rig, found: Contact, edge: float, contact_edge: float, axial: in
     points, quads = blades_section(rig, found, replace(Cells.of_size(0.5), height=8), 2)    # places on its curved sides
     loop = _polygon(rig, found, points[outline(quads)], bool(axial))
     named = np.concatenate(list(blade_node_sets(rig).values()))[:, [0, 2]]
-    held = cKDTree(np.vstack([named, *found.rows.values()])).query(loop)[0] < ON_SURFACE
+    clamp = np.array([[-1, 1], [1, 1]]) * [rig.free_span / 2, -rig.fixture_height]           # its edges
+    held = cKDTree(np.vstack([named, clamp, *found.rows.values()])).query(loop)[0] < ON_SURFACE
     sharp = np.flatnonzero(_sharp(loop) | held)
     corners = loop[sharp]
     on_face = np.logical_or.reduce([_on_face(rig, found, side, *corners.T) for side in SIDES])
@@ -108,19 +109,20 @@ def outline(quads: np.ndarray) -> np.ndarray:
 
 
 def generate(rig: Rig, damper: str, folder: str | Path, *, edge: float = 6e-3, contact_edge: float = 1.5e-3,
-             axial: int = 30, across: int = 2, matching: bool = False) -> dict[str, Path]:
+             cells: tuple[int, int] = (30, 2), matching: bool = False) -> dict[str, Path]:
     """Both files and the one with both bodies -> {'blades', 'damper', 'both': path}.
 
-    edge, contact_edge - m, of the tetrahedra in the blades and on the covers' faces; axial, across - cells on a flat of
-    the damper; matching - the covers have the damper's nodes on its flats
+    edge, contact_edge - m, of the tetrahedra in the blades and on the covers' faces; cells - of the damper along its
+    axis, a multiple of 15, and across a flat; matching - the covers have the damper's nodes on its flats
     """
-    found, folder = contact(rig, damper, across + 1), Path(folder)
+    (axial, across), folder = cells, Path(folder)
+    found = contact(rig, damper, across + 1)
     if matching and set(found.shape.values()) != {"flat"}:
         raise InputError(f"damper = '{damper}': matching nodes are those of flat sides; damper 'wedge' has two")
     folder.mkdir(parents=True, exist_ok=True)
-    cells = replace(Cells.of_size(0.5), axial=axial, flat=across)
+    counts = replace(Cells.of_size(0.5), axial=axial, flat=across)
     both = (blades(rig, found, edge, contact_edge, axial if matching else 0),
-            build(rig, damper, rows=across + 1, cells=cells)[1])
+            build(rig, damper, rows=across + 1, cells=counts)[1])
     paths = {mesh.name: folder / f"tet_{mesh.name}.msh" for mesh in both}
     for mesh in both:
         mesh_file.write(paths[mesh.name], mesh)
@@ -140,7 +142,8 @@ def main(arguments: list[str] | None = None) -> int | None:
     parser.add_argument("--out", default=".", help="folder for the three files")
     given = vars(parser.parse_args(arguments))
     try:
-        paths = generate(Rig.named("asymmetric"), given.pop("damper"), given.pop("out"), **given)
+        cells = given.pop("axial"), given.pop("across")
+        paths = generate(Rig.named("asymmetric"), given.pop("damper"), given.pop("out"), cells=cells, **given)
     except (InputError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

@@ -40,7 +40,8 @@ def both(tmp_path_factory):
     found = []
     for matching in (False, True):
         folder = tmp_path_factory.mktemp("matching" if matching else "unlike")
-        generate(Rig.named("asymmetric"), "wedge", folder, edge=0.01, contact_edge=0.002, axial=15, matching=matching)
+        generate(Rig.named("asymmetric"), "wedge", folder, edge=0.01, contact_edge=2e-3, cells=(15, 2),
+                 matching=matching)
         assert main(["inspect", str(folder / "tet_rig.inp")]) == 0
         study = folder / "tet_rig.toml"
         assert "the nodes match" in study.read_text() if matching else "the nodes do not match" in study.read_text()
