@@ -36,8 +36,8 @@ def one_row_warnings(pairs: ContactTable) -> Iterator[str]:
         closed = np.bincount(mine.row, np.where(mine.preload > 0, mine.area, 0.0))
         if len(np.unique(mine.row)) > 1 and closed.max() > LIMITS.one_row * closed.sum() > 0:
             yield (f"side '{side}': the closed part is one row of contact points, as wide as the faces there are; with "
-                   "them its area, its stiffness per area and the stuck frequency change by percents: refine the "
-                   "damper across the side, or let by = 'area' in [tune] meet a measured frequency")
+                   "them its area and its stiffness per area change, and the stuck frequency may by percents: refine "
+                   "the damper across the side, or let by = 'area' in [tune] meet a measured frequency")
 
 
 def places_in(model: ReducedModel | None, pairs: ContactTable) -> dict:
