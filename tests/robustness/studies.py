@@ -183,11 +183,12 @@ def truncated_peak(folder):
     yield said.line[:300] or str(found)[:300]
 
 
-@row("x2", "TOML nested 100000 deep, keys of 100000 parts, a file of 2 MB", "E")
+@row("x2", "TOML nested 100000 deep, keys of 100000 parts, a file of 2 MB, 100000 digits", "E")
 def nested(folder):
     yield refused(chain(folder, add="a = " + "[" * 100_000 + "]" * 100_000), "lie in one another too deeply")
     yield refused(chain(folder, add="[" + "a." * 100_000 + "b]\nx = 1\n"), "line 20: a key of 16 parts or more")
     yield refused(chain(folder, add="#" * 2_000_000), "at most 1000000 are read")
+    yield refused(chain(folder, ("pull = 60", "pull = " + "6" * 100_000)), "a whole number has thousands of digits")
 
 
 @row("x3", "study file in latin-1", "E")

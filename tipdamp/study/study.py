@@ -51,8 +51,9 @@ def load_study(path: str | Path) -> Study:
 def _toml(path):
     if not path.is_file():
         raise InputError(f"study file not found: {path} (looked for it as {path.absolute()})")
+    text = _text(path)
     try:
-        raw = tomllib.loads(_text(path))
+        raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not a valid TOML file: {error}{_decimal_comma(path, str(error))}") from None
     except ValueError:
