@@ -116,7 +116,7 @@ def test_ranks_agree(rig, alone, hard_alone, hz_alone, ranks, tmp_path):
     run = subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, "-m", "mpi4py",
                           str(script),
                           str(rig / "rig.toml"), str(out)], env={**os.environ, **root, "OMP_NUM_THREADS": "1"},
-                         capture_output=True, text=True, timeout=200)
+                         capture_output=True, text=True, timeout=900)  # a hang, however busy the machine
     assert run.returncode == 0, run.stderr
     with np.load(out) as z:
         assert int(z["ranks"]) == ranks and int(z["iterations"]) == alone.iterations

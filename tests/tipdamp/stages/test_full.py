@@ -28,7 +28,7 @@ def over_ranks(count, *words):
         pytest.skip("mpirun is not installed")
     root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
     return subprocess.run(["mpirun", "--oversubscribe", "-n", str(count), sys.executable, "-m", "tipdamp", *words],
-                          env={**os.environ, **root}, capture_output=True, text=True, timeout=200)
+                          env={**os.environ, **root}, capture_output=True, text=True, timeout=900)
 
 
 @pytest.mark.slow
