@@ -156,13 +156,13 @@ def test_more_harmonics_advised():
 
 @pytest.mark.parametrize("H, samples, lacking", [(9, 36, "samples than 36"), (1, 256, "harmonics than H = 1")])
 def test_samples_or_harmonics_advised(H, samples, lacking):
-    """Coupled friction near its resonance, beside the balance with 15 harmonics and 2048 samples."""
+    """Coupled friction near its resonance, beside the balance with 15 harmonics and 512 samples."""
     law = SteppedFriction()
     model, pairs, force = one_dof(law)
     problem, _ = contact_problem(model, pairs, law, damping_ratio=0.03)
     row, w = np.eye(model.size)[:1], 2 * np.pi * 1.7
     balance, fine = (HarmonicBalance(problem, {1: force}, *of) for of in ((H, "zero_slider", samples),
-                                                                         (15, "zero_slider", 2048)))
+                                                                         (15, "zero_slider", 512)))
     point, true = (first_point(b, w, Settings()) for b in (balance, fine))
     X, x = true.detail.outputs(row), point.detail.outputs(row)
     difference = abs(abs(x[0, 1]) / abs(X[0, 1]) - 1)
