@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from hbm import fourier
 from hbm.balance.recorded import RecordedBalance
 from hbm.balance.residual import HarmonicBalance
+from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
@@ -119,7 +120,8 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
         from zero, then integrates in time, then comes from other frequencies. Where several solutions exist it is one
         of them: the crossings of a curve are all (`forced_response`, `solutions_at`).
     options : outputs, harmonics, start, samples, settings of CurveOptions
-    Raises InputError on unusable input; where no solution is found, `converged` is False.
+    Raises InputError on unusable input; where no solution is found, `converged` is False. Warns where rounding, as of
+    static forces 1e12 times the excitation, leaves a residual that is more than that of the points of a curve.
     """
     chosen = curve_options(options)
     case = _Case.checked(problem, forcing, chosen)
@@ -137,6 +139,10 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
     points = [point]
     (residual,), (energy,), (bad,) = settle(Equation(balance, Frequency()), points, [w])
     found = points[0].converged and not bad
+    if found and residual > DEFAULT.equilibrium:
+        warnings.warn(f"solve_at: the forces balance to {residual:.0e} of their scale only, by the rounding of static "
+                      "forces beside the excitation, or of the given matrices: more digits of the vibration are not "
+                      "known", stacklevel=2)
     return _solution(replace(points[0], converged=found), balance, hz, case, float(residual))
 
 

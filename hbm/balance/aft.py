@@ -62,6 +62,11 @@ class Cycle:
         return self.law.stuck_force(self.contacts) - self.rest
 
     @cached_property
+    def counts_from_zero(self) -> bool:
+        """Whether the stuck springs carry nothing else at rest."""
+        return not self.beyond_rest.any()
+
+    @cached_property
     def further_springs(self) -> np.ndarray | None:
         """(P, nd) N/m: what the settings have beyond the springs of the linear system; None where they are these."""
         further = self.law.stuck_stiffness(self.contacts) - self.springs
@@ -71,7 +76,7 @@ class Cycle:
         """Contact forces at the relative motion u (P, nd, nh) m and omega rad/s, as the deviation from the force at
         rest and the springs."""
         forces = evaluate(self.law, self.contacts, u, self.start, self.grid, omega)
-        if self.beyond_rest.any():
+        if not self.counts_from_zero:
             forces.g[:, :, 0] += self.beyond_rest
             # open at rest and through the cycle: nothing cancels, however wide the gap
             away = (forces.shares[:, 2] >= 1 - EPS) & ~self.rest.any(axis=1)
@@ -95,10 +100,10 @@ def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: floa
     """
     x = np.require(x, requirements=("C", "W"))       # read-only, as of a curve: kernels would be compiled once more
     P = len(contacts)
-    moves = np.ones(P, dtype=bool)
-    if P > DEFAULT.few_contacts and not start.from_position and not start.positions.any():
-        moves = ~law.sticks_surely(contacts, np.abs(fourier.to_complex(x)).sum(axis=2))
-        moves[:1] |= not moves.any()
+    if P <= DEFAULT.few_contacts or start.from_position or start.positions.any():
+        return law.harmonics(contacts, x, start, grid, omega)
+    moves = ~law.sticks_surely(contacts, np.abs(fourier.to_complex(x)).sum(axis=2))
+    moves[:1] |= not moves.any()
     if moves.all():
         return law.harmonics(contacts, x, start, grid, omega)
     some = law.select(moves).harmonics(contacts.select(moves), x[moves], SliderStart(start.positions[moves], False),

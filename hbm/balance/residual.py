@@ -201,6 +201,8 @@ class HarmonicBalance:
             self.on_call()
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
         forces = self._regularised(self.contact_forces(u, w, contacts))
+        if self._covering is self and not self.problem.reducible:          # all modes are there
+            return self._linearised(x, w, level, forces, derivative)
         every = contacts is not None or derivative not in (by_frequency, by_level)
         acting = forces.active.any(axis=1) | forces.g.any(axis=(1, 2)) | every
         return self._covering_for(w, acting, u)._linearised(x, w, level, forces, derivative)

@@ -141,10 +141,22 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
         ended += (f"; not one branch: it folds again and again, was left, and taken up further on: {places}; solved "
                   f"points there are up to {gap / scale:.3g}{parameter.unit} apart (more damping, or more or fewer "
                   "harmonics, may give one)")
+    if (branch.restarts or branch.end == "points") and (opens := _lifts_off(good)):
+        ended += opens
     if failures and branch.complete:
         ended += (f"; {len(failures)} point{'s' * (len(failures) > 1)} failed near {named(failures[0].parameter)}: "
                   "run in the other direction, or with other harmonics, there")
     return ended if branch.complete else ended + _unrestrained(good[-1], problem)
+
+
+def _lifts_off(points):
+    """How far contacts that lift off are open at the points of a branch that folds again and again, in words."""
+    share = np.array([point.detail.forces.shares[:, 2].max(initial=0.0) for point in points])
+    share = share[share > 0]
+    if 2 * len(share) < len(points):
+        return ""
+    return (f"; contacts lift off there and close again, at half of the points open for {100 * np.median(share):.0f} % "
+            "of the cycle or more: with fewer harmonics their impacts are smoother, and the branch folds less")
 
 
 def _unrestrained(last, problem):

@@ -1,6 +1,7 @@
 """A curve that was cut off, or whose highest point borders a gap, has no peak."""
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -9,7 +10,10 @@ from hbm.continuation.settings import Settings
 from hbm.peaks import find_peaks
 from hbm.response import follow_band
 from hbm.result import ForcedResponse
+from tests.benchmarks.robustness import draw
 from tests.hbm.cases import jenkins, load
+from tests.hbm.oscillator import FORCE as OF_1N
+from tests.hbm.oscillator import Y2, oscillator
 
 PROBLEM, FORCE = jenkins(load("A1")["parameters"])
 
@@ -85,3 +89,13 @@ def test_nothing_solved():
     with pytest.warns(UserWarning, match="no peak of 'x': no point is solved"):
         assert np.isnan(curve.peak("x")).all()
     assert np.isnan(curve.at_least("x")).all()
+
+
+def test_folds_by_impacts_are_told():
+    """A contact that closes hard, again and again: how long it is open, and what makes the branch simpler."""
+    mu, kn, kt, level, H = next(islice(draw(199), 198, None))
+    curve = follow_band(oscillator(mu, kn, kt), level * OF_1N, (60, 300), harmonics=H, outputs=Y2,
+                        settings=Settings(max_points=200))
+    open_most = np.nanmax(curve.share_open, axis=1)
+    said = f"at half of the points open for {100 * np.median(open_most[open_most > 0]):.0f} % of the cycle"
+    assert not curve.complete and "after 200 points: the branch folds" in curve.ended and said in curve.ended

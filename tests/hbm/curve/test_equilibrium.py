@@ -1,5 +1,6 @@
 """Every stored point solves the plain equation of motion, or says why not; contacts stiffer than double precision."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -105,6 +106,18 @@ def test_a_static_load_does_not_hide_the_vibration(static, force):
     wrong = replace(point, x=x, detail=balance.evaluate(x, w))
     residuals, _ = force_residuals(Equation(balance, Frequency()), [point, wrong])
     assert residuals[0] <= 1e-7 and residuals[1] > 1e-6
+
+
+def test_a_single_solution_says_what_rounding_leaves():
+    """1e-12 of the static load: 2e-4 of the vibration at most, by Newton steps that do not come nearer; 1e-8: 1e-8."""
+    problem, w, amplitude = under_static_load(1e6)
+    with pytest.warns(UserWarning, match="balance to .* of their scale only, by the rounding of static forces"):
+        found = solve_at(problem, np.array([1e-6]), w / (2 * np.pi), outputs={"x": [1.0]}, harmonics=3)
+    assert found.converged and abs(found.harmonics[0, 1]) == pytest.approx(1e-6 * amplitude, rel=1e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = solve_at(problem, np.array([1e-2]), w / (2 * np.pi), outputs={"x": [1.0]}, harmonics=3)
+    assert abs(found.harmonics[0, 1]) == pytest.approx(1e-2 * amplitude, rel=1e-7)
 
 
 def test_a_force_beyond_rounding_ends():
