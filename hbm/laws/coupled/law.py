@@ -52,7 +52,7 @@ class IsotropicFriction(CoulombFriction):
         return force, new
 
     def harmonics(self, contacts, x, start, grid, omega):
-        """Forces of the event-driven cycle: in closed form, and in slip to 1e-9 of the limit force."""
+        """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit force."""
         compilation.announce(cycle)
         x, (P, nd, nh), (tau, E, E_rate) = np.ascontiguousarray(x), x.shape, grid
         law = Sliders(2, True, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
