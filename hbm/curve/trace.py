@@ -151,9 +151,9 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
 
 def _lifts_off(points):
     """How far contacts that lift off are open at the points of a branch that folds again and again, in words."""
-    share = np.array([point.detail.forces.shares[:, 2].max(initial=0.0) for point in points])
+    share = np.array([p.detail.forces.shares[:, 2].max(initial=0.0) for p in points if p.detail is not None])
     share = share[share > 0]
-    if 2 * len(share) < len(points):
+    if not len(share) or 2 * len(share) < len(points):
         return ""
     return (f"; contacts lift off there and close again, at half of the points open for {100 * np.median(share):.0f} % "
             "of the cycle or more: with fewer harmonics their impacts are smoother, and the branch folds less")
