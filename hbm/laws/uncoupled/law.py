@@ -128,7 +128,7 @@ def located(law: events.Sliders, x, start, grid):
     pieces, counts = np.empty((P, law.count + 1, 8 * nh + 64, 7)), np.empty((P, law.count + 1), np.int64)
     active, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))
     motion = x.reshape(P * nd, nh)
-    wave, rate = (motion @ E.T).reshape(P, nd, -1), (motion @ E_rate.T).reshape(P, nd, -1)
+    wave, rate = (motion @ E.T).reshape(P, nd, len(E)), (motion @ E_rate.T).reshape(P, nd, len(E))
     events.find_pieces(x, (tau, wave, rate), law, start, (pieces, counts, active, shares))
     return pieces, counts, active, shares
 
