@@ -8,6 +8,7 @@ worst.md goes into docs/validation.md as its chapter on accuracy. All subjects: 
 import argparse
 import importlib
 import platform
+import shutil
 import subprocess
 from datetime import date
 from importlib import metadata
@@ -23,9 +24,9 @@ SUBJECTS = ("jenkins_closed_form", "rigid_friction", "lift_off", "coupled_fricti
 def made() -> str:
     """Date, versions and commit of what is computed now."""
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "scipy", "numba"))
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
-    return (f"{date.today()}; Python {platform.python_version()}, {versions}; commit "
-            f"{commit.stdout.strip() or 'unknown'}")
+    commit = "" if shutil.which("git") is None else subprocess.run(
+        ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+    return f"{date.today()}; Python {platform.python_version()}, {versions}; commit {commit or 'unknown'}"
 
 
 def worst(rows) -> list:
