@@ -79,7 +79,7 @@ def _main(argv):
     try:
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_, **__: logging.getLogger("tipdamp").warning("%s", message)
-            return arguments.run(arguments)
+            return _interruptible(arguments)
     except MissingLibrary as error:
         return _complain(str(error), 4)
     except InputError as error:
@@ -98,6 +98,19 @@ def _main(argv):
         return _complain(f"terminated; {KEPT}", 143)
     except KeyboardInterrupt:
         return _complain(f"interrupted; {KEPT}", 130)
+
+
+def _interruptible(arguments) -> int:
+    """Run the verb. An interrupt in the midst of compiled code comes as an error of that code: it is made one again."""
+    try:
+        return arguments.run(arguments)
+    except Exception as error:
+        behind: BaseException | None = error
+        while behind is not None and not isinstance(behind, KeyboardInterrupt):
+            behind = behind.__cause__ or behind.__context__
+        if behind is not None:
+            raise behind from None
+        raise
 
 
 def _of_the_machine(error: OSError | ImportError) -> str:

@@ -15,7 +15,7 @@ from hbm import problem
 from tests.conftest import STUDY
 from tests.hbm.test_bad_input import with_entry
 from tests.tipdamp.rig_study import SAID_BY_THE_TABLE, edit, files, text
-from tipdamp.cli import main
+from tipdamp.cli import Terminated, main
 
 ROOT = Path(__file__).parents[2]
 
@@ -184,3 +184,26 @@ def test_inputs_from_outside_are_named(matrices_study, tmp_path, caplog):
     assert main(["inspect", str(study), "--quiet"]) == 0
     assert caplog.messages == [f"[model] matrices is read from outside the study's folder: {tmp_path / 'model.npz'}",
                                f"[contact] pairs is read from outside the study's folder: {tmp_path / 'pairs.csv'}"]
+
+
+@pytest.mark.parametrize("signal_sent, code", [(KeyboardInterrupt, 130), (Terminated, 143)])
+@pytest.mark.parametrize("wrapped", [SystemError, RuntimeError, ImportError])
+def test_an_interrupt_in_compiled_code_is_an_interrupt(monkeypatch, capsys, signal_sent, code, wrapped):
+    def stopped(_):
+        try:
+            raise signal_sent
+        except KeyboardInterrupt as interrupt:
+            raise wrapped("a function returned a result with an exception set") from interrupt
+
+    monkeypatch.setattr("tipdamp.cli._doctor", stopped)
+    assert main(["doctor"]) == code
+    assert "the same command to continue" in capsys.readouterr().err
+
+
+def test_an_error_that_is_no_interrupt_stays(monkeypatch):
+    def fails(_):
+        raise SystemError("a fault")
+
+    monkeypatch.setattr("tipdamp.cli._doctor", fails)
+    with pytest.raises(SystemError, match="a fault"):
+        main(["doctor"])
