@@ -93,8 +93,8 @@ def _wave_speed(study):
         low, high = m.wave_speed
         if not low <= speed <= high:
             yield (f"[material{'.' if name else ''}{name}] sqrt(E/density) = {speed:.4g} m/s, metals have {low:g} to "
-                   f"{high:g} (see wave_speed): a factor of 1000 in E = {m.E:.4g} Pa or density = {m.density:.4g} "
-                   "kg/m3? See [units]")
+                   f"{high:g} (see wave_speed): a factor of 1000 or more in E = {m.E:.4g} Pa or density = "
+                   f"{m.density:.4g} kg/m3? See [units]")
 
 
 def _size(study, name, mesh):

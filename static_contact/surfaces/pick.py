@@ -102,7 +102,7 @@ def _unit(direction):
 
 
 def _near(mesh, blocks, other, distance, settings):
-    """The faces whose centres lie within `distance` of a face of the other body that faces them."""
+    """The faces of which a part lies within `distance` of a face of the other body that faces them."""
     theirs = facets(Surface(other, boundary_faces(other)), settings)
     found = []
     for block in blocks:
@@ -110,19 +110,28 @@ def _near(mesh, blocks, other, distance, settings):
         if len(block):
             [mine] = facets(Surface(mesh, [block]), settings)
             for facet in theirs:
-                near[np.unique(mine.face[_facing(mine, facet, distance, settings)])] = True
+                for points in _spread(mine):
+                    near[mine.face[_facing(points, mine, facet, distance, settings)[0]]] = True
+                near[mine.face[_facing(facet.centre, facet, mine, distance, settings)[1]]] = True
         found.append(block[near])
     return found
 
 
-def _facing(mine: Facets, theirs: Facets, distance, settings):
-    """(t,) bool: whether the centre of each facet is that near to one of the others that faces it."""
-    tree = cKDTree(theirs.centre)
-    _, nearest = tree.query(mine.centre, min(settings.near, len(theirs.centre)))
-    nearest = nearest.reshape(len(mine.centre), -1)
+def _spread(mine: Facets):
+    """(t, 3) each: the centre of every facet and points just inside of its corners and of the middles of its edges."""
+    yield mine.centre
+    for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)):
+        yield 0.05 * mine.centre + 0.475 * (mine.corner[:, a] + mine.corner[:, b])
+
+
+def _facing(points, mine: Facets, theirs: Facets, distance, settings):
+    """Facets that lie that near and face each other: of `mine`, seen from points (t, 3) on them, and of the others."""
+    _, nearest = cKDTree(theirs.centre).query(points, min(settings.near, len(theirs.centre)))
+    nearest = nearest.reshape(len(points), -1)
     facing = np.einsum("tx,tkx->tk", mine.normal, theirs.normal[nearest]) < -np.cos(np.radians(settings.facing))
-    apart = np.stack([triangle_distance(theirs.corner[nearest[:, k]], mine.centre) for k in range(nearest.shape[1])], 1)
-    return (facing & (apart <= distance)).any(axis=1)
+    apart = np.stack([triangle_distance(theirs.corner[nearest[:, k]], points) for k in range(nearest.shape[1])], 1)
+    met = facing & (apart <= distance)
+    return np.flatnonzero(met.any(axis=1)), nearest[met]
 
 
 def triangle_distance(corner: np.ndarray, point: np.ndarray) -> np.ndarray:

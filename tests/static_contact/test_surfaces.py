@@ -184,6 +184,17 @@ def test_faces_picked_by_geometry():
         assert sum(map(len, faces_of(replace(low, groups={"top": low.node[nodes]}), "top"))) == count
 
 
+@pytest.mark.parametrize("damper_cells, blade_cells", [((5, 3, 1), (2, 2, 1)), ((2, 2, 1), (7, 5, 1)),
+                                                       ((9, 7, 1), (1, 1, 1))])
+def test_faces_near_the_other_body_reach_beyond_its_rim(damper_cells, blade_cells):
+    """Moved along, most of the blade's faces at the rim is off the damper, and their centres with it."""
+    low, its, high, theirs = stacked("hexahedron", "tetra10", damper_cells, blade_cells, (0.4 * LENGTH, 0.4 * WIDTH, 0))
+    near = FacePick(within=1e-3 * HEIGHT).faces(high, low)
+    assert sum(map(len, near)) <= sum(map(len, theirs))
+    found, whole = (overlap(Surface(low, its), Surface(high, faces)).covered for faces in (near, theirs))
+    assert found == pytest.approx(whole, rel=1e-12) and whole == pytest.approx(0.36, rel=1e-9)
+
+
 def test_stations_of_rows_and_of_none():
     """Vertices in lines keep their lines; others fall into intervals as wide as the faces, counted without a gap."""
     grid = np.array([[i, j, 0.0] for i in range(5) for j in range(3)])

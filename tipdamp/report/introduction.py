@@ -53,5 +53,5 @@ def _peaks(low, high) -> str:
             f"Hz (H = {low.H})")
     if low is not high:
         text += (f", at {high.Fe:g} N {micro(high.peak_per_newton)} µm/N at {hertz(high.facts.peak_hz)} Hz, where "
-                 f"{len(high.facts.slipping_pairs)} of {high.curve.share_slip.shape[1]} pairs slip")
+                 f"{len(high.facts.slipping_pairs)} of {high.curve.share_slip.shape[1]} pairs slip or open")
     return text + "."

@@ -19,13 +19,13 @@ def tables(results: Results) -> Iterator[Table]:
                "patch. Other way: relative change of the peak when the band is followed from its other end. "
                "Energy: largest error of input = damping + friction over a period, relative to the input, of all "
                "points. "
-               "Pairs that slip or open are named by side and station, with the row where a side has several"
+               "Pairs are named by side and station, with the row where a side has several"
                + kept)
     if not all(case.has_peak for case in results.cases):
         caption += (" A curve that stopped before the end of the band, or whose highest point borders a gap, has no "
                     "peak; it is at least the largest amplitude that was solved.")
     yield Table(caption, ("H", "Fe (N)", "peak (Hz)", "largest (µm)", "smallest (µm)", "largest per force (µm/N)",
-                          "points", "curve", "other way", "energy", "slipping pairs"),
+                          "points", "curve", "other way", "energy", "pairs that slip or open"),
                 tuple(_row(case) for case in results.cases), left=(7, 10))
 
 
@@ -35,7 +35,7 @@ def _row(case: Case):
                            (_at_least(facts.at_least_m), _at_least(case.at_least_per_newton)))
     return (f"{case.H}", f"{case.Fe:g}", hertz(facts.peak_hz), largest, micro(facts.min_peak_m), per_newton,
             f"{facts.points}", _state(case), _other_way(facts), number(facts.energy_error, 1),
-            names_of_pairs(facts.slipping_pairs))
+            names_of_pairs(facts.slipping_pairs) if case.curve.converged.any() else NOTHING)
 
 
 def _at_least(value: float | None) -> str:
