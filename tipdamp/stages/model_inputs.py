@@ -141,7 +141,7 @@ def in_patch(names: Iterable[str], patch: str) -> np.ndarray:
 def peak_groups(study: Study, names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
     """Outputs whose largest and smallest peak are shown: those of each patch, and each node that a measured curve
     names."""
-    nodes = {one.response for one in study.measured.values()} if "measured" in study else set()
+    nodes = {one.response for one in study.measured.values()} if study.shows("measured") else set()
     patches = (tuple(n for n, mine in zip(names, in_patch(names, patch), strict=True) if mine)
                for patch in study.respond.patches)
     return *patches, *((name,) for name in names if name in nodes)

@@ -32,8 +32,7 @@ from tipdamp.study.view import Study, every_key
 from tipdamp.workers import Workers
 
 # of `assembled`
-READS = (*every_key("respond", but=("stress",)), "measured.response", "sides", "preload.friction", "driver.hold",
-         "model.hold")
+READS = (*every_key("respond", but=("stress",)), "sides", "preload.friction", "driver.hold", "model.hold")
 ALL_SPRINGS = ("t1", "t2", "n")      # of the linear response: laws with fewer have another one where nothing slips
 
 
@@ -281,6 +280,12 @@ def _micro(m, hz):
     return f"{1e6 * m:.4g} um at {hz:.1f} Hz"
 
 
+def _reads_more(study):
+    """Measured curves only where one names a node, whose peak is then solved too."""
+    at_nodes = "measured" in study and any(":" in one.response for one in study.measured.values())
+    return ("measured.response",) if at_nodes else ()
+
+
 STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"),
               may_write=("responses/*.npz", *FILES), needs=("reduce", "tune"), requires=("tune", "respond"),
-              reads=READS, parallel=True, forget=forget)
+              reads=READS, reads_more=_reads_more, parallel=True, forget=forget)

@@ -50,6 +50,10 @@ class Study:
     def __contains__(self, part: str) -> bool:
         return part in vars(self)
 
+    def shows(self, part: str) -> bool:
+        """As `part in study`; False also where the stage that looks does not read the part in this study."""
+        return part in vars(self)
+
     @property
     def name(self) -> str:
         """Name of the file without its ending."""

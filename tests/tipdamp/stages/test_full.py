@@ -81,7 +81,7 @@ def test_ranks_are_released(tmp_path):
     run = over_ranks(2, "preload", "--full", str(corner_study.write(tmp_path)), "--quiet")
     said = [line for line in run.stderr.splitlines() if line.startswith("tipdamp: ")]
     assert run.returncode == 2 and len(said) == 1
-    assert "'full' needs the stage 'preload', which has not been run" in said[0]
+    assert "'full' needs the stages 'reduce' and 'preload', which have not been run" in said[0]
 
 
 def test_without_friction(tmp_path, capsys):
