@@ -54,7 +54,7 @@ def march(u, contact, tangents, coupled, force, max_periods, repeats):
     return change
 
 
-def harmonics(law: str, contacts, X, samples, max_periods=400, repeats=1e-9):
+def harmonics(law: str, contacts, X, samples, max_periods=4000, repeats=1e-9):
     """(P, nd, H+1) complex N of P contacts at the motion X (P, nd, H+1) m, as the deviation from the force at rest."""
     (P, nd, nh), (tangents, coupled) = X.shape, TANGENTS[law]
     spectrum = np.zeros((P, nd, samples // 2 + 1), complex)

@@ -96,9 +96,10 @@ def main():
               f"{time.process_time() - begin:.1f} s: {one.curve.ended}", flush=True)
     figures = dict(systems=len(found) + crashes, complete=sum(bool(one.curve.complete) for one in found),
                    ended_with_a_reason=sum(one.explained and not one.curve.complete for one in found),
-                   ended_without=sum(not one.explained for one in found), crashes=crashes, points_of_each=5,
-                   curves_with_a_residual_above_1e_3=sum(not one.residual <= LIMIT for one in found),
-                   largest_residual=float(f"{max(one.residual for one in found):.2g}"))
+                   ended_without_one=sum(not one.explained for one in found), crashes=crashes, points_of_each=5,
+                   without_a_point=int(np.isnan([one.residual for one in found]).sum()),
+                   above_a_residual_of_0_001=sum(bool(one.residual > LIMIT) for one in found),
+                   largest_residual=float(f"{max(r for one in found if not np.isnan(r := one.residual)):.2g}"))
     if asked.count >= COUNT and not asked.first:
         counts.keep("random contact systems", **figures)
     else:
