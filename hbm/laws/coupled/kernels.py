@@ -104,6 +104,22 @@ def slides(at, psi):
 
 
 @njit(cache=True)
+def secant(a, fa, b, fb):
+    """Where the line through two values of opposite sign is zero, or the middle."""
+    x = (a * fb - b * fa) / (fb - fa)
+    return x if a < x < b else 0.5 * (a + b)
+
+
+@njit(cache=True)
+def narrowed(beyond, x, f, a, fa, b, fb, side):
+    """The bracket with x, which is `beyond` the root or not, as an end; an end that stays twice counts half
+    [Dowell, Jarratt 1971: Illinois method]."""
+    if beyond:
+        return a, fa * (0.5 if side == 1 else 1.0), x, f, 1
+    return x, f, b, fb * (0.5 if side == -1 else 1.0), -1
+
+
+@njit(cache=True)
 def excess_root(contact, r, of_rate, a, b, e, at):
     """Where the excess (falling: its rate) changes sign in [a, b], at b beyond it; bisection with secant steps."""
     x, side = 0.5 * (a + b), 0
@@ -112,19 +128,10 @@ def excess_root(contact, r, of_rate, a, b, e, at):
         motion(contact.c, x, e, at)
         value, rate = excess(at, r)
         f = -rate if of_rate else value
-        if f > 0:
-            b, fb = x, f
-            fa *= 0.5 if side == 1 else 1.0
-            side = 1
-        else:
-            a, fa = x, f
-            fb *= 0.5 if side == -1 else 1.0
-            side = -1
+        a, fa, b, fb, side = narrowed(f > 0, x, f, a, fa, b, fb, side)
         if b - a <= 4e-16 * (1 + b) or f == 0:
             break
-        x = (a * fb - b * fa) / (fb - fa)
-        if not a < x < b:
-            x = 0.5 * (a + b)
+        x = secant(a, fa, b, fb)
     return b
 
 
@@ -246,21 +253,12 @@ def rests(contact, t, h, psi0, panel, e, at):
             if fa <= 0:
                 return 0.0
         for _ in range(60):
-            x = (a * fb - b * fa) / (fb - fa)
-            if not a < x < b:
-                x = 0.5 * (a + b)
+            x = secant(a, fa, b, fb)
             if b - a <= 1e-13 or x in (a, b):
                 break
             motion(contact.c, t + h * x, e, at)
             f = slides(at, between(panel.psi, psi0, x))
-            if f < 0:
-                b, fb = x, f
-                fa *= 0.5 if side == 1 else 1.0
-                side = 1
-            else:
-                a, fa = x, f
-                fb *= 0.5 if side == -1 else 1.0
-                side = -1
+            a, fa, b, fb, side = narrowed(f < 0, x, f, a, fa, b, fb, side)
             if abs(f) <= 1e-15 * (abs(at[RATE1]) + abs(at[RATE2])):
                 return x
         return b
