@@ -109,26 +109,28 @@ def _near(mesh, blocks, other, distance, settings):
         near = np.zeros(len(block), dtype=bool)
         if len(block):
             [mine] = facets(Surface(mesh, [block]), settings)
+            points = _spread(mine)
+            normals = np.tile(mine.normal, (len(points) // len(mine.normal), 1))
             for facet in theirs:
-                for points in _spread(mine):
-                    near[mine.face[_facing(points, mine, facet, distance, settings)[0]]] = True
-                near[mine.face[_facing(facet.centre, facet, mine, distance, settings)[1]]] = True
+                seen, _ = _facing(points, normals, facet, distance, settings)
+                _, met = _facing(facet.centre, facet.normal, mine, distance, settings)
+                near[mine.face[np.r_[seen % len(mine.normal), met]]] = True
         found.append(block[near])
     return found
 
 
-def _spread(mine: Facets):
-    """(t, 3) each: the centre of every facet and points just inside of its corners and of the middles of its edges."""
-    yield mine.centre
-    for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)):
-        yield 0.05 * mine.centre + 0.475 * (mine.corner[:, a] + mine.corner[:, b])
+def _spread(mine: Facets) -> np.ndarray:
+    """(7 t, 3): the centre of every facet and points just inside of its corners and of the middles of its edges."""
+    ends = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+    return np.concatenate([mine.centre, *(0.05 * mine.centre + 0.475 * (mine.corner[:, a] + mine.corner[:, b])
+                                          for a, b in ends)])
 
 
-def _facing(points, mine: Facets, theirs: Facets, distance, settings):
-    """Facets that lie that near and face each other: of `mine`, seen from points (t, 3) on them, and of the others."""
+def _facing(points, normals, theirs: Facets, distance, settings):
+    """Of points (m, 3) with normals those near a facet that faces them, and these facets."""
     _, nearest = cKDTree(theirs.centre).query(points, min(settings.near, len(theirs.centre)))
     nearest = nearest.reshape(len(points), -1)
-    facing = np.einsum("tx,tkx->tk", mine.normal, theirs.normal[nearest]) < -np.cos(np.radians(settings.facing))
+    facing = np.einsum("tx,tkx->tk", normals, theirs.normal[nearest]) < -np.cos(np.radians(settings.facing))
     apart = np.stack([triangle_distance(theirs.corner[nearest[:, k]], points) for k in range(nearest.shape[1])], 1)
     met = facing & (apart <= distance)
     return np.flatnonzero(met.any(axis=1)), nearest[met]
