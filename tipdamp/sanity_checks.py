@@ -16,7 +16,7 @@ from modal.mesh_checks import parts
 from static_contact.pairing import offsets
 from static_contact.stiffness.contact_side import side_stiffness
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.surfaces import length_text, named_side
+from tipdamp.bodies.surfaces import damper_areas, length_text, named_side
 from tipdamp.loads import pull_vector
 from tipdamp.pair_checks import LIMITS
 from tipdamp.stages.results import InspectResult
@@ -27,6 +27,7 @@ from tipdamp.study.view import Study
 SIZE = {"blades": (5e-3, 5.0), "damper": (1e-3, 1.0)}
 MASS = {"blades": (1e-3, 1e3), "damper": (1e-5, 10.0)}
 LARGE_DAMPING = 0.2
+COVERED = 0.95           # of a side of the damper: less of it opposite to the blade is said
 # percent by which a bar with one and two layers of linear cells is too stiff in bending; quadratic ones: 3 and 2
 # [tests/modal/test_bending.py]
 LOCKING = {"tetra": (284, 84), "hexahedron": (56, 16), "wedge": (55, 16)}
@@ -175,6 +176,7 @@ def _given_total(side, found):
 def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> Iterator[str]:
     """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of neighbouring nodes."""
     yield from _gap_warnings(study, pairs.select(pairs.on_surface))
+    yield from _cover_warnings(study, pairs, damper_areas(study, meshes))
     shown = length_text(study.length_unit)
     pairs = pairs.select(~pairs.on_surface)
     apart = offsets(pairs, meshes[BLADES], meshes[DAMPER])
@@ -203,6 +205,16 @@ def _gap_warnings(study, points):
                    f"size, up to {shown(points.gap[i])} at point {points.damper_node[i]}; they carry nothing until "
                    "they close, and take their share of a stiffness of the whole side (kn_total, a model): kn_per_area "
                    "is that of each point")
+
+
+def _cover_warnings(study, pairs, areas):
+    """Sides of which a part lies opposite to no blade face; areas {side: m2} of the damper's faces."""
+    for name, whole in areas.items():
+        met, side = float(pairs.area[pairs.side == name].sum()), named_side(study, name)
+        if met < COVERED * whole:
+            yield (f"side '{name}': of the damper's faces '{side.damper}' {1e6 * met:.4g} of {1e6 * whole:.4g} mm2 "
+                   f"({met / whole:.0%}) lie opposite to blade faces of '{side.blade}', the rest carries nothing; "
+                   "where it should, see whether the meshes are in place and all blade faces are named")
 
 
 def damping_warnings(study: Study) -> Iterator[str]:

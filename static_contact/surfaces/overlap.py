@@ -30,22 +30,27 @@ def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT
     mine, theirs, reach = facets(damper, settings), facets(blade, settings), reach_of(damper.mesh, settings)
     local = Corners.of(mine)
     sums = Sums(local.first[-1], len(damper.mesh.node), len(blade.mesh.node))
-    doubled, total, covered = [], 0.0, 0.0
+    doubled, layers, total, covered = [np.empty((0, 3))], [np.empty((0, 2))], 0.0, 0.0
     for D, first in zip(mine, local.first, strict=False):
-        cover = np.zeros(len(D.area))
+        cover, gaps = np.zeros(len(D.area)), np.tile([np.inf, -np.inf], (len(D.area), 1))
         for B in theirs:
-            for points, pair, area in _pieces(D, B, (first, *sums.damper.shape, len(blade.mesh.node)), reach, settings):
+            for points, pair, area, gap in _pieces(D, B, (first, *sums.damper.shape, len(blade.mesh.node)), reach,
+                                                   settings):
                 sums.add(points)
                 np.add.at(cover, pair, area)
-        doubled.append(D.centre[cover > settings.doubled * D.area])
+                np.minimum.at(gaps[:, 0], pair[area > 0], gap[area > 0])
+                np.maximum.at(gaps[:, 1], pair[area > 0], gap[area > 0])
+        twice = cover > settings.doubled * D.area
+        doubled.append(D.centre[twice])
+        layers.append(gaps[twice])
         total, covered = total + D.area.sum(), covered + np.minimum(cover, D.area).sum()
     return replace(sums.points(mine, local, settings), covered=covered / total if total else 0.0,
-                   doubled=np.concatenate([np.empty((0, 3)), *doubled]))
+                   doubled=np.concatenate(doubled), layers=np.concatenate(layers))
 
 
 def _pieces(D, B, sizes, reach, settings):
-    """QuadraturePoints of the overlap of the facets D of the damper with B of the blade; and of the pieces, the facet
-    of the damper (s,) and the area (s,). sizes - first of the Corners of D, their number, nodes of both."""
+    """QuadraturePoints of the overlap of the facets D of the damper with B of the blade; and of the pieces the facet
+    of the damper, area and mean gap (s,). sizes - first of the Corners of D, their number, nodes of both."""
     i, j = candidates(D, B, reach, settings)
     rule = triangle_rule(3 if face_corners(D.faces.shape[1]) == face_corners(B.faces.shape[1]) == 3 else 4)
     for start in range(0, len(i), settings.block):
@@ -56,7 +61,7 @@ def _pieces(D, B, sizes, reach, settings):
 
 
 def _within(found, both, sizes, reach):
-    """The points found by `_integrate` whose gap is small enough, and the covered areas; both - facets D and B."""
+    """The points found by `_integrate` whose gap is small enough, the covered areas and gaps; both - facets D and B."""
     ((i, j), weight, on_damper, on_blade), (D, B) = found, both
     q = len(weight) // len(i)
     gap = np.einsum("mx,mx->m", on_blade.place - on_damper.place, np.repeat(D.normal[i], q, axis=0))
@@ -71,7 +76,7 @@ def _within(found, both, sizes, reach):
                               _rows(on_damper.shape[near], D.faces[face], damper),
                               _rows(on_blade.shape[near], B.faces[other], blade), on_damper.normal[near],
                               on_blade.normal[near], gap[near])
-    return points, i, per_piece
+    return points, i, per_piece, gap.reshape(-1, q).mean(axis=1)
 
 
 def _rows(values, columns, size):

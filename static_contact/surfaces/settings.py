@@ -20,7 +20,8 @@ class SurfaceSettings:
     doubled: float = 1.5         # times its area that a facet may be covered: projections of curves overlap
     penetration: float = 0.1     # of the faces' size: deeper overlaps are another geometry, not the facets of a curve
     seen: float = 0.01           # of the damper's faces that are covered: where it is less, the units are looked at
-    apart: float = 0.3           # of the blades' size: what may lie between bodies that are modelled in place
+    most: float = 0.5            # of them, by a factor between two units: then that is the reason
+    farthest: float = 1.0        # of the damper's size: a gap up to which faces count as opposite, in messages
     smallest: float = 0.01       # of the blades' size: a damper
     line: float = 0.3            # of a face's size: points of one station lie closer together, stations farther apart
     near: int = 16               # facets whose distance to a point is measured: those around the nearest centre

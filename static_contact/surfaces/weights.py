@@ -33,6 +33,7 @@ class Overlap:
     opposed : (n,) degrees - mean normals of damper and blade off opposition; least : (n,) m - smallest gap
     covered : share of the damper's facets that the blade covers
     doubled : (c, 3) m - centres of facets that lie opposite to two blade faces at once
+    layers : (c, 2) m - smallest and largest gap there
     """
 
     vertex: np.ndarray
@@ -45,6 +46,7 @@ class Overlap:
     least: np.ndarray
     covered: float = 0.0
     doubled: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    layers: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
 
 
 @dataclass(frozen=True)

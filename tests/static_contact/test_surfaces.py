@@ -226,17 +226,21 @@ def test_rows_are_the_same_heights_in_all_stations():
 
 def test_bad_surfaces():
     """Each in one line with the sets, the count, the distance in the unit of the study, and what to do."""
-    def refused(match, move=(0.0, 0.0, 0.0), turn=None, scale=1.0, faces=None, **settings):
+    def refused(match, move=(0.0, 0.0, 0.0), turn=None, scale=1.0, faces=None, damper_at=(0.0, 0.0, 0.0), **settings):
         low, its, high, theirs = stacked("tetra10", "hexahedron20", move=move)
         position = high.position if turn is None else (high.position - [0, 0, HEIGHT]) @ turn.T + [0, 0, HEIGHT]
         high = replace(high, position=position)
-        low = replace(low, position=scale * low.position)
+        low = replace(low, position=scale * low.position + np.array(damper_at))
         with pytest.raises(InputError, match=match) as caught:
             surface_contact([facing(SIDE, high, theirs if faces is None else faces(high), low, its)],
                             axis=(1, 0, 0), pull=(0, 0, 1), shown=lambda m: f"{1e3 * m:.3g} mm", **settings)
         assert "\n" not in str(caught.value) and "side 'top': 30 damper faces of 'high' and" in str(caught.value)
 
-    refused("do not touch: their centres are 50.* mm apart.*gaps up to 10 mm", move=(0, 0, 0.05))
+    refused("do not touch: their centres are 20.* mm apart.*gaps up to 10 mm", move=(0.3, 0, 0))
+    refused(r"do not touch: their centres are 1.* mm apart", damper_at=(0.2, 0, 0))     # an inch in mm would lie there
+    refused(r"lie opposite to each other with a gap of 20 mm or more; up to 10 mm \(a tenth of the damper\) counts",
+            move=(0, 0, 0.02))
+    refused("penetrate each other by 20 mm or more; up to 10 mm", move=(0, 0, -0.02))
     refused("do not overlap: .* lie beside each other", move=(1.02 * LENGTH, 0, 0))
     refused("do not face each other: their normals are 90 degrees off",
             faces=lambda mesh: [b[mesh.position[b][:, :, 0].max(axis=1) < 1e-9] for b in boundary_faces(mesh)])
@@ -246,14 +250,17 @@ def test_bad_surfaces():
             move=(0, 0, -0.003))
     refused("the damper is 1e.05 mm in size, the blades 100 mm; 0.001 times its .*different units", scale=1e3)
     refused("the damper is 0.1 mm in size, the blades 100 mm; 1000 times its .*different units", scale=1e-3)
+    refused("the damper is 3.94 mm in size, the blades 100 mm; 25.4 times its .*different units", scale=1 / 25.4)
+    refused("the damper is 3.94e.03 mm in size, the blades 100 mm; 0.0254 times its .*units", scale=1 / 0.0254)
+    refused("the damper is 2.54e.03 mm in size, the blades 100 mm; 0.03937 times its .*different units", scale=25.4)
     low, its, high, theirs = stacked("tetra10", "hexahedron20", move=(0, 0, -0.003))
     closed, *_ = surface_contact([facing(SIDE, high, theirs, low, its)], axis=(1, 0, 0), pull=(0, 0, 1), closed=True)
     assert not closed.gap.any()
     lip = replace(high, position=high.position + [0, 0, 0.007])
     twice = replace(high, node=np.concatenate([high.node, high.node + 9000]),
-                    position=np.vstack([high.position + [0, 0, 0.003], lip.position]))
+                    position=np.vstack([high.position + [0, 0, 0.004], lip.position]))
     both = [np.concatenate([f, f + len(high.node)]) for f in theirs]
-    with pytest.raises(InputError, match="30 pieces of the damper's lie opposite to two blade faces at once"):
+    with pytest.raises(InputError, match="two layers of blade faces at 30 places, at .* 0.001 m and 0.004 m away"):
         surface_contact([facing(SIDE, twice, both, low, its)], axis=(1, 0, 0), pull=(0, 0, 1))
 
 

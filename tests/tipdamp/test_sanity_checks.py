@@ -74,6 +74,20 @@ def test_total_and_areal_stiffness_beyond_half_spaces(tmp_path, capsys, given, s
         assert 1.1e9 < float(found.split(" N/m), real")[0].rpartition("(")[2]) < 1.32e9
 
 
+@pytest.mark.parametrize("along, share", [(0.04, None), (0.08, "92 of 100 mm2 (92%)")])
+def test_part_of_a_side_without_blade(tmp_path, capsys, along, share):
+    """The unlike cube shifted along the axis by a part of its length."""
+    damper = corner_study.unlike()
+    damper = replace(damper, position=damper.position + [0, along * corner_study.A, 0])
+    _, error, warnings = inspect(corner_study.write(tmp_path, damper_mesh=damper, change=[
+        ("kn = 1e6\nkt = 1e6", "kn_total = 1e7\nkt_total = 1e7")] * 2), capsys)
+    assert warnings is not None, error
+    found = [w for w in warnings if "carries nothing" in w]
+    assert len(found) == 2 * (share is not None)
+    if share:
+        assert found[0].startswith(f"side 'one': of the damper's faces 'face_x' {share} lie opposite")
+
+
 @pytest.mark.parametrize("axis, said", [
     ("[0, 1, 0]", []), ("[1, 1, 0]", ["9 of 18 contact normals are more than 20 degrees off being perpendicular to it, "
                                       "side 'one' 45"])])
