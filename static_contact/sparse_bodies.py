@@ -14,9 +14,12 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from hbm.errors import InputError
 from hbm.io.dof_table import DIRECTIONS
-from modal.body import Body, check_support
+from modal.body import Body, check_support, parts
 from modal.contact_shapes import holding_nodes
+from modal.solvers.cholesky import SingularStiffness
+from modal.solvers.definite import negative_stiffness
 from modal.solvers.dissection import dissection
 from modal.solvers.multifrontal import CarryingFactor
 from static_contact.compliance import Compliance
@@ -39,9 +42,15 @@ class SparseBodies:
 
     @classmethod
     def of(cls, bodies: list[Body]) -> "SparseBodies":
-        """Raises InputError where a body is not supported as declared."""
+        """Raises InputError where a body is not supported as declared, floats in pieces, or has the name of another."""
+        names = [one.name for one in bodies]
+        if not names or len(set(names)) < len(names):
+            twice = [name for name in names if names.count(name) > 1]
+            raise InputError(f"two bodies '{twice[0]}': give each its own name" if twice else "no bodies")
         for one in bodies:
-            check_support(one)
+            if check_support(one) and (count := parts(one).max() + 1) > 1:
+                raise InputError(f"body '{one.name}' floats in {count} pieces that share no node: make each a body of "
+                                 "its own, or join the meshes")
         join = np.concatenate
         K, M = (sp.block_diag(each, format="csr") for each in zip(*((one.K, one.M) for one in bodies), strict=True))
         return cls(tuple(bodies), K, M,
@@ -62,7 +71,11 @@ class SparseBodies:
         return np.ones(self.size, dtype=bool)
 
     def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
-        """(3n, r): x, y, z of nodes and contact points in turn."""
+        """(3n, r): x, y, z of nodes and contact points in turn; raises InputError for a node without a dof."""
+        one = next((one for one in self.bodies if one.name == body), None)
+        if one is not None and len(fixed := np.intersect1d(numbers, np.setdiff1d(one.node, one.node[one.dof_node]))):
+            raise InputError(f"node {fixed[0]} of body '{body}' is clamped: take it out of the contact ({len(fixed)} "
+                             "such)")
         return AssembledBodies(list(self.bodies)).motion_of(body, numbers)
 
 
@@ -72,8 +85,15 @@ class SparseCompliance(Compliance):
     def _factored(self, model):
         ends = np.cumsum([0, *(one.dofs for one in model.bodies)])
         self.parts = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False)]
-        return [CarryingFactor(K, self.B[:, part], elimination(K, one.dof_node, model.position[part]))
-                for one, part in zip(model.bodies, self.parts, strict=True) for K in [pinned(one)]]
+        return [self._carrying(one, part, model.position[part]) for one, part in zip(model.bodies, self.parts,
+                                                                                     strict=True)]
+
+    def _carrying(self, body, part, position):
+        K = pinned(body)
+        try:
+            return CarryingFactor(K, self.B[:, part], elimination(K, body.dof_node, position))
+        except SingularStiffness:
+            raise negative_stiffness(body, "a motion of the supported body meets it, or none") from None
 
     def _solve(self, right):
         found = np.zeros(right.shape)
@@ -97,9 +117,11 @@ class SparseCompliance(Compliance):
 
     def displacement(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
                      ) -> tuple[np.ndarray, np.ndarray]:
-        """As of `Compliance`; what forces do along free motions, by inexact meshes, does not go into the pins."""
+        """As of `Compliance`; what forces do along free motions, by inexact meshes, does not go into the pins, and what
+        the pins make of these motions is left out."""
         idle = self.loose.idle
-        return super().displacement(applied - idle @ (idle.T @ (applied - self.B.T @ force)), force, amount)
+        q, elastic = super().displacement(applied - idle @ (idle.T @ (applied - self.B.T @ force)), force, amount)
+        return q - idle @ (idle.T @ q), elastic
 
 
 class SparseStuckBodies(StuckBodies):

@@ -4,6 +4,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from hbm.errors import InputError, nearest, shown
 from modal.body import Body
 
 
@@ -17,6 +18,8 @@ class AssembledBodies:
 
     def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
         """(3n, size): x, y, z of nodes and contact points in turn, as `Body.motion_of`."""
+        if body not in self._bodies:
+            raise InputError(f"there is no body '{shown(str(body))}'; {nearest(str(body), list(self._bodies))}")
         one, start = self._bodies[str(body)]
         own = one.motion_of(str(body), numbers)
         return sp.csr_matrix((own.data, own.indices + start, own.indptr), shape=(own.shape[0], self.size))

@@ -52,6 +52,15 @@ def pulled_nodes(stations):
     return [at(meshes()["pin"], 0.0, -RADIUS, s) for s in stations]
 
 
+def nodal_pull(whole, pulled, turn=None):
+    """(r,) N: half of the pull at each of two stations, on the dofs of a SparseBodies."""
+    R, load = np.eye(3) if turn is None else Rotation.from_rotvec(turn).as_matrix(), np.zeros(whole.size)
+    for node in pulled_nodes(pulled):
+        mine = (whole.body == "pin") & (whole.node == node)
+        load[mine] += (R @ [0, PULL / 2, 0])[["xyz".index(d) for d in whole.direction[mine]]]
+    return load
+
+
 def pairs(stations: dict, turn=None, unit=1.0) -> ContactTable:
     """The pairs at the stations {side: numbers}; kn as the reference has it."""
     R, rows = np.eye(3) if turn is None else Rotation.from_rotvec(turn).as_matrix(), []

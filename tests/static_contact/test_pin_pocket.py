@@ -14,7 +14,7 @@ from static_contact.friction import FrictionalContact
 from static_contact.preload import StaticContact
 from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
 from static_contact.stuck_bodies import StuckBodies
-from tests.static_contact.pin_pocket import PULL, SIDE, bodies, case, pulled_nodes
+from tests.static_contact.pin_pocket import PULL, SIDE, bodies, case, nodal_pull, pairs
 
 pytest.importorskip("dolfinx")
 FREE = ["roll about z", "slide along z"]
@@ -66,6 +66,19 @@ def test_stations_of_either_side_anywhere(number, seed):
     assert found.balance < 1e-9 and not found.reactions
 
 
+@pytest.mark.parametrize("stations, turn, unit", [((0, 1), None, 1.0), ((29, 30), (1.0, -2.0, 0.5), 1e3)])
+def test_the_unreduced_pin_on_a_short_piece(stations, turn, unit):
+    """The sides carry what statics says; and a pull beyond the contact tips the pin."""
+    whole, table = SparseBodies.of(list(bodies(turn, unit).values())), pairs(on_both(stations), turn, unit)
+    statics = StaticContact(whole, table, compliance=SparseCompliance)
+    found = statics.solve(nodal_pull(whole, stations, turn))
+    for side in ("right", "left"):
+        assert found.force[table.side == side].sum() == pytest.approx(SIDE, rel=1e-9)
+    assert found.balance < 1e-9 and found.residual < 1e-9 and not found.reactions
+    with pytest.raises(NoEquilibrium, match="free to move: roll"):
+        statics.solve(nodal_pull(whole, (15, 15), turn))
+
+
 def test_the_unreduced_bodies_carry_the_same():
     """Their compliance at the pairs against the condensed route, 62 pairs; a second pull from the first one's pairs."""
     stations = on_both(tuple(range(31)))
@@ -75,9 +88,7 @@ def test_the_unreduced_bodies_carry_the_same():
     found, before = {}, None
     for pulled in ((0, 30), (4, 29)):
         model, _, load = case(stations, pulled)
-        f = np.zeros(whole.size)
-        for node in pulled_nodes(pulled):
-            f[(whole.body == "pin") & (whole.node == node) & (whole.direction == "y")] += PULL / 2
+        f = nodal_pull(whole, pulled)
         before = found[pulled] = statics.solve(f, near=before)
         other = StaticContact(model, table).solve(load)
         assert before.pairs.preload == pytest.approx(other.pairs.preload, abs=1e-10 * other.force.max())
@@ -94,8 +105,7 @@ def test_the_unreduced_bodies_are_held_the_same():
     stations = on_both((3, 9, 17, 28))
     model, table, load = case(stations, (0, 30))
     whole, found = SparseBodies.of(list(bodies().values())), []
-    nodal = sum(PULL / 2 * ((whole.body == "pin") & (whole.node == node) & (whole.direction == "y"))
-                for node in pulled_nodes((0, 30)))
+    nodal = nodal_pull(whole, (0, 30))
     holds = [Hold("z", 3e4, body="pin"), Hold("about z", 0.2, body="pin")]
     for body, pull, kind in ((model, load, Compliance), (whole, nodal, SparseCompliance)):
         held = held_motions(body, table, holds)
@@ -115,8 +125,7 @@ def test_the_unreduced_bodies_slip_the_same(coupled):
     model, table, load = case(stations, (0, 30))
     table = table.replace(mu=np.linspace(0.5, 1.2, len(table)))
     whole, states = SparseBodies.of(list(bodies().values())), []
-    nodal = sum(PULL / 2 * ((whole.body == "pin") & (whole.node == node) & (whole.direction == "y"))
-                for node in pulled_nodes((0, 30)))
+    nodal = nodal_pull(whole, (0, 30))
     for body, pull, kind in ((model, load, StuckBodies), (whole, nodal, SparseStuckBodies)):
         push, = held_motions(body, table, [Hold("z", body="pin")])
         states.append(FrictionalContact(body, table, coupled=coupled, stuck=kind).solve(
