@@ -233,7 +233,16 @@ class ForcedResponse(ArrayRecord):
     @property
     def slipping_pairs(self) -> np.ndarray:
         """Indices of the pairs that slip or open anywhere in the band."""
-        return np.flatnonzero(np.nanmax(self.share_slip + self.share_open, axis=0, initial=0.0) > 1e-6)
+        return self._beyond(self.share_slip + self.share_open)
+
+    @property
+    def opening_pairs(self) -> np.ndarray:
+        """Indices of the pairs that open anywhere in the band."""
+        return self._beyond(self.share_open)
+
+    @staticmethod
+    def _beyond(share):
+        return np.flatnonzero(np.nanmax(share, axis=0, initial=0.0) > 1e-6)
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""

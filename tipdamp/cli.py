@@ -347,7 +347,7 @@ def _forecast(study, store):
 
 def _partial(store) -> int:
     """Exit code by the curves of the forced response."""
-    from tipdamp.stages.respond import incomplete, without_peak
+    from tipdamp.stages.respond import incomplete, solved_nothing, without_peak
     from tipdamp.stages.response_results import RespondResult
 
     if store.record("respond") is None:
@@ -356,5 +356,6 @@ def _partial(store) -> int:
     (partial, curves), peakless = incomplete(found), without_peak(found)
     if partial:
         missing = f", {peakless} of them without a peak" if peakless else ""
+        missing += f", {nothing} without a solved point" if (nothing := solved_nothing(found)) else ""
         return _complain(f"{partial} of {curves} curves are incomplete{missing}, see the warnings", 3)
     return 0

@@ -24,9 +24,10 @@ class NamedMotion:
         """How to hold it."""
         if not self.motion:
             return "give that motion a stiffness that restrains it"
-        own = f"Hold({self.motion}, body='{self.body}')"
-        return f"hold it: hold = {self.motion} in [damper] or [model] of a study (in Python: hold = {own})" \
-            if self.body == "damper" else f"hold it: hold = {own} in Python"
+        own = f"Hold({self.motion}, mean=True, body='{self.body}')"
+        return ("hold its mean position, the vibration stays free: hold = { motion = "
+                f"{self.motion}, mean = true }} in [damper] or [model] of a study (in Python: hold = {own})") \
+            if self.body == "damper" else f"hold its mean position: hold = {own} in Python"
 
     def __str__(self) -> str:
         return self.text

@@ -49,7 +49,8 @@ def test_curve_that_stops_has_no_peak(tmp_path, capsys):
     up, down = summary["responses"][0], summary["responses"][0]["back"]
     for one, bound in ((up, 308.8e-6), (down, 491e-6)):
         assert one["peak_hz"] is None and one["peak_m"] is None and "rigid-body drift" in one["ended"]
-        assert "slides along (0.00, 1.00, 0.00)" in one["ended"] and "hold it: hold = 'y' in [damper]" in one["ended"]
+        assert "slides along (0.00, 1.00, 0.00)" in one["ended"]
+        assert "hold = { motion = 'y', mean = true } in [damper]" in one["ended"]
         assert one["at_least_m"] / 3 == pytest.approx(bound, rel=1e-3)
     assert "2 curves incomplete, 2 without a peak" in printed.out
     assert "no peak, at least 926.5 um at 809.4 Hz; stopped at 809.394 Hz: " in printed.out

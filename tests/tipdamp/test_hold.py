@@ -1,6 +1,7 @@
 """[damper] hold: the cube in its corner slides along y where nothing holds it; a pull with a part along y."""
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
@@ -10,15 +11,21 @@ from hbm.errors import InputError
 from hbm.model import ReducedModel
 from hbm.result import ForcedResponse
 from tests.tipdamp import corner_study
+from tests.tipdamp.report.files import table
+from tipdamp import only_friction
 from tipdamp.cli import main
 from tipdamp.stages.adrift import adrift
 from tipdamp.stages.respond import assembled
 from tipdamp.stages.results import PreloadResult
 from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.store import Store
+from tipdamp.study.hold import HOLD
 from tipdamp.study.keys import json_schema
 from tipdamp.study.study import load_study
 
 TILTED = ("pull_direction = [1, 0, 1]", "pull_direction = [1, 0.2, 1]")
+MEAN_OF_Y = '{ motion = "y", mean = true }'
+MEAN = f"[damper] hold = {MEAN_OF_Y}"
 ALONG = 10 * 0.2 / np.sqrt(2.04)
 ACROSS = 10 / np.sqrt(2.04)              # on each side
 
@@ -78,7 +85,42 @@ def test_a_hold_is_advised_before_the_curves(tmp_path, level, hold, count):
     free = PreloadResult.load(store).free_motions
     said = list(adrift(study, free, (found.model, found.kept), found.curves.force))
     assert len(said) == count
-    assert all('(slide along y)' in s and 'hold = "y"' in s and "gives 4.24 N" in s for s in said)
+    assert all('(slide along y)' in s and "gives 4.24 N" in s and s.endswith(MEAN) for s in said)
+
+
+@pytest.mark.parametrize("hold, motions", [(None, ["slide along y"]), ('"y"', []), (MEAN_OF_Y, []),
+                                           ('"about y"', ["slide along y"])])
+def test_what_friction_alone_holds_is_told_by_inspect_and_preload(tmp_path, capsys, hold, motions):
+    path = str(corner_study.write(tmp_path, change=[held(hold)] if hold else []))
+    for verb in ("inspect", "reduce", "preload"):
+        assert main([verb, path, "--quiet"]) == 0
+    said = capsys.readouterr().out
+    assert Store(tmp_path / "results" / "corner").read_json("inspect.json")["only_friction"] == motions
+    assert said.count("nothing but friction holds the damper (slide along y)") == 2 * bool(motions)
+    assert (f"hold its mean position: {MEAN}\n" in said) == bool(motions)
+
+
+@pytest.mark.parametrize("motions, remedy", [
+    (["slide along y"], MEAN), (["roll about x", "slide along x"], '[model] hold = [{ motion = "about x", mean = true '
+                                                                   '}, { motion = "x", mean = true }]')])
+def test_the_remedy_can_be_copied(motions, remedy):
+    section = remedy[1:remedy.index("]")]
+    assert only_friction.remedy(motions, section) == remedy
+    [(_, table)] = tomllib.loads(remedy.replace("] ", "]\n", 1))[section].items()
+    assert [one.mean for one in HOLD.read(table, None, 1.0)] == [True] * len(motions)
+
+
+def test_a_round_pin_rolls_too():
+    """Normals through one axis leave the turn about it and the slide along it; a stop on the axis the turn alone."""
+    angle = np.repeat(np.radians([20, 160]), 3)
+    normal = np.column_stack([0 * angle, np.cos(angle), np.sin(angle)])
+    t1 = np.tile([1.0, 0, 0], (6, 1))
+    around = np.tile([[0.0], [0.01], [0.02]], (2, 1)) * [1, 0, 0] + 0.005 * normal
+    frames = np.stack([t1, np.cross(normal, t1), normal], axis=1)
+    pairs = table().select(np.arange(7)).replace(position=np.vstack([around, [[0.02, 0, 0]]]),
+                                                 frame=np.concatenate([frames, [np.roll(np.eye(3), -1, axis=0)]]))
+    assert sorted(only_friction.held_by_friction(pairs.select(np.arange(6)))) == ["roll about x", "slide along x"]
+    assert only_friction.held_by_friction(pairs) == ["roll about x"]
 
 
 @pytest.mark.slow

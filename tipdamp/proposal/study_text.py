@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from static_contact.rigid_motions import SETTINGS
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.proposal.propose import Proposal, Side
 
@@ -38,7 +39,18 @@ def _damper(found, file):
             f"pull = {ASK}                  # N, total pull on the damper",
             f"pull_direction = {_vector(found.pull)}         # into both sides", "load_points = "
             + _names(found.groups["load_points"][:1]) + _of(found, DAMPER, "nodes that share the pull",
-                                                          not found.groups["load_points"]), ""]
+                                                          not found.groups["load_points"]), *_hold(found), ""]
+
+
+def _hold(found):
+    """Along the axis, where no side faces it."""
+    if max(abs(side.patch.normal @ found.axis) for side in found.sides) > SETTINGS.facing:
+        return []
+    axis = np.flatnonzero(found.axis == 1.0)
+    motion = f'"{"xyz"[axis[0]]}"' if len(axis) else _vector(found.axis)
+    return ["# nothing but friction holds the damper along its axis; where a curve drifts or finds no first",
+            "# point, hold its mean position, as a stop does (the vibration stays free): take the mark off",
+            f"# hold = {{ motion = {motion}, mean = true }}"]
 
 
 def _contact(found):

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from tipdamp.report.figures.amplitudes import reason
 from tipdamp.report.results import Results
 from tipdamp.report.text import hertz, listing, micro, number
 
@@ -43,7 +44,9 @@ def _response(results) -> Iterator[str]:
     if cases:
         yield _peaks(cases[0], cases[-1])
     for c in of_order:
-        if not c.has_peak and c.facts.at_least_m is not None:
+        if c.facts.solved_nothing:
+            yield f"At {c.Fe:g} N the curve has no solved point: {reason(c)}; see the warnings."
+        elif not c.has_peak:
             yield (f"At {c.Fe:g} N the curve has no peak: at least {micro(c.at_least_per_newton)} µm/N at "
                    f"{hertz(c.facts.at_least_hz)} Hz, {c.facts.ended}.")
 
@@ -53,5 +56,6 @@ def _peaks(low, high) -> str:
             f"Hz (H = {low.H})")
     if low is not high:
         text += (f", at {high.Fe:g} N {micro(high.peak_per_newton)} µm/N at {hertz(high.facts.peak_hz)} Hz, where "
-                 f"{len(high.facts.slipping_pairs)} of {high.curve.share_slip.shape[1]} pairs slip or open")
+                 f"{len(high.facts.slipping_pairs)} of {high.curve.share_slip.shape[1]} pairs slip or open"
+                 + f" and {len(high.facts.lift_off_pairs)} lift off" * bool(high.facts.lift_off_pairs))
     return text + "."

@@ -135,6 +135,10 @@ class Results:
         """The curves of one H, ascending in Fe."""
         return [case for case in self.cases if case.H == H]
 
+    def solved(self, H: int) -> list[Case]:
+        """Those of one H with a solved point."""
+        return [case for case in self.of_order(H) if not case.facts.solved_nothing]
+
     def beside_paper(self, words: str) -> str:
         """A sentence on the figures of the seed paper where the study states its values as [reference], else ''."""
         return f" {words} of Zucca, Berruti and Cosi (2016)." if self.study.reference else ""

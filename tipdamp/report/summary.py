@@ -15,7 +15,8 @@ OF_TUNE = {"target_hz", "scatter_hz", "table", "stuck_hz", "tuned_pairs", "grade
 def summarise(results: Results) -> dict:
     """The content of summary.json; keys of stages that the study has no section for are left out.
 
-    peak_m - m, half of peak-to-peak along the force, largest over the patch of blade 1; slipping_pairs - their number;
+    peak_m - m, half of peak-to-peak along the force, largest over the patch of blade 1; slipping_pairs - number of
+    those that slip or open; lift_off_pairs - of those that open somewhere in the band and are closed at rest;
     back - the same curve followed from the other end of the band; held - force on what holds a motion.
     A curve that stopped, or whose highest point borders a gap, has no peak: at_least_m is the largest amplitude that
     was solved, ended the reason.
@@ -47,4 +48,5 @@ def summarise(results: Results) -> dict:
 def _response(facts: CurveResult) -> dict:
     back = {} if facts.back is None else facts.model_dump(include={"back"})
     return {**facts.model_dump(include=COPIED), "slipping_pairs": len(facts.slipping_pairs),
-            "slipping": list(facts.slipping_pairs), **back}
+            "slipping": list(facts.slipping_pairs), "lift_off_pairs": len(facts.lift_off_pairs),
+            "lift_off": list(facts.lift_off_pairs), **back}

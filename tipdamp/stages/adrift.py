@@ -7,6 +7,7 @@ import numpy as np
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable, relative_motion
 from hbm.model import ReducedModel
+from tipdamp import only_friction
 from tipdamp.bodies import DAMPER
 from tipdamp.stages.model_inputs import ratio
 from tipdamp.stages.results import FreeMotion
@@ -28,9 +29,13 @@ def adrift(study: Study, free: Sequence[FreeMotion], contact: tuple[ReducedModel
     u = linear_response(model, closed, level * force, settings.band[:1 + settings.both_ways],
                         ratio(settings.damping_ratio), rows).reshape(-1, len(closed), 3)
     needed = (np.linalg.norm(u[:, :, :2], axis=2) * closed.kt * closed.weight).sum(axis=1).max()
-    given, motion = (closed.mu * closed.preload).sum(), free[0].name
+    given, motions = (closed.mu * closed.preload).sum(), [one.name for one in free]
     if needed > given:
-        hold = f' = "{motion.rpartition(" ")[2]}"' if motion.startswith("slide along") else ""
-        yield (f"nothing but friction holds the damper ({motion}), and at {level:g} N its contacts would need "
-               f"{needed:.3g} N to stick where the band starts, friction gives {given:.3g} N: a curve may find "
-               f"no first point; hold that motion: [{'model' if 'model' in study else DAMPER}] hold{hold}")
+        yield (f"{only_friction.said(motions)}, and at {level:g} N its contacts would need {needed:.3g} N to stick "
+               f"where the band starts, friction gives {given:.3g} N: a curve may find no first point; hold the mean "
+               f"position, the vibration stays free: {only_friction.remedy(motions, held_in(study))}")
+
+
+def held_in(study: Study) -> str:
+    """The section that has `hold`."""
+    return "model" if "model" in study else DAMPER

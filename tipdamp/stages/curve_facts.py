@@ -34,6 +34,7 @@ def curve_result(settings: Respond, kept: ContactTable, problem: ContactProblem,
     return CurveResult(
         file=case.file, Fe_N=case.Fe_N, H=case.H, **dict(top), patches=patches, points=len(curve.frequency),
         failed_points=(~curve.converged).sum(), slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)),
+        lift_off_pairs=tuple(pair_names(kept, [i for i in curve.opening_pairs if kept.preload[i] > 0])),
         seconds=curve.seconds, residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended,
         origin=curve.origin, start=curve.start,
         back=other[0] if other else None, held=held_forces(curve, held, first), held_change=curve.held_change,

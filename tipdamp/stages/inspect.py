@@ -7,7 +7,7 @@ import numpy as np
 from hbm.errors import InputError, shown
 from modal.mesh import DIMENSION
 from modal.mesh_checks import parts
-from tipdamp import loads, pair_checks
+from tipdamp import loads, only_friction, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes
 from tipdamp.bodies.matrices import given_model, ground_warnings
@@ -113,6 +113,8 @@ def _with_page(study, store, result, shown, areas=MappingProxyType({})):
         found["pairs"] = {s: int((shown.pairs.side == s).sum()) for s in shown.pairs.sides}
         found["pair_checks"] = pair_checks.side_checks(shown.pairs, shown.places, direction, shown.angles,
                                                         loads.held_directions(study, shown.pairs))
+        if "model" not in study:              # what given matrices hold themselves is known to `preload`
+            found["only_friction"] = only_friction.held_by_friction(shown.pairs, study.driver.hold)
         for side, faces in areas.items():
             area = float(shown.pairs.area[shown.pairs.side == side].sum())
             found["pair_checks"][side] = found["pair_checks"][side].model_copy(
@@ -126,7 +128,7 @@ def _with_page(study, store, result, shown, areas=MappingProxyType({})):
 
 
 def line(store: Store) -> str:
-    """Numbers of pairs, then a line for each body."""
+    """Numbers of pairs, a line for each body, and what nothing but friction holds."""
     found = InspectResult.load(store)
     lines = [", ".join(f"{n} pairs on side '{s}'{_covered(found.pair_checks.get(s))}" for s, n in found.pairs.items())]
     for name, b in found.bodies.items():
@@ -139,6 +141,9 @@ def line(store: Store) -> str:
         pieces = f" in {b.pieces} pieces" if b.pieces and b.pieces > 1 else ""
         lines.append(f"{name}: {b.nodes} nodes{pieces}, {cells}, {b.free_dofs} free dofs, {size} mm, moving mass "
                      f"{b.moving_mass_kg[0]:.4g} kg, {b.rigid_modes} rigid modes; groups (nodes): {groups}")
+    if found.only_friction:
+        lines.append(f"{only_friction.said(found.only_friction)}; where a curve drifts or finds no first point, hold "
+                     f"its mean position: {only_friction.remedy(found.only_friction)}")
     lines += [f"to look at: {store.path(name)}" for name in found.pictures]
     return "\n".join([lines[0], *(" " * 21 + text for text in lines[1:])])
 

@@ -10,7 +10,7 @@ from hbm.errors import InputError
 from hbm.hold.spring import spring_forces
 from hbm.model import ReducedModel
 from static_contact.preload import StaticContact
-from tipdamp import friction, loads, stiffness, stresses
+from tipdamp import friction, loads, only_friction, stiffness, stresses
 from tipdamp.bodies import DAMPER
 from tipdamp.bodies.read import BODY_READS
 from tipdamp.gaps import check_gaps
@@ -136,15 +136,19 @@ def side_forces(pairs: ContactTable, forces: dict[str, float], balance: float) -
     figures = {}
     for side in pairs.sides:
         p = pairs.preload[(pairs.side == side) & pairs.carrying]
-        figures[side] = SideForces(sum_N=p[p > 0].sum(), min_N=p.min(), max_N=p.max(), detached=(p <= 0).sum(),
+        closed = p[p > 0]
+        figures[side] = SideForces(sum_N=closed.sum(), min_N=closed.min() if len(closed) else 0.0,
+                                   max_N=closed.max(initial=0.0), detached=(p <= 0).sum(),
                                    equilibrium_N=forces[side], balance_error=balance)
     return figures
 
 
 def line(store: Store) -> str:
-    """Sum and range of the preload on each side."""
-    return "; ".join(f"{side}: {s.sum_N:z.2f} N, {s.min_N:z.2f}..{s.max_N:z.2f} N, {s.detached} open"
-                     for side, s in PreloadResult.load(store).sides.items())
+    """Sum and range of the preload of the closed pairs of each side, and what nothing but friction holds."""
+    found = PreloadResult.load(store)
+    sides = "; ".join(f"{side}: {s.sum_N:z.2f} N, {s.min_N:z.2f}..{s.max_N:z.2f} N, {s.detached} open"
+                      for side, s in found.sides.items())
+    return "; ".join(filter(None, (sides, only_friction.said(one.name for one in found.free_motions))))
 
 
 def warnings(_: Study, store: Store) -> tuple[str, ...]:

@@ -15,12 +15,12 @@ from hbm.model import ReducedModel
 from hbm.problem import contact_problem
 from hbm.result import ForcedResponse
 from static_contact.roll_springs import with_springs
-from tipdamp import friction
+from tipdamp import friction, only_friction
 from tipdamp.curves import Case, Curves, forget, sweep
 from tipdamp.interface import FILES, doubts, facts_of, in_words, keep_shapes, kept_shapes, shapes_of
 from tipdamp.pair_checks import pair_names
 from tipdamp.progress import Ticker
-from tipdamp.stages.adrift import adrift
+from tipdamp.stages.adrift import adrift, held_in
 from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
 from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, peak_groups, ratio
 from tipdamp.stages.response_results import CurveResult, Peak, RespondResult
@@ -123,6 +123,8 @@ def _make(cases: list[Case], curves: Curves, tick: Ticker, workers: Workers) -> 
             shares[i] = 1.0
             show()
             if i in bars:
+                if not curves.load(missing[i]).converged.any():
+                    bars[i][1](1.0, "no point solved")
                 bars[i][0].close()
     sweep(curves.store, cases)
 
@@ -186,6 +188,11 @@ def without_peak(found: RespondResult) -> int:
     return sum(c.peak_m is None for c in _both_ways(found))
 
 
+def solved_nothing(found: RespondResult) -> int:
+    """Curves without a single solved point."""
+    return sum(c.solved_nothing for c in _both_ways(found))
+
+
 def _both_ways(found):
     return [*found.responses, *(c.back for c in found.responses if c.back)]
 
@@ -197,21 +204,31 @@ def line(store: Store) -> str:
     failed = sum(c.failed_points for c in _both_ways(found))
     back = f" ({curves} with those followed back)" if curves > len(found.responses) else ""
     missing = f", {peakless} without a peak" if (peakless := without_peak(found)) else ""
+    missing += f", {nothing} without a solved point" if (nothing := solved_nothing(found)) else ""
     lacking = [f"{failed} points failed"] * (failed > 0) + [f"{partial} curves incomplete{missing}"] * (partial > 0)
     return f"{len(found.responses)} curves{back}, {points} points, {', '.join(lacking) or 'all complete'}" + in_words(
         found.interface)
 
 
-def warnings(_: Study, store: Store) -> list[str]:
-    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends; for each that
-    is largest at an end of the band, or whose peak is not solved; and for each on which what holds a motion is not
-    soft."""
+def warnings(study: Study, store: Store) -> list[str]:
+    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends, or what to
+    hold where it has no solved point and nothing but friction holds the damper; for each that is largest at an end of
+    the band, or whose peak is not solved; and for each on which what holds a motion is not soft."""
     whole = RespondResult.load(store)
     found = whole.responses
     stuck = TuneResult.load(store).stuck_modes_hz.tuned if any(map(_at_an_end, found)) else ()
-    return [*(text for kind in (_incomplete, _unsolved, _hold) for c in found for text in kind(c)),
+    hold = _to_hold(study, store) if solved_nothing(whole) else ""
+    return [*(text for c in found for text in _incomplete(c, hold)),
+            *(text for kind in (_unsolved, _hold) for c in found for text in kind(c)),
             *doubts(whole.interface),
             *_unbalanced(found), *_another_mode(found), *(text for c in found for text in _without_resonance(c, stuck))]
+
+
+def _to_hold(study, store):
+    """What to try first where not even a first point was found, '' where no motion is free."""
+    free = [motion.name for motion in PreloadResult.load(store).free_motions]
+    return (f"{only_friction.said(free)}: first hold its mean position, the vibration stays free: "
+            f"{only_friction.remedy(free, held_in(study))}; ") if free and not study.driver.hold else ""
 
 
 def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
@@ -259,16 +276,18 @@ def _hold(case):
         yield f"the curve Fe = {case.Fe_N:g} N, H = {case.H}: {doubt}"
 
 
-def _incomplete(case: CurveResult) -> Iterator[str]:
+def _incomplete(case: CurveResult, hold: str) -> Iterator[str]:
     ways = (("", case, case.back), (" followed from the other end", case.back, case))
     for way, one, other in ways:
         if one is None or one.complete and not one.failed_points:
             continue
         failed = f", {one.failed_points} points failed" if one.failed_points else ""
         known = f"no peak, {at_least(one)}; " if one.peak_m is None else ""
+        advice = hold if one.solved_nothing else ""
         whole = (f"; followed the other way it has a peak, {_micro(other.peak_m, other.peak_hz)}"
                  if known and other is not None and other.peak_m is not None else "")
-        yield f"the curve Fe = {case.Fe_N:g} N, H = {case.H}{way} is incomplete{failed}: {known}{one.ended}{whole}"
+        yield (f"the curve Fe = {case.Fe_N:g} N, H = {case.H}{way} is incomplete{failed}: {known}{advice}{one.ended}"
+               f"{whole}")
 
 
 def at_least(peak: Peak) -> str:

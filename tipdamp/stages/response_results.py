@@ -19,6 +19,11 @@ class Peak(Record):
     at_least_m: Number = None
     unsolved: str = ""
 
+    @property
+    def solved_nothing(self) -> bool:
+        """Whether the curve has no solved point at all."""
+        return self.peak_m is None and self.at_least_m is None
+
 
 class HeldForce(Record):
     """Force on what holds a rigid motion, at the highest amplitude of the curve on the first patch, beside the one at
@@ -43,7 +48,8 @@ class BackCurve(Peak):
 
 
 class CurveResult(Peak):
-    """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names`;
+    """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names` of those
+    that slip or open, lift_off_pairs - of those that open somewhere and are closed at rest;
     mac - of the outputs at the peak with those at the peak of the next lower level;
     energy_error - of input = damping + friction over a period, relative to the input, the largest of its points;
     back - None where the band was followed one way; held {motion: ...}; held_change, held_reaction_change -
@@ -55,6 +61,7 @@ class CurveResult(Peak):
     points: int
     failed_points: int
     slipping_pairs: Texts
+    lift_off_pairs: Texts = ()
     seconds: float
     residual_calls: int
     complete: bool

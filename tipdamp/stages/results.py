@@ -55,13 +55,14 @@ class SideCheck(Record):
 
 class InspectResult(Result):
     """inspect.json. pairs {side: number}; columns {body: master dofs and contact shapes}; side_moduli {side: E, nu of
-    the blade, E, nu of the damper}."""
+    the blade, E, nu of the damper}; only_friction - rigid motions of the damper that nothing but friction holds."""
     file: ClassVar[str] = "inspect.json"
     bodies: dict[str, InspectedBody]
     pairs: dict[str, int] = {}
     side_moduli: dict[str, tuple[float, float, float, float]] = {}
     columns: dict[str, int] = {}
     pair_checks: dict[str, SideCheck] = {}
+    only_friction: Texts = ()
     pictures: Texts = ()
 
 
@@ -115,8 +116,8 @@ class SideLoad(Record):
 
 
 class SideForces(SideLoad):
-    """Preload of one side beside the sum that equilibrium asks for; balance_error - unbalanced part of the load on the
-    damper."""
+    """Preload of one side beside the sum that equilibrium asks for; min_N - smallest of its closed pairs;
+    balance_error - unbalanced part of the load on the damper."""
     min_N: float
     equilibrium_N: float
     balance_error: Number

@@ -80,7 +80,8 @@ def test_wedge_under_platforms():
     assert angles == pytest.approx([30, 45], abs=0.1) and all(s.patch.flat for s in found.sides)
     assert found.groups == {"clamp": ["Fixed"], "load_points": ["pullpts"], "excitation": ["shaker"],
                             "patches": ["tipL", "tipR"]}
-    assert "# direction = [1, 0, 0] " in study_text(found, {"blades": "b.msh", "damper": "d.msh"})
+    text = study_text(found, {"blades": "b.msh", "damper": "d.msh"})
+    assert "# direction = [1, 0, 0] " in text and '\n# hold = { motion = "y", mean = true }\n' in text
 
 
 def test_round_side(rig):

@@ -27,6 +27,7 @@ from tipdamp.report.contents import contents
 from tipdamp.report.drawing import figure, matplotlib, plotly
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.figures import (
+    contact_states,
     free_response,
     kept_preload,
     peak_trend,
@@ -36,6 +37,7 @@ from tipdamp.report.figures import (
 )
 from tipdamp.report.introduction import introduction
 from tipdamp.report.summary import summarise
+from tipdamp.report.tables import peaks
 
 ROOT = Path(__file__).parents[3]
 
@@ -210,18 +212,29 @@ def test_cut_curve_in_the_figures(tmp_path):
 
 
 def test_a_curve_that_never_began(tmp_path):
-    """The first point fails: one point, no peak."""
+    """The first point fails: one point, no peak, and nothing that looks like a number; why stands there."""
     def change(files):
-        files["responses"][1].update(peak_hz=None, peak_m=None, min_peak_m=None, complete=False)
+        files["responses"][3].update(peak_hz=None, peak_m=None, min_peak_m=None, complete=False,
+                                     ended="no solution found at 2300 Hz, where the band starts; run the other way")
 
     study, store = artefacts(tmp_path, damage=change)
-    one = curve(20.0, 1)
+    one = curve(20.0, 3)
     dead = {name: getattr(one, name)[:1] * np.nan for name in ("harmonics", "share_stick", "share_slip", "share_open")}
     replace(one, frequency=one.frequency[:1], converged=np.array([False]), iterations=one.iterations[:1],
-            dissipated=one.dissipated[:1], complete=False, **dead).save(store.path("responses/Fe_20N_H1.npz"))
+            dissipated=one.dissipated[:1], complete=False, **dead).save(store.path("responses/Fe_20N_H3.npz"))
     write(study, store)
     found = store.read_json("summary.json")
-    assert len(found["warnings"]) == 1 and found["responses"][1]["peak_m"] is None
+    assert len(found["warnings"]) == 1 and found["responses"][3]["peak_m"] is None
+    results, why = results_of(study, store), "no solution found at 2300 Hz, where the band starts"
+    assert introduction(results)[-1] == f"At 20 N the curve has no solved point: {why}; see the warnings."
+    rows = [row for row in next(peaks.tables(results)).rows if "no solved point" in row[7]]
+    assert [row[:2] + row[7:8] for row in rows] == [("3", "20", f"no solved point: {why}")]
+    said = f"No point of the curve 20 N, H = 3 is solved: {why}."
+    assert all(said in next(part.figures(results)).caption for part in (response_family, response_levels))
+    assert [panel.title for panel in next(response_levels.figures(results)).panels] == [
+        "Fe = 20 N: no point solved", "Fe = 1 N"]
+    assert len(next(contact_states.figures(results)).panels) == 1
+    assert "at least \N{EN DASH}" not in store.path("report.html").read_text()
 
 
 @pytest.mark.parametrize("missing", ["plotly", "matplotlib", "jinja2"])

@@ -10,6 +10,7 @@ from hbm.errors import InputError
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import own_pairs
 from tipdamp.cli import main
+from tipdamp.stages import preload
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
 
@@ -121,3 +122,17 @@ def test_zero_contact_pairs(copy, capsys):
     assert main(["reduce", path, "--quiet"]) == 0
     assert main(["preload", path, "--quiet"]) == 2
     assert "no contact pairs" in capsys.readouterr().err
+
+
+def test_open_pairs_are_counted_and_have_no_force(tmp_path):
+    """The middle of one side stands 0.1 mm back: the range is that of the closed pairs."""
+    study = load_study(corner_study.write(tmp_path, change=[
+        ('damper = "face_x"', 'damper = "face_x"\ngap = [[0, 0], [0.005, 1e-4], [0.01, 0]]')]))
+    store = results_folder(study, None)
+    for name in ("reduce", "preload"):
+        run_stage(name, study, store, quiet=True)
+    pairs, side = ContactTable.load(store.path("preload.csv")), store.read_json("preload.json")["sides"]["one"]
+    mine = pairs.preload[pairs.side == "one"]
+    assert mine.min() < -90 and side["detached"] == (mine <= 0).sum() == 3
+    assert (side["min_N"], side["max_N"]) == (mine[mine > 0].min(), mine.max())
+    assert f"one: 7.07 N, {side['min_N']:.2f}..{side['max_N']:.2f} N, 3 open; two" in preload.line(store)

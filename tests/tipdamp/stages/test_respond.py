@@ -14,6 +14,7 @@ from hbm.problem import ContactProblem
 from hbm.response import follow_band, forced_response
 from hbm.result import ForcedResponse
 from tests.hbm.cases import jenkins, load
+from tests.tipdamp import corner_study
 from tests.tipdamp.report.files import table
 from tests.tipdamp.rig_study import read, text
 from tipdamp import curves
@@ -24,6 +25,7 @@ from tipdamp.stages import respond
 from tipdamp.stages.curve_facts import curve_result, peak_of, peak_shape, with_macs
 from tipdamp.stages.model_inputs import excitation, in_patch, outputs
 from tipdamp.stages.response_results import RespondResult
+from tipdamp.stages.results import PreloadResult
 from tipdamp.store import Store
 from tipdamp.study.schema import Respond
 from tipdamp.study.study import load_study
@@ -153,8 +155,10 @@ def two_blades(Fe):
                                 outputs={"left:1": [1.0, 0.0], "right:2": [0.0, 1.0], "both:1": [1.0, 1.0]})
 
 
-def test_a_curve_without_any_solved_point(tmp_path):
-    """Nothing of it is known; said in the line and in the warnings."""
+@pytest.mark.parametrize("hold", ["", 'hold = "y"'])
+def test_a_curve_without_any_solved_point(tmp_path, hold):
+    """Nothing of it is known; said in the line and in the warnings, which lead with what to hold where friction alone
+    holds the damper."""
     problem, curve = two_blades(1.0)
     none = replace(curve, converged=np.zeros_like(curve.converged), complete=False, reached_end=False, ended="no start",
                    harmonics=np.full_like(curve.harmonics, np.nan),
@@ -164,9 +168,26 @@ def test_a_curve_without_any_solved_point(tmp_path):
     assert found.peak_m is found.at_least_m is found.energy_error is None and not len(peak_shape(none, found))
     store = Store(tmp_path)
     RespondResult(responses=[found], law={"name": "Jenkins1D"}, zeta=(0.01,)).save(store)
-    assert "2 curves incomplete, 2 without a peak" in respond.line(store)
-    said = [text for text in respond.warnings(None, store) if "no peak, no point solved; no start" in text]
+    PreloadResult(sides={}, residual=0, iterations=1, method="newton", kn_kt_N_per_m={},
+                  free_motions=[{"name": "slide along y", "unit": "N", "load": 0}]).save(store)
+    study = load_study(corner_study.write(tmp_path, change=[("pull = 10", f"pull = 10\n{hold}")]))
+    assert respond.line(store).endswith("2 curves incomplete, 2 without a peak, 2 without a solved point")
+    first = "" if hold else ("nothing but friction holds the damper (slide along y): first hold its mean position, the "
+                             'vibration stays free: [damper] hold = { motion = "y", mean = true }; ')
+    said = [text for text in respond.warnings(study, store) if f"no peak, no point solved; {first}no start" in text]
     assert len(said) == 2
+
+
+def test_pairs_that_lift_off_are_counted():
+    """Of ten, two slip and open, one opens alone, and one of these is open at rest already."""
+    problem, curve = two_blades(1.0)
+    opened, slip = np.zeros((len(curve.frequency), 10)), np.zeros((len(curve.frequency), 10))
+    opened[3:5, [1, 4, 7]], slip[3:9, [1, 4, 9]] = 0.2, 0.3
+    curve = replace(curve, share_open=opened, share_slip=slip, share_stick=1 - opened - slip)
+    settings = Respond(levels=[1.0], band=[0.1, 0.5], damping_ratio=0.01, patches=["left", "right"])
+    kept = table().select(np.arange(10)).replace(preload=np.where(np.arange(10) == 4, -1.0, 1.0))
+    found = curve_result(settings, kept, problem, Case(1.0, 1, (0.1, 0.5)), (curve,))
+    assert found.lift_off_pairs == ("left 1", "right 1/0") and len(found.slipping_pairs) == 4
 
 
 def test_a_peak_of_another_mode_is_named(tmp_path):

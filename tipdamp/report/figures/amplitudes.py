@@ -1,5 +1,6 @@
 """What the figures of the forced response share: panels of amplitude, marks of failed points, lists of levels."""
 
+import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -34,7 +35,19 @@ def levels_of(cases: Sequence[Case]) -> str:
 
 
 def peakless(cases: Sequence[Case]) -> str:
-    """A sentence on the curves that have no peak; empty where all have one."""
+    """Sentences on the curves that have no peak, and on those without a solved point; empty where all have one."""
     parts = [f"{c.Fe:g} N, H = {c.H} (at least {micro(c.at_least_per_newton)} µm/N at {hertz(c.facts.at_least_hz)} Hz)"
-             for c in cases if not c.has_peak]
-    return f"No peak, since the curve stops or has a gap at its highest point: {listing(parts)}." if parts else ""
+             for c in cases if not c.has_peak and not c.facts.solved_nothing]
+    said = [f"No peak, since the curve stops or has a gap at its highest point: {listing(parts)}."] if parts else []
+    return " ".join([*said, *(f"No point of the curve {c.Fe:g} N, H = {c.H} is solved: {reason(c)}."
+                              for c in cases if c.facts.solved_nothing)])
+
+
+def reason(case: Case) -> str:
+    """Why a curve ended, without the advice that follows."""
+    return re.split("[:;]", case.facts.ended)[0]
+
+
+def panel_title(case: Case) -> str:
+    """Of a panel for one level."""
+    return f"Fe = {case.Fe:g} N" + ": no point solved" * case.facts.solved_nothing

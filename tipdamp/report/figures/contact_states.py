@@ -11,11 +11,11 @@ from tipdamp.report.text import listing
 
 
 def figures(results: Results) -> Iterator[Figure]:
-    """One panel for each level, from the largest, at the largest H."""
-    if not results.cases:
+    """One panel for each level with a solved point, from the largest, at the largest H."""
+    most = results.orders[-1] if results.cases else 0
+    cases = results.solved(most)
+    if not cases:
         return
-    most = results.orders[-1]
-    cases = results.of_order(most)
     pairs = cases[0].curve.share_stick.shape[1]
     panels = [_panel(case, pairs, tuple(results.study.respond.band)) for case in reversed(cases)]
     caption = (f"Contact states over frequency at H = {most}: share of the cycle in which each of the {pairs} kept "

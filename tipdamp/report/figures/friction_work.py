@@ -36,7 +36,7 @@ def figures(results: Results) -> Iterator[Figure]:
                      tuple(_work(results, side, H) for side in results.kept.sides), row_height=310)
         yield _map(results, H)
         if len(results.cycles.pairs) <= MOST_PAIRS:
-            yield _states(results, results.of_order(H)[-1])
+            yield _states(results, results.solved(H)[-1])
 
 
 def _work(results, side, H) -> Panel:

@@ -12,7 +12,7 @@ from tipdamp.report.text import hertz, listing, number
 
 def figures(results: Results) -> Iterator[Figure]:
     """Mean force over the band at every level, one panel for each motion, at the largest H."""
-    cases = results.of_order(results.orders[-1]) if results.cases else []
+    cases = results.solved(results.orders[-1]) if results.cases else []
     if not cases or not cases[0].facts.held:
         return
     panels = tuple(_panel(results, cases, k, name, facts.unit)
@@ -31,7 +31,6 @@ def _panel(results: Results, cases: list[Case], k: int, name: str, unit: str) ->
         facts = case.facts.held[name]
         items.append(Curve(case.curve.frequency, case.curve.reaction[:, k, 0].real, f"Fe = {case.Fe:g} N", color,
                            DASHES[i % len(DASHES)]))
-        if facts.hz is not None:                     # no point of the curve was solved
-            items.append(Marks(np.array([facts.hz]), np.array([facts.mean]), "", color, filled=False))
+        items.append(Marks(np.array([facts.hz]), np.array([facts.mean]), "", color, filled=False))
     low, high = results.study.respond.band
     return Panel(name, "frequency (Hz)", f"mean force ({unit})", tuple(items), x_range=(low, high))

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from tipdamp.report.drawing.figure import BLUE, DASHES, GREY, VERMILION, Band, Curve, Figure, Item
-from tipdamp.report.figures.amplitudes import amplitude_panel, failures
+from tipdamp.report.figures.amplitudes import amplitude_panel, failures, panel_title, peakless
 from tipdamp.report.results import Case, Results
 from tipdamp.report.text import MICRO, listing, percent
 
@@ -13,12 +13,12 @@ def figures(results: Results) -> Iterator[Figure]:
     if not results.cases:
         return
     most, others = results.orders[-1], results.orders[:-1]
-    panels = [amplitude_panel(results, f"Fe = {case.Fe:g} N", "amplitude (µm)", list(_items(results, case)))
+    panels = [amplitude_panel(results, panel_title(case), "amplitude (µm)", list(_items(results, case)))
               for case in reversed(results.of_order(most))]
     beside = f", beside the largest at H = {listing(others)}" if others else ""
     caption = ("Each level from the largest force down: the largest and the smallest amplitude over the nodes of the "
                f"patch of blade 1 at H = {most}{beside}, and the linear response with all kept pairs stuck. "
-               f"{_orders_apart(results)}"
+               f"{_orders_apart(results)}{peakless([c for c in results.of_order(most) if c.facts.solved_nothing])}"
                + results.beside_paper("Corresponds to figures 10 to 14, without their measured curves,"))
     yield Figure("levels", "Each level with its band over the response patch", caption, tuple(panels),
                  columns=min(3, len(panels)), row_height=290)

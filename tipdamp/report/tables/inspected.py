@@ -1,7 +1,8 @@
 """Tables of the page on what was read: contact pairs of each side, and bodies."""
 
+from tipdamp import only_friction
 from tipdamp.report.drawing.table import Table
-from tipdamp.report.text import MM, NOTHING, distance, listing, number
+from tipdamp.report.text import MM, NOTHING, distance, listing, number, sentence
 from tipdamp.stages.results import InspectedBody, InspectResult, SideCheck
 
 
@@ -13,7 +14,8 @@ def pairs_table(found: InspectResult) -> Table:
         "and their mean. Off the surface: largest angle between a normal and that of the faces of damper or blade. "
         "Apart: from the node of the damper to that of the blade. Covered: area of contact between surfaces, and of "
         "all faces of the damper there. Force: on the side per newton of pull, without "
-        "friction" + (f" (not found: {trouble})." if trouble else "."),
+        "friction" + (f" (not found: {trouble})." if trouble else ".")
+        + (f" {sentence(only_friction.said(found.only_friction))}" if found.only_friction else ""),
         ("side", "pairs", "stations × rows", "mean normal", "spread", "off the surface", "apart along n (µm)",
          "apart across (µm)", "covered (mm²)", "force (N/N)"),
         tuple(_side(name, check) for name, check in found.pair_checks.items()), left=(0,))

@@ -1,9 +1,9 @@
 """Table: the peak of every curve."""
 
-import re
 from collections.abc import Iterator
 
 from tipdamp.report.drawing.table import Table
+from tipdamp.report.figures.amplitudes import reason
 from tipdamp.report.results import Case, Results
 from tipdamp.report.text import NOTHING, hertz, micro, names_of_pairs, number
 
@@ -18,15 +18,14 @@ def tables(results: Results) -> Iterator[Table]:
     caption = ("Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the nodes of the "
                "patch. Other way: relative change of the peak when the band is followed from its other end. "
                "Energy: largest error of input = damping + friction over a period, relative to the input, of all "
-               "points. "
-               "Pairs are named by side and station, with the row where a side has several"
-               + kept)
+               "points. Lift off: pairs that are closed at rest and open in a part of some cycle. Pairs are "
+               "named by side and station, with the row where a side has several" + kept)
     if not all(case.has_peak for case in results.cases):
         caption += (" A curve that stopped before the end of the band, or whose highest point borders a gap, has no "
                     "peak; it is at least the largest amplitude that was solved.")
     yield Table(caption, ("H", "Fe (N)", "peak (Hz)", "largest (µm)", "smallest (µm)", "largest per force (µm/N)",
-                          "points", "curve", "other way", "energy", "pairs that slip or open"),
-                tuple(_row(case) for case in results.cases), left=(7, 10))
+                          "points", "curve", "other way", "energy", "lift off", "pairs that slip or open"),
+                tuple(_row(case) for case in results.cases), left=(7, 11))
 
 
 def _row(case: Case):
@@ -35,6 +34,7 @@ def _row(case: Case):
                            (_at_least(facts.at_least_m), _at_least(case.at_least_per_newton)))
     return (f"{case.H}", f"{case.Fe:g}", hertz(facts.peak_hz), largest, micro(facts.min_peak_m), per_newton,
             f"{facts.points}", _state(case), _other_way(facts), number(facts.energy_error, 1),
+            f"{len(facts.lift_off_pairs)}" if case.curve.converged.any() else NOTHING,
             names_of_pairs(facts.slipping_pairs) if case.curve.converged.any() else NOTHING)
 
 
@@ -44,9 +44,11 @@ def _at_least(value: float | None) -> str:
 
 def _state(case: Case) -> str:
     facts, failed = case.facts, f"{case.facts.failed_points} points failed" if case.facts.failed_points else ""
+    if facts.solved_nothing:
+        return f"no solved point: {reason(case)}"
     if facts.complete:
         return failed or "complete"
-    stopped = "" if case.curve.reached_end else re.split("[:;]", facts.ended)[0]
+    stopped = "" if case.curve.reached_end else reason(case)
     return ", ".join(filter(None, ("incomplete", failed, stopped)))
 
 

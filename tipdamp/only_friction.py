@@ -1,0 +1,38 @@
+"""Rigid motions of the damper that no contact normal faces and no `hold` holds: nothing but friction resists them."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+
+from hbm.contact import GROUND, ContactTable
+from hbm.hold.rigid_motion import parse_motion
+from static_contact.free_motions import unresisted
+from tipdamp.study.hold import HoldChoice
+
+
+def held_by_friction(pairs: ContactTable, holds: Sequence[HoldChoice] = ()) -> list[str]:
+    """Names such as 'slide along y' of motions of a free, rigid damper between bodies at rest."""
+    mine = pairs.select(pairs.damper_body != GROUND)
+    arm = mine.position - mine.position.mean(axis=0)
+    turns = np.cross(np.eye(3), arm[:, None]).transpose(0, 2, 1)                  # columns: about x, y, z
+    rigid = np.concatenate([np.broadcast_to(np.eye(3), turns.shape), turns], axis=2).reshape(-1, 6)
+    held = np.array([parse_motion(one.motion)[2] for one in holds]).reshape(-1, 6)
+    left = sl.null_space(held) if len(held) else np.eye(6)
+    motion = sp.block_diag(list(mine.frame), format="csr")
+    rows = np.arange(2, 3 * len(mine), 3)
+    return [name for name, _ in unresisted(rigid, left, motion, rows, np.full(len(rigid), "damper")).names]
+
+
+def said(motions: Iterable[str]) -> str:
+    """'nothing but friction holds the damper (slide along y)', or '' without such a motion."""
+    names = ", ".join(motions)
+    return f"nothing but friction holds the damper ({names})" if names else ""
+
+
+def remedy(motions: Iterable[str], section: str = "damper") -> str:
+    """The key that holds the mean position and leaves the vibration free: '[damper] hold = { motion = "y", ... }'."""
+    tables = [f'{{ motion = "{name.removeprefix("slide along ").removeprefix("roll ")}", mean = true }}'
+              for name in motions]
+    return f"[{section}] hold = " + (tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]")
