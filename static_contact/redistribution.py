@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
@@ -13,15 +12,15 @@ from static_contact.rigid_motions import SETTINGS
 @dataclass(frozen=True)
 class Redistribution:
     """pairs - the kept pairs with the preload that they carry; scale : {side: factor on their part of the whole map}
-    moment : N m about the damper axis by which what is kept differs from the whole map, since each station's force
-    moves to its kept row or a part of the area is detached (in the reference state, taken up there and reported)."""
+    moment : (3,) N m about x, y, z by which what is kept differs from the whole map, since each station's force
+    moves to its kept row or a part is detached (in the reference state, taken up there and reported)."""
 
     pairs: ContactTable
     scale: dict[str, float]
-    moment: float
+    moment: np.ndarray
 
 
-def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, float], axis: ArrayLike) -> Redistribution:
+def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, float]) -> Redistribution:
     """The part of the whole map on the kept stations, scaled to the side forces of the equilibrium.
 
     whole - solved preload of all rows, of weight 0 where it leaves without its force being moved; kept - carrying pairs
@@ -30,8 +29,7 @@ def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, floa
     Pairs that carry nothing keep their opening. Raises InputError where no kept station of a side is closed.
     """
     preload = np.empty(len(kept))
-    scale, moment = {}, 0.0
-    axis = np.asarray(axis, float) / np.linalg.norm(axis)
+    scale, moment = {}, np.zeros(3)
     before, whole = whole, whole.select(whole.carrying)
     for side in kept.sides:
         mine = np.flatnonzero(kept.side == side)
@@ -42,9 +40,9 @@ def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, floa
         if total <= 0 and forces[side] > SETTINGS.rounding * max(forces.values()):      # a stop may carry nothing
             raise InputError(f"side '{side}': none of the kept stations is closed under the pull")
         preload[mine] = np.where(part > 0, part * scale[side], part)
-        moment += _moment(before.select(before.side == side), axis)
-        moment -= _moment(kept.replace(preload=preload).select(mine), axis)
-    return Redistribution(kept.replace(preload=preload), scale, float(moment))
+        moment += _moment(before.select(before.side == side))
+        moment -= _moment(kept.replace(preload=preload).select(mine))
+    return Redistribution(kept.replace(preload=preload), scale, moment)
 
 
 def carried(whole: ContactTable, kept: ContactTable) -> np.ndarray:
@@ -103,7 +101,7 @@ def balancing_forces(whole: ContactTable, kept: ContactTable, tangential: np.nda
     forces, and the side sums of the whole map would leave a part of the load unbalanced. Raises InputError where a side
     would have to pull.
     """
-    unit = redistribute(whole, kept, dict.fromkeys(kept.sides, 1.0), axis)
+    unit = redistribute(whole, kept, dict.fromkeys(kept.sides, 1.0))
     T = redistribute_friction(whole, tangential, unit)
     on_blades = (np.maximum(unit.pairs.preload, 0.0)[:, None] * kept.normal
                  + np.einsum("pd,pdx->px", T, kept.frame[:, :2]))
@@ -118,7 +116,7 @@ def balancing_forces(whole: ContactTable, kept: ContactTable, tangential: np.nda
     return dict(zip(kept.sides, forces.tolist(), strict=True))
 
 
-def _moment(pairs, axis):
-    """Moment of the contact forces on the damper about the axis direction (through the origin), N m."""
+def _moment(pairs):
+    """(3,) N m: moment of the contact forces on the damper about the origin."""
     force = -np.maximum(pairs.preload, 0.0)[:, None] * pairs.normal
-    return float((np.cross(pairs.position, force) @ axis).sum())
+    return np.cross(pairs.position, force).sum(axis=0)

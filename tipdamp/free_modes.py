@@ -102,15 +102,17 @@ def band_warnings(limits: tuple[float, float], modes: FreeModes) -> list[str]:
 
 def tracking_warnings(study: Study, tune: TuneResult) -> list[str]:
     """Sentences where the tracked mode hardly resembles the free one, or lies outside the band of the response."""
-    labels = {"full_area": "on the whole area", "full_line": "on the whole line", "tuned": "on the kept stations"}
+    labels = {"full_area": "on the whole area", **({} if tune.line_is_whole else {"full_line": "on the whole line"}),
+              "tuned": f"on the {tune.kept_name}"}
     hz = dict(tune.stuck_hz)
     found = [f"the tracked mode, stuck {labels[name]} ({hz[name]:.0f} Hz), has a MAC of {mac:.2f} with the free one: "
-             "check its shape before relying on its frequency" for name, mac in tune.mac if mac < LOWEST_MAC]
+             "check its shape before relying on its frequency" for name, mac in tune.mac
+             if name in labels and mac < LOWEST_MAC]
     (low, high), tuned = study.respond.band, tune.stuck_hz.tuned
     found += repeated_warnings(np.array(tune.stuck_modes_hz.tuned), "stuck", [tuned])
     if not low <= tuned <= high:
         inside = [f"{f:.1f}" for f in tune.stuck_modes_hz.tuned if low <= f <= high]
-        found.append(f"the tracked mode, stuck on the kept stations ({tuned:.0f} Hz), lies outside [respond] band = "
+        found.append(f"the tracked mode, stuck {labels['tuned']} ({tuned:.0f} Hz), lies outside [respond] band = "
                      f"{low:g} to {high:g} Hz, " + (f"where there are stuck modes at {', '.join(inside)} Hz: [tune] "
                      "follow may be the other one" if inside else "which contains no stuck mode"))
     return found

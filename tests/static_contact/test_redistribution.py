@@ -34,13 +34,13 @@ def test_kept_stations_balance_the_pull(seed):
     whole, T, load = map_with_friction(np.random.default_rng(seed))
     kept = whole.select(np.isin(whole.station, [0, 1, 2, 3]))
     forces = balancing_forces(whole, kept, T, load, (0, 1, 0))
-    done = redistribute(whole, kept, forces, (0, 1, 0))
+    done = redistribute(whole, kept, forces)
     friction = redistribute_friction(whole, T, done)
     assert np.linalg.norm(total(done.pairs, friction) - load) < 1e-12 * np.linalg.norm(load)
     assert (np.abs(friction) <= MU * done.pairs.preload[:, None] * (1 + 1e-12)).all()
     # the side sums of the whole map would not: they miss the load by per cent
     sums = {s: whole.preload[whole.side == s].sum() for s in whole.sides}
-    plain = redistribute(whole, kept, sums, (0, 1, 0))
+    plain = redistribute(whole, kept, sums)
     left = total(plain.pairs, redistribute_friction(whole, T, plain)) - load
     assert np.linalg.norm(left) > 0.01 * np.linalg.norm(load)
 
@@ -51,11 +51,11 @@ def test_open_rows_of_a_station_keep_their_opening():
     upper = whole.replace(row=np.ones(len(whole)), preload=-whole.preload / 2)
     both = join(whole, upper)
     forces = {s: 2 * whole.preload[whole.side == s].sum() for s in whole.sides}
-    done = redistribute(both, both, forces, (0, 1, 0)).pairs
+    done = redistribute(both, both, forces).pairs
     assert done.preload == pytest.approx(np.r_[2 * whole.preload, upper.preload])
     lower = both.row == 0
-    assert redistribute(both, both.select(lower), forces, (0, 1, 0)).pairs.preload == pytest.approx(2 * whole.preload)
-    friction = redistribute_friction(both, np.vstack([T, 0 * T]), redistribute(both, both, forces, (0, 1, 0)))
+    assert redistribute(both, both.select(lower), forces).pairs.preload == pytest.approx(2 * whole.preload)
+    friction = redistribute_friction(both, np.vstack([T, 0 * T]), redistribute(both, both, forces))
     assert friction == pytest.approx(np.vstack([2 * T, 0 * T]))
 
 

@@ -72,7 +72,9 @@ def test_warnings_of_the_tracked_mode(tmp_path):
 
     def found(mac, hz):
         sets = {"full_area": 3e4, "full_line": 3e4, "tuned": hz}
-        tune = TuneResult.model_construct(mac=OfSets(full_area=0.9, full_line=0.8, tuned=mac), stuck_hz=OfSets(**sets),
+        pairs = OfSets(full_area=9, full_line=6, tuned=4)
+        tune = TuneResult.model_construct(closed_pairs=pairs, open_pairs=pairs, stuck_hz=OfSets(**sets),
+                                          mac=OfSets(full_area=0.9, full_line=0.8, tuned=mac),
                                           stuck_modes_hz=OfSets(full_area=(), full_line=(), tuned=(25e3, 26e3)))
         return tracking_warnings(study, tune)
 

@@ -3,9 +3,11 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from tipdamp.pair_checks import pair_names
 from tipdamp.report.results import Case, Results
-from tipdamp.report.text import NEGLIGIBLE, amount, force_along, names_of_pairs, number, sentence
+from tipdamp.report.text import NEGLIGIBLE, force_along, moment, names_of_pairs, number, sentence
 from tipdamp.stages.results import SideForces, TuneStep
 
 
@@ -65,7 +67,7 @@ def _stuck(results):
     stuck, reference = results.tune.stuck_hz, results.study.reference
     for key, hz, where in (("full_area_hz", stuck.full_area, "on the whole area"),
                            ("full_line_hz", stuck.full_line, "on the whole line"),
-                           ("tuned_hz", stuck.tuned, "on the kept stations")):
+                           ("tuned_hz", stuck.tuned, f"on the {results.tune.kept_name}")):
         yield from _off_reference(f"The stuck frequency {where}", hz, reference.get(key))
 
 
@@ -76,7 +78,7 @@ def _tune(results):
         yield (f"The study keeps {kept.front} + {kept.back} stations, the reference is {reference['front']:g} + "
                f"{reference['back']:g}.")
     if tune.target_hz and abs(tune.stuck_hz.tuned / tune.target_hz - 1) > LIMITS.target:
-        yield (f"The stuck frequency on the kept stations misses the target of {tune.target_hz:g} Hz by "
+        yield (f"The stuck frequency on the {tune.kept_name} misses the target of {tune.target_hz:g} Hz by "
                f"{100 * (tune.stuck_hz.tuned / tune.target_hz - 1):+.1f} %.")
     yield from _monotone(tune.history)
     for name, check in tune.full_model_check.items():
@@ -97,11 +99,12 @@ def _monotone(history: tuple[TuneStep, ...]):
 
 def _redistributed(results):
     done, kept = results.tune.redistribution, results.kept.select(results.kept.carrying)
-    yield from _balance("the preload of the kept stations", results.tune.preload_kept)
-    if abs(done.moment_Nm or 0.0) > LIMITS.moment_Nm:
-        why = "What is detached" if results.tune.area else "Moving the force of each station to its kept row"
-        yield (f"{why} leaves a moment of {amount(done.moment_Nm, 'N m')} about the axis of the damper; it is balanced "
-               "by a constraint in the static solution.")
+    yield from _balance(f"the preload of the {results.tune.kept_name}", results.tune.preload_kept)
+    if np.abs([done.moment_Nm or 0.0, *(done.moments_Nm or ())]).max() > LIMITS.moment_Nm:
+        why = ("What is detached" if results.tune.area or results.tune.line_is_whole else
+               "Moving the force of each station to its kept row")
+        yield (f"{why} leaves a moment of {moment(done, results.axis)}; it is balanced by a constraint in the static "
+               "solution.")
     for motion, load in done.reactions.items():
         if abs(load) > NEGLIGIBLE:
             yield (f"A load of {force_along(motion, load)}, which no contact resists, is balanced by a "

@@ -24,7 +24,8 @@ def summarise(results: Results) -> dict:
     summary: dict = {"title": results.study.title, "study": results.study.path.name,
                "pull_N": results.study.driver.pull}
     if results.reduce is not None:
-        summary.update(results.reduce.model_dump(include={"free_hz", "reduction"}))
+        summary.update(results.reduce.model_dump(include={"free_hz", "reduction"} if results.reduce.free_hz else
+                                                 {"reduction"}))
     if results.preload is not None:
         summary["preload"] = results.preload.model_dump(include={"sides"})["sides"]
         summary["stiffness"] = {side: [way.model_dump() for way in made.ways]
@@ -32,9 +33,10 @@ def summarise(results: Results) -> dict:
     if results.full is not None:
         summary["full_preload"] = results.full.model_dump(exclude={"of", "warnings"})
     if results.tune is not None:
-        summary |= results.tune.model_dump(include=OF_TUNE)
-        if results.tune.area is not None:
-            summary["area"] = results.tune.area.model_dump(exclude={"history"})
+        area = results.tune.area                 # which leaves no stations at the ends to count
+        summary |= results.tune.model_dump(include=OF_TUNE - {"tuned_pairs"} if area else OF_TUNE)
+        if area:
+            summary["area"] = area.model_dump(exclude={"history"})
         errors = [check.largest_error for check in results.tune.full_model_check.values()]
         if errors:
             summary["reduction"] = {**summary["reduction"], "largest_error": max(errors)}

@@ -3,6 +3,10 @@
 import math
 from collections.abc import Iterable
 
+import numpy as np
+
+from tipdamp.stages.results import Redistribution
+
 NOTHING = "\N{EN DASH}"
 MICRO = 1e6             # µm in a metre
 MEGA = 1e6              # Pa in a MPa
@@ -47,6 +51,15 @@ def amount(value: float | None, unit: str) -> str:
 def force_along(motion: str, load: float) -> str:
     """A load along a rigid motion: '0.0500 N m along 'roll about y''."""
     return f"{amount(load, 'N m' if motion.startswith('roll') else 'N')} along '{motion}'"
+
+
+def moment(done: Redistribution, axis: np.ndarray) -> str:
+    """What a kept preload leaves: '-0.0424 N m about the axis of the damper and 0.0123 N m across it'."""
+    along = f"{amount(done.moment_Nm, 'N m')} about the axis of the damper"
+    if done.moments_Nm is None:
+        return along
+    rest = np.array(done.moments_Nm) - (np.array(done.moments_Nm) @ axis) * axis
+    return f"{along} and {amount(float(np.linalg.norm(rest)), 'N m')} across it"
 
 
 def percent(share: float | None, digits: int = 2) -> str:

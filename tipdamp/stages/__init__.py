@@ -8,8 +8,7 @@ STAGES = {
     "reduce": "meshes to a reduced model and contact pairs; modes without damper",
     "preload": "unilateral static contact under the pull: the preload map",
     "measured": "reads measured curves: mean and band of the repeats, peaks, damping",
-    "tune": "selects the kept stations: detaches them until the stuck frequency meets its target, or as "
-            "given",
+    "tune": "selects what is kept: detaches stations or area until the stuck frequency meets its target, or as given",
     "respond": "forced response at every level and number of harmonics",
     "cycles": "hysteresis loops, friction work and energy balance at the peak of every curve",
     "stress": "mean and alternating stress of the whole bodies at the peaks, where [respond] stress asks for it",

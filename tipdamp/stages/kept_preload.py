@@ -71,10 +71,10 @@ def _scaled(study, model, whole, line, tangential):
         forces = inputs.equilibrium(study, model, whole)
     else:
         forces = balancing_forces(whole, kept, tangential, load, axis)
-    done = redistribute(whole, kept, forces, axis)
+    done = redistribute(whole, kept, forces)
     preload = line.preload.copy()
     preload[carrying] = done.pairs.preload
-    facts = results.Redistribution(scale=done.scale, moment_Nm=done.moment)
+    facts = results.Redistribution(scale=done.scale, moment_Nm=float(done.moment @ axis), moments_Nm=done.moment)
     if tangential is None:
         return KeptPreload(line.replace(preload=preload), facts, forces, inputs.balance_error(study, done.pairs, load))
     moved = np.zeros_like(tangential)

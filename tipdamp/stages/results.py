@@ -296,10 +296,11 @@ class FullModelCheck(Record):
 
 
 class Redistribution(Record):
-    """How the preload came onto the kept stations. Scaled: factor of each side and the moment left about the axis;
-    solved again: constraint reactions and residual, with friction its figures."""
+    """How the preload came onto the kept stations. Scaled: factor of each side and the moment left about the axis of
+    the damper, and about x, y, z; solved again: constraint reactions and residual, with friction its figures."""
     scale: dict[str, float] = {}
     moment_Nm: float | None = None
+    moments_Nm: Numbers | None = None
     reactions: dict[str, float] = {}
     residual: float | None = None
     friction: FrictionFacts | None = None
@@ -339,6 +340,17 @@ class TuneResult(Result):
     redistribution: Redistribution
     roll_stiffness_Nm_per_rad: float
     cases: dict[str, KeptCase] = {}
+
+    @property
+    def line_is_whole(self) -> bool:
+        """Whether the line model keeps all rows of the patch, so that there is no word to say of it."""
+        closed, opened = self.closed_pairs, self.open_pairs
+        return closed.full_area + opened.full_area == closed.full_line + opened.full_line
+
+    @property
+    def kept_name(self) -> str:
+        """'kept area' or 'kept stations'."""
+        return "kept area" if self.area is not None else "kept stations"
 
     @property
     def kept_in_words(self) -> str:

@@ -70,7 +70,7 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     files = _write_kept(store, kept)
     on_kept = kept.pairs.select(kept.pairs.carrying)
     springs = spring_rows(model, sets.pairs["tuned"], sets.springs["tuned"])
-    results.TuneResult(
+    found = results.TuneResult(
         other_modes={name: _other_mode(assembly.modes(sets.pairs["tuned"], shape, extra=springs))
                      for name, shape in shapes.items()},
         target_hz=goal.hz if goal else None, scatter_hz=goal.scatter_hz if goal else 0.0,
@@ -78,8 +78,9 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
         redistribution=kept.facts,
         preload_kept=side_forces(on_kept, kept.forces, kept.balance),
         roll_stiffness_Nm_per_rad=sum(s.k for s in sets.springs["tuned"]),
-        cases={name: kept_case(study, model, pairs, name) for name in study.loads}).save(store)
-    shown = {"kept stations stuck": sets.modes["tuned"], "whole area stuck": sets.modes["full_area"]}
+        cases={name: kept_case(study, model, pairs, name) for name in study.loads})
+    found.save(store)
+    shown = {f"{found.kept_name} stuck": sets.modes["tuned"], "whole area stuck": sets.modes["full_area"]}
     return [*files, *keep_stuck(store, model, shown)]
 
 
@@ -199,8 +200,9 @@ def line(store: Store) -> str:
     found = results.TuneResult.load(store)
     stuck = found.stuck_hz
     opened = {name: f" ({n} pair{'s' * (n > 1)} open at rest)" if n else "" for name, n in found.open_pairs}
-    return (f"stuck: area {stuck.full_area:.0f} Hz{opened['full_area']}, line {stuck.full_line:.0f} Hz"
-            f"{opened['full_line']}, {found.kept_in_words} {stuck.tuned:.0f} Hz{opened['tuned']}")
+    of_line = "" if found.line_is_whole else f", line {stuck.full_line:.0f} Hz{opened['full_line']}"
+    return (f"stuck: area {stuck.full_area:.0f} Hz{opened['full_area']}{of_line}, {found.kept_in_words} "
+            f"{stuck.tuned:.0f} Hz{opened['tuned']}")
 
 
 def warnings(study: Study, store: Store) -> list[str]:

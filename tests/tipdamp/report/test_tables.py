@@ -1,14 +1,19 @@
 """Tables and warnings: what is said, and what is not."""
 
+import html
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from tests.tipdamp.report.files import artefacts, cut, damage, results_of
+from hbm.contact import ContactTable
+from tests.tipdamp.report.files import artefacts, cut, damage, results_of, write
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.summary import summarise
-from tipdamp.report.tables import assumptions, key_figures, peaks, stress
+from tipdamp.report.tables import assumptions, key_figures, peaks, reduction_check, stress
 from tipdamp.report.text import NOTHING
+from tipdamp.stages import tune
 from tipdamp.stages.response_results import PeakStress, StressPlace, StressResult
 from tipdamp.study.study import load_study
 
@@ -72,3 +77,46 @@ def test_places_of_the_largest_stress(tmp_path):
         ("1", "blades", "4"), ("1", "damper", "2"), ("20", "blades", "4"), ("20", "blades", "7"), ("20", "damper", "2")]
     assert table.rows[0][5:] == ("1.00, -20.00, 0.00", "12.50", "2.500", "3.000")
     assert summarise(results)["stress"][0]["places"][1]["alternating_Pa"] == 1.25e7
+
+
+def by_area(files):
+    """Tuned by area on contact points, all rows of which are in the model."""
+    tune, n = files["tune.json"], len(files["kept"])
+    sides = {s: {"unit": "mm2", "closed": 50.0, "kept": 40.0, "cells": 5, "kept_cells": 4} for s in ("left", "right")}
+    tune.update(area={"share": 0.8, "hz_per_percent": 20.0, "sides": sides,
+                      "history": [{"share": 1.0, "hz": 3000.0, "mac": 0.8}, {"share": 0.8, "hz": 2800.0, "mac": 0.8}]},
+                history=[], roll_stiffness_Nm_per_rad=0.0, redistribution={
+                    "scale": {"left": 1.5, "right": 1.6}, "moment_Nm": 0.02, "moments_Nm": [0.03, 0.02, -0.04]})
+    for key in ("stuck_hz", "mac", "closed_pairs", "open_pairs", "stuck_modes_hz"):
+        tune[key]["full_line"] = tune[key]["full_area"]
+    tune["full_model_check"] = {name: tune["full_model_check"]["tuned"] for name in ("full_area", "full_line", "tuned")}
+    ways = [{"way": way, "kn_N_per_m": 1e6, "kt_N_per_m": 9e5} for way in ("smooth half-spaces", "given per area")]
+    files["preload.json"]["stiffness"] = {"left": {
+        "model": "given", "ways": ways, "kn_N_per_m": 1e6, "kt_N_per_m": 9e5, "kt_along_N_per_m": 9e5,
+        "kt_across_N_per_m": 9e5, "nodes": 5, "load_N": 70.0, "length_m": 0.04, "kind": None, "half_width_m": None,
+        "depth_m": None, "h_rms_m": None, "gamma": None, "scale": 1.0, "shares": "tributary", "E_star_Pa": None}}
+    files["reduce.json"]["free_hz"] = {}
+    files["kept"] = files["kept"].replace(area=np.full(n, 1e-5))
+
+
+def test_words_fit_areas_and_contact_points(tmp_path):
+    """No line, no rows that are moved, no stations, no nodes where the study has none of them; no column of dashes."""
+    study, store = artefacts(tmp_path, damage=by_area)
+    study.path.write_text(study.path.read_text().split("[reference]")[0].replace('rows = "edge"', 'rows = "all"'))
+    study = load_study(study.path)
+    pairs = ContactTable.load(store.path("preload.csv"))
+    pairs.replace(area=np.full(len(pairs), 1e-5)).save(store.path("preload.csv"))
+    write(study, store)
+    page = html.unescape(re.sub("<script.*?</script>|<style.*?</style>|<[^>]+>", " ",
+                                store.path("report.html").read_text(), flags=re.S))
+    for word in ("whole line", "line model", "edge line", "kept stations", "kept row", "per node", "each node",
+                 "every node", "kn over reference", "without:", "stations to"):
+        assert word not in page, word
+    assert ("What is detached leaves a moment of 0.0200 N m about the axis of the damper and 0.0500 N m across it; it "
+            "is balanced") in page
+    for word in ("whole area: 15 contact points", "per contact point", "Preload of the kept area"):
+        assert word in page, word
+    summary = summarise(results_of(study, store))
+    assert not {"free_hz", "tuned_pairs"} & set(summary) and summary["area"]["share"] == 0.8
+    assert "line" not in tune.line(store)
+    assert [row[0] for row in next(reduction_check.tables(results_of(study, store))).rows] == ["whole area, kept area"]

@@ -9,7 +9,6 @@ from tipdamp.report.drawing.figure import GREY, Marks
 from tipdamp.report.results import Results
 
 AXIAL = "axial coordinate (mm)"
-NODAL = "normal preload of each node (N)"
 CUT = 0.25             # of the largest preload: what open pairs take of an axis at most
 PRESSURE = "contact pressure (N/mm²)"
 
@@ -26,8 +25,13 @@ def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.
 def load_of(pairs: ContactTable) -> tuple[np.ndarray, str]:
     """(P,) preload in N and its name; of contact points, which stand for unlike areas, the pressure in N/mm2."""
     if not pairs.on_surface.all():
-        return pairs.preload, NODAL
+        return pairs.preload, nodal(pairs)
     return pairs.preload / pairs.area / 1e6, PRESSURE
+
+
+def nodal(pairs: ContactTable) -> str:
+    """Label of an axis of forces."""
+    return f"normal preload of each {'contact point' if pairs.on_surface.all() else 'node'} (N)"
 
 
 def lowest_shown(load: np.ndarray) -> float:

@@ -23,11 +23,9 @@ def figures(results: Results) -> Iterator[Figure]:
     sums = listing(f"{number(s.sum_N)} N on side '{name}' (equilibrium {number(s.equilibrium_N)} N, {s.detached} open)"
                    for name, s in sides.items())
     worst = max(s.balance_error or 0.0 for s in sides.values())
-    points = results.whole.on_surface.all()
-    what = "Contact pressure at every contact point" if points else "Normal preload of every node"
-    caption = (f"{what} of the whole patch under {rest_name(results.study)}, along the axis of the damper. Filled "
-               "marks are closed pairs, hollow ones open (negative: kn times the remaining gap; crosses at the "
-               "lower edge lie below it). "
+    caption = (f"{_what(results.whole)} of the whole patch under {rest_name(results.study)}, along the axis of the "
+               "damper. Filled marks are closed pairs, hollow ones open (negative: kn times the remaining gap; "
+               "crosses at the lower end of the axis lie below it). "
                f"The sum is {sums}; contact forces and load balance to {number(worst, 1)} of the load. {_ends(results)}"
                + results.beside_paper("Corresponds to figure 9"))
     yield Figure("preload", "Preload of the whole patch", caption, _panels(results, results.whole))
@@ -37,10 +35,14 @@ def load_case_figures(results: Results) -> Iterator[Figure]:
     """One map for each further load case."""
     for case, facts in (results.preload.cases if results.preload else {}).items():
         sums = listing(f"{number(s.sum_N)} N on side '{name}' ({s.detached} open)" for name, s in facts.sides.items())
-        caption = (f"Normal preload of every node of the whole patch in the load case '{case}'. Filled marks are "
+        caption = (f"{_what(results.loads[case])} of the whole patch in the load case '{case}'. Filled marks are "
                    f"closed pairs, hollow ones open. The sum is {sums}.")
         yield Figure(f"preload_{case}", f"Preload in the load case '{case}'", caption,
                      _panels(results, results.loads[case]), row_height=310)
+
+
+def _what(table: ContactTable) -> str:
+    return "Contact pressure at every contact point" if table.on_surface.all() else "Normal preload of every node"
 
 
 def _panels(results, table: ContactTable) -> tuple[Panel, ...]:

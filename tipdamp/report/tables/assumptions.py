@@ -7,7 +7,7 @@ import numpy as np
 from hbm.hold.rigid_motion import parse_motion
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
-from tipdamp.report.text import amount, force_along, listing, micro, number
+from tipdamp.report.text import amount, force_along, listing, micro, moment, number
 from tipdamp.stages.results import SideStiffness
 
 PER_MM3 = 1e9            # N/m3 in a N/mm3
@@ -51,13 +51,14 @@ def _load(results):
 def _contact(results):
     mu = np.unique(results.whole.mu)
     yield "friction coefficient mu", f"{mu[0]:g}" if len(mu) == 1 else f"{mu[0]:g} to {mu[-1]:g}"
+    lines = any(side.rows == "edge" for side in results.study.sides.values())
     for name, (kn, kt) in results.preload.kn_kt_N_per_m.items():
         side, rows = results.study.sides.get(name), results.reduce.rows[name]
         made = results.preload.stiffness.get(name)
         where = _stiffness(made) if made else f"from {results.study.contact.pairs}"
         mine = results.whole.select(results.whole.side == name)
         yield (f"side '{name}'", f"{side.shape if side else 'given pairs'}; {_amounts(side, mine, kn, kt)}, {where}; "
-               + _places(mine, rows) + (f", {LINE[side.rows]}" if rows > 1 and side else "")
+               + _places(mine, rows) + (f", {LINE[side.rows]}" if rows > 1 and side and lines else "")
                + ("; initial gap given along the axis" if side and side.gap else ""))
 
 
@@ -100,15 +101,16 @@ def _stiffness(made: SideStiffness) -> str:
 
 def _kept(results):
     tune = results.tune
-    yield ("roll stiffness of the kept edge lines",
-           f"{amount(tune.roll_stiffness_Nm_per_rad, 'N m/rad')}, for the rows that the line model leaves out")
+    if tune.roll_stiffness_Nm_per_rad or not tune.line_is_whole:
+        yield ("roll stiffness of the kept edge lines",
+               f"{amount(tune.roll_stiffness_Nm_per_rad, 'N m/rad')}, for the rows that the line model leaves out")
     done = tune.redistribution
     if done.scale:
         scale = ", ".join(f"{k:.3f} on side '{s}'" for s, k in done.scale.items())
         yield "preload of what is kept", f"scaled to the whole load: {scale}"
         yield ("moment balanced by a constraint in the static solution",
-               f"{amount(done.moment_Nm, 'N m')} about the axis of the damper: " + (
-                   "a part of the area is detached" if tune.area else
+               f"{moment(done, results.axis)}: " + (
+                   "a part of the area is detached" if tune.area else "stations are detached" if tune.line_is_whole else
                    "the force of each station is moved to its kept row"))
     else:
         yield ("preload of what is kept", f"as {tune.table} states it" if results.study.tune.preload == "table"

@@ -13,12 +13,14 @@ def tables(results: Results) -> Iterator[Table]:
     made = results.preload.stiffness if results.preload is not None else {}
     if not any(len(one.ways) > 1 for one in made.values()):
         return
-    rows = tuple(row for side, one in made.items() for row in _rows(side, one))
-    yield Table("Contact stiffness per node or contact point (mean of the side): what the study computes with, what it "
-                "was made from, and the reference of the study. Smooth half-spaces are an upper bound; real contacts "
-                "are softer.",
-                ("side", "way", "kn (N/\N{MICRO SIGN}m)", "kt (N/\N{MICRO SIGN}m)", "kn over reference", ""), rows,
-                left=(0, 1, 5))
+    compared = any(way.way == "reference" for one in made.values() for way in one.ways)
+    rows = tuple(row if compared else row[:4] + row[5:] for side, one in made.items() for row in _rows(side, one))
+    place = "contact point" if results.whole is not None and results.whole.on_surface.all() else "node"
+    yield Table(f"Contact stiffness per {place} (mean of the side): what the study computes with, what it "
+                f"was made from{', and the reference of the study' * compared}. Smooth half-spaces are an upper bound; "
+                "real contacts are softer.",
+                ("side", "way", "kn (N/\N{MICRO SIGN}m)", "kt (N/\N{MICRO SIGN}m)",
+                 *["kn over reference"] * compared, ""), rows, left=(0, 1, 4 + compared))
 
 
 def _rows(side: str, one: SideStiffness) -> Iterator[tuple[str, ...]]:

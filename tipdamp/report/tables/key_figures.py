@@ -36,18 +36,23 @@ def _stuck(results):
     table = results.whole
     rows_of = {s: len(np.unique(table.row[table.side == s])) for s in table.sides}
     detail = listing(f"{n} row{'s' * (n > 1)} on '{s}'" for s, n in rows_of.items())
+    if table.on_surface.all():
+        detail = f"{len(table)} contact points"
     opened = {name: f", {n} pair{'s' * (n > 1)} open at rest" if n else "" for name, n in tune.open_pairs}
     kept = ("own table" if tune.table else f"tuned to {tune.target_hz:g} Hz" if tune.target_hz else
             "given share of the area" if tune.area else "given stations")
     stuck, sets = dict(tune.stuck_hz), dict[tuple, list[tuple[str, str]]]()
     for key, name in (("full_area", f"whole area: {detail}"), ("full_line", "whole line"), ("tuned", kept)):
+        if key == "full_line" and tune.line_is_whole and "full_line_hz" not in reference:
+            continue
         sets.setdefault((round(stuck[key], 6), reference.get(f"{key}_hz")), []).append((key, name))
     for same in sets.values():                          # one row where the sets are the same
         key, names = same[0][0], ", ".join(name for _, name in same)
         yield _frequency(results, f"stuck, {names}{opened[key]} (Hz)", stuck[key], f"{key}_hz")
     for name, mode in tune.other_modes.items():
         free = results.reduce.free_hz.get(name)
-        yield (f"{name.replace('_', ' ')} with damper, {kept}; without: {hertz(free)} (Hz)", hertz(mode.hz), NOTHING,
+        without = f"; without: {hertz(free)}" if free else ""
+        yield (f"{name.replace('_', ' ')} with damper, {kept}{without} (Hz)", hertz(mode.hz), NOTHING,
                NOTHING)
     yield from _area(tune) if tune.area else _stations(tune, reference)
 

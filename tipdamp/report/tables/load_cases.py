@@ -20,8 +20,8 @@ def tables(results: Results) -> Iterator[Table]:
         load, pull = results.study.loads[name], case_pull(results.study, name)
         rows.append((f"{name}: {_content(load)}", f"{pull:g}", *_sides(facts.sides, names)))
     columns = ("load case", "pull (N)", *(what for n in names for what in (f"'{n}', sum (N)", "largest (N)", "open")))
-    yield Table("Preload of the whole patch in every load case: sum and largest of the nodes of each side, and the "
-                "number of open pairs.", columns, tuple(rows))
+    yield Table("Preload of the whole patch in every load case: sum and largest force of the pairs of each side, and "
+                "the number of open pairs.", columns, tuple(rows))
 
 
 def _sides(found, names):

@@ -8,14 +8,16 @@ from tipdamp.report.text import NOTHING, hertz, percent
 from tipdamp.stages.results import FullModelCheck
 
 HEAD = ("stuck", "mode", "reduced (Hz)", "full (Hz)", "error", "bound")
-SETS = {"full_area": "whole area", "full_line": "whole line", "tuned": "kept stations"}
 
 
 def tables(results: Results) -> Iterator[Table]:
     """One row for each mode of each set of stuck pairs, where the full model was solved."""
     if results.tune is None or results.reduce is None or not results.tune.full_model_check:
         return
-    checks, size = results.tune.full_model_check, results.reduce.reduction
+    tune, size = results.tune, results.reduce.reduction
+    words = {"full_area": "whole area", "full_line": "whole line", "tuned": tune.kept_name}
+    checks = {name: check for name, check in tune.full_model_check.items()
+              if name != "full_line" or not tune.line_is_whole}
     worst = max(check.largest_error for check in checks.values())
     sets: dict[tuple, list[str]] = {}
     for name, check in checks.items():              # sets of the same pairs have the same frequencies
@@ -24,7 +26,7 @@ def tables(results: Results) -> Iterator[Table]:
                 f"finite-element model ({size.dofs} dofs), up to 5 kHz; largest error {100 * worst:.3f} %. The bound "
                 "of the error follows from the reduction alone.", HEAD,
                 tuple(row for same in sets.values()
-                      for row in _rows(", ".join(SETS[name] for name in same), checks[same[0]])))
+                      for row in _rows(", ".join(words[name] for name in same), checks[same[0]])))
 
 
 def _rows(name: str, check: FullModelCheck) -> Iterator[tuple[str, ...]]:
