@@ -28,18 +28,21 @@ def load_study(path: str | Path) -> Study:
     """Read and check a study file; InputError names file, section, key, value and what is allowed."""
     path = Path(path)
     raw = _toml(path)
+    sides, materials = (_named(raw, section) for section in ("contact", "material"))
+    loads, measured = (_named_tables(path, raw, section) for section in TABLES)
+    _refuse_unknown(path, raw, {"contact": (Side, sides), "material": (OtherMaterial, materials),
+                                "loads": (LoadCase, loads), "measured": (Measured, measured)})
     factors = _units(path, raw.pop("units", {}))
     top = _read(Top, f"{path}:", {k: raw.pop(k) for k in Top.model_fields if k in raw}, factors)
-    sides, materials = (_named(raw, section) for section in ("contact", "material"))
     checks.require_sections(path, raw, sides)
     given = {"free": {}, "preload": {}, **raw}
     sections: dict[str, Any] = {name: _read(section, f"{path}: [{name}]", given[name], factors)
                                 for name, section in SECTIONS.items() if name in given}
     tables = {"sides": _tables(Side, f"{path}: [contact.%s]", sides, factors),
               "materials": _tables(OtherMaterial, f"{path}: [material.%s]", materials, factors),
-              "loads": _tables(LoadCase, f"{path}: [loads.%s]", _named_tables(path, raw, "loads"), factors)}
+              "loads": _tables(LoadCase, f"{path}: [loads.%s]", loads, factors)}
     if "measured" in raw:
-        tables["measured"] = _tables(Measured, f"{path}: [measured.%s]", _named_tables(path, raw, "measured"), factors)
+        tables["measured"] = _tables(Measured, f"{path}: [measured.%s]", measured, factors)
     study = Study(path=path, title=top.title or path.stem, length_unit=factors["length"],
                   results=path.parent / (top.results or Path("results") / path.stem),
                   driver=sections["model" if "model" in sections else "damper"],
@@ -61,11 +64,28 @@ def _toml(path):
     except RecursionError:
         raise InputError(f"{path}: its lists or tables lie in one another too deeply; no key of a study needs more "
                          "than two lists") from None
-    known = [*Top.model_fields, "units", *SECTIONS, *TABLES, "reference"]
-    for key in raw:
-        if key not in known:
-            raise InputError(f"{path}: unknown key '{shown(key)}'; {nearest(key, known)}")
     return raw
+
+
+def _refuse_unknown(path, raw, named):
+    """All unknown keys of a file in one InputError; named {section: (schema, tables with names of their own)}."""
+    tables = [("", raw, (*Top.model_fields, "units", *SECTIONS, *TABLES, "reference")),
+              ("[units] ", raw.get("units"), UNITS), ("[reference] ", raw.get("reference"), REFERENCE)]
+    tables += [(f"[{name}] ", raw.get(name), section.model_fields) for name, section in SECTIONS.items()]
+    for kind, (section, given) in named.items():
+        tables += [(f"[{kind}.{shown(name)}] ", table, section.model_fields) for name, table in given.items()]
+    found = [where + _in_words(unknown, allowed) for where, table, allowed in tables
+             if isinstance(table, dict) and (unknown := [key for key in table if key not in allowed])]
+    if found:
+        raise InputError(f"{path}: {'; '.join(found)}")
+
+
+def _in_words(unknown, allowed):
+    if len(unknown) == 1:
+        return f"unknown key '{shown(unknown[0])}'; {nearest(unknown[0], allowed)}"
+    hints = [(shown(key), nearest(key, allowed).partition("valid: ")[0].strip()) for key in unknown]
+    listed = ", ".join(f"'{key}'" + f" ({hint})" * bool(hint) for key, hint in hints)
+    return f"unknown keys {listed}; valid: {', '.join(allowed)}"
 
 
 def _text(path):
@@ -98,9 +118,6 @@ def _units(path, given):
     """{unit: factor to SI}"""
     if not isinstance(given, dict):
         raise InputError(f"{path}: [units] must be a section, got {brief(given)}")
-    for key in given:
-        if key not in UNITS:
-            raise InputError(f"{path}: [units] unknown key '{shown(key)}'; {nearest(key, UNITS)}")
     factors = {}
     for key, allowed in UNITS.items():
         name = given.get(key, next(iter(allowed)))
@@ -134,8 +151,6 @@ def _reference(path, given):
     if not isinstance(given, dict):
         raise InputError(f"{path}: [reference] must be a section, got {brief(given)}")
     for key, value in given.items():
-        if key not in REFERENCE:
-            raise InputError(f"{path}: [reference] unknown key '{shown(key)}'; {nearest(key, REFERENCE)}")
         try:
             number(value, Key(NUMBER, "", low=0))
         except ValueError as error:
@@ -148,17 +163,14 @@ def _tables(section: type[S], where: str, given: dict, factors: dict) -> dict[st
 
 
 def _read(section: type[S], where: str, given: Any, factors: dict) -> S:
-    """One section in SI units; the first thing that is wrong with it as an InputError, unknown keys before others."""
+    """One section in SI units; the first thing that is wrong with it as an InputError."""
     if not isinstance(given, dict):
         raise InputError(f"{where} must be a section, got {brief(given)}")
     try:
         return section.model_validate(given, context=factors)
     except ValidationError as error:
-        found = error.errors(include_url=False)
-    wrong = next((e for e in found if e["type"] == "extra_forbidden"), found[0])
+        wrong = error.errors(include_url=False)[0]
     key = str(wrong["loc"][0])
-    if wrong["type"] == "extra_forbidden":
-        raise InputError(f"{where} unknown key '{shown(key)}'; {nearest(key, section.model_fields)}")
     if wrong["type"] == "missing":
         raise InputError(f"{where} {key} is missing: {section.data_sheets()[key].text}")
     raise InputError(f"{where} {key} = {brief(given[key])}: {wrong['ctx']['error']}")

@@ -41,6 +41,10 @@ def test_units_are_converted_once(tmp_path):
 @pytest.mark.parametrize("old, new, message", [
     ("pull = 113", "pul = 113", r"\[damper\] unknown key 'pul'; did you mean 'pull'"),
     ("[tune]", "[tunes]", "unknown key 'tunes'; did you mean 'tune'"),
+    ("pull = 113", "pul = 113\nweight = 3\nmeshes = 4",
+     r"\[damper\] unknown keys 'pul' \(did you mean 'pull'\?\), 'weight', 'meshes' \(did you mean 'mesh'\?\); valid: "),
+    ("[material]", "[materal]\n[material]\nEE = 1",
+     r"toml: unknown key 'materal'; did you mean 'material'.*; \[material\] unknown key 'EE'; did you mean 'E'"),
     ("pull = 113", "pull = -5", r"\[damper\] pull = -5: must be above 0"),
     ("pull = 113", 'pull = "113"', r"\[damper\] pull = '113': must be a number"),
     ("pull = 113", "pull = nan", r"\[damper\] pull = nan: must be above 0"),
