@@ -22,7 +22,7 @@ import scipy.sparse as sp
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.body import Body, check_support
-from modal.contact_shapes import contact_shapes, holding_nodes
+from modal.contact_shapes import contact_shapes, holding_nodes, spread
 from modal.eigen import Modes
 from modal.load_modes import with_load_modes
 from modal.reduction import Reduction, labelled, points_on
@@ -42,7 +42,7 @@ SETTINGS = ReductionSettings()
 
 
 def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, *, below_hz: float | None = None,
-                  loads: Sequence = (), bound: bool = True) -> Reduction:
+                  loads: Sequence = (), bound: bool = True, tractions: sp.csr_matrix | None = None) -> Reduction:
     """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
 
     masters - any nodes that are not clamped; all of them gives the body itself, with no modes. A free body with contact
@@ -53,6 +53,9 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
     bound : whether `truncation` is made, for which one mode more is sought, and a back-solve a master dof. Without it
     (truncation None) and with 0 modes the cost is one factorisation and the static shapes: what a preload needs.
+    tractions (n, c): shares of the body's n contact points in unit forces on c cells (`contact_shapes.traction_cells`),
+    whose contact shapes take the place of those of every point; they are not exact in statics then, and `truncation`
+    bounds no frequency.
     Raises InputError when a master does not exist or is clamped, when the body's support is not as declared, and when
     a motion meets negative stiffness, as above the critical speed of a rotating body.
     """
@@ -70,7 +73,7 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     if rigid:
         _keep_rigid(body, boundary, interior, K, Psi)
     M_Psi = _inertia(M, Psi)
-    found, shapes = _with_contact_shapes(body, interior, factor, M.II, found)
+    found, shapes = _with_contact_shapes(body, interior, factor, M.II, found, tractions)
     G = _left_out(factor, M.II, M_Psi, found, shapes) if bound else None
     omega, Phi = with_load_modes(body, interior, factor, M.II, found, loads)
 
@@ -80,7 +83,7 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     truncation = None if G is None else Truncation(np.array([body.name]), np.array([model.size]),
                                                    np.array([found.free_to]), (G,))
     return Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, shapes, len(omega) - len(found.omega),
-                     truncation)
+                     truncation, tractions)
 
 
 def _reduced_model(body, boundary, S, M_BB, M_BM, omega):
@@ -165,11 +168,11 @@ def _inertia(M, Psi):
     return forces
 
 
-def _with_contact_shapes(body, interior, factor, M_II, found):
+def _with_contact_shapes(body, interior, factor, M_II, found, tractions):
     """The modes behind the contact shapes of forces on interior dofs, and the number of these shapes."""
     if body.points is None or not (W := body.points.motion[:, interior]).nnz:
         return found, 0
-    omega, Z = contact_shapes(factor.solve, M_II, W, found.omega, found.phi)
+    omega, Z = contact_shapes(factor.solve, M_II, spread(W, tractions), found.omega, found.phi)
     return Modes(np.r_[omega, found.omega], np.hstack([Z, found.phi]), found.free_to), len(omega)
 
 
@@ -215,7 +218,7 @@ def assemble(*models: ReducedModel) -> ReducedModel:
         sl.block_diag(*(m.M for m in models)), sl.block_diag(*(m.K for m in models)), C,
         body=join([m.body for m in models]), node=join([m.node for m in models]),
         direction=join([m.direction for m in models]), position=join([m.position for m in models]),
-        groups={k: v for m in models for k, v in m.groups.items()}, loads=_side_by_side(models),
+        groups={k: v for m in models for k, v in m.groups.items()}, loads=side_by_side(models),
         provenance={k: v for m in models for k, v in m.provenance.items()}, points=_points_side_by_side(models),
         rigid={k: v for m in models for k, v in m.rigid.items()})
 
@@ -226,11 +229,11 @@ def _points_side_by_side(models):
             for name, points in m.points.items()}
 
 
-def _side_by_side(models):
-    """Loads of every model on the joined dofs; a name that several bodies carry is one load case."""
-    loads, start, size = {}, 0, sum(m.size for m in models)
-    for m in models:
-        for name, load in m.loads.items():
-            loads.setdefault(name, np.zeros(size))[start:start + m.size] += load
-        start += m.size
+def side_by_side(parts: Sequence[ReducedModel | Body]) -> dict[str, np.ndarray]:
+    """Loads of every part on the joined dofs; a name that several bodies carry is one load case."""
+    loads: dict[str, np.ndarray] = {}
+    starts = np.cumsum([0, *(part.K.shape[0] for part in parts)])
+    for part, start, end in zip(parts, starts, starts[1:], strict=False):
+        for name, load in part.loads.items():
+            loads.setdefault(name, np.zeros(starts[-1]))[start:end] += load
     return loads

@@ -12,7 +12,7 @@ from hbm.io.dof_table import DIRECTIONS
 from hbm.model import ReducedModel
 from hbm.points import ContactPoints
 from modal.body import Body
-from modal.contact_shapes import contact_shapes
+from modal.contact_shapes import contact_shapes, spread
 from modal.elasticity import Material
 from modal.loads import nodal_load
 from modal.mesh import Mesh
@@ -25,7 +25,8 @@ class Reduction:
     """model - the body's ReducedModel; boundary, interior : (b,), (i,) int - dofs of the body
     Psi : (i, b); Phi : (i, m); omega : (m,) rad/s - contact shapes, fixed-interface modes and static shapes of interior
     loads in this order; contact_shapes, load_modes - how many of those; rigid - number of rigid modes; truncation -
-    what was left out, None where it was not asked for."""
+    what was left out, None where it was not asked for; tractions (n, c) - of which the contact shapes are, None where
+    they are of forces on every contact point."""
 
     body: Body
     model: ReducedModel
@@ -38,6 +39,7 @@ class Reduction:
     contact_shapes: int
     load_modes: int
     truncation: Truncation | None
+    tractions: sp.csr_matrix | None = None
 
     def condense(self, numbers: Iterable[int], forces: np.ndarray) -> np.ndarray:
         """Nodal forces (n, 3) N on any nodes of the mesh as a load on the reduced dofs, (b + m,).
@@ -101,7 +103,7 @@ class Reduction:
         rest = np.setdiff1d(np.arange(len(self.omega)), part)
         w, omega, T = self.omega[part], np.empty(0), np.empty((len(part), 0))
         if c:       # made again: they were orthogonal to the modes that are dropped
-            W = sp.csr_matrix(self.model.points[self.body.name].motion[:, b + part])
+            W = spread(sp.csr_matrix(self.model.points[self.body.name].motion[:, b + part]), self.tractions)
             omega, T = contact_shapes(lambda f: f / w[:, None]**2, sp.identity(len(part)), W, np.empty(0), T)
         # what is dropped beside the shapes, by its coupling with masters and shapes
         left = np.vstack([M[:b, b + part], T.T]) / w

@@ -7,7 +7,7 @@ load that is balanced, as every load with its contact forces is, puts no force o
     StaticContact(bodies, pairs, compliance=SparseCompliance).solve(load)
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.linalg as sl
@@ -18,6 +18,7 @@ from hbm.errors import InputError
 from hbm.io.dof_table import DIRECTIONS
 from modal.body import Body, check_support, parts
 from modal.contact_shapes import holding_nodes
+from modal.craig_bampton import side_by_side
 from modal.solvers.cholesky import SingularStiffness
 from modal.solvers.definite import negative_stiffness
 from modal.solvers.dissection import dissection
@@ -29,7 +30,8 @@ from static_contact.stuck_bodies import StuckBodies
 
 @dataclass(frozen=True)
 class SparseBodies:
-    """The dofs of bodies one behind the other: as a ReducedModel names them, with K and M (r, r) as CSR."""
+    """The dofs of bodies one behind the other: as a ReducedModel names them, with K and M (r, r) as CSR; loads {name:
+    (r,) N} are those that the bodies have, side by side."""
 
     bodies: tuple[Body, ...]
     K: sp.csr_matrix
@@ -39,6 +41,7 @@ class SparseBodies:
     direction: np.ndarray
     position: np.ndarray
     rigid: dict[str, np.ndarray]
+    loads: dict[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def of(cls, bodies: list[Body]) -> "SparseBodies":
@@ -58,7 +61,7 @@ class SparseBodies:
                    join([one.node[one.dof_node] for one in bodies]),
                    join([np.array(DIRECTIONS)[one.dof_direction] for one in bodies]),
                    join([one.position[one.dof_node] for one in bodies]),
-                   {one.name: one.rigid_motions()[:, :6 * one.free] for one in bodies})
+                   {one.name: one.rigid_motions()[:, :6 * one.free] for one in bodies}, side_by_side(bodies))
 
     @property
     def size(self) -> int:

@@ -14,8 +14,10 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.friction import FrictionalContact, FrictionState
+from static_contact.sparse_bodies import SparseBodies
 from tipdamp import loads
 from tipdamp.stages.results import FrictionFacts
+from tipdamp.statics import StaticBodies
 from tipdamp.study.view import Study
 
 READS = ("respond.law",)        # of a stage that calls `solve`
@@ -29,18 +31,19 @@ class StartState(NamedTuple):
     sliders: np.ndarray
 
 
-def history(study: Study, model: ReducedModel) -> list[np.ndarray]:
+def history(study: Study, model: ReducedModel | SparseBodies) -> list[np.ndarray]:
     """(n, r) N: the load cases that the study passes through, and at last the load of the response."""
     return [*(loads.total(study, case, model) for case in study.preload.history), loads.at_rest(study, model)]
 
 
-def solve(study: Study, model: ReducedModel, pairs: ContactTable, through: list[np.ndarray]) -> FrictionState:
+def solve(study: Study, bodies: StaticBodies, pairs: ContactTable, through: list[np.ndarray]) -> FrictionState:
     """The state after the loads `through`, within the friction limit of the law of the response.
 
     Raises InputError where the history ends before it.
     """
     given, coupled = study.preload, "respond" in study and study.respond.law.make().coupled
-    end = FrictionalContact(model, pairs, coupled=coupled).solve(through, steps=given.steps)[-1]
+    contact = FrictionalContact(bodies.model, pairs, coupled=coupled, stuck=bodies.stuck)
+    end = contact.solve(through, steps=given.steps)[-1]
     if not end.converged:
         names = [*given.history, loads.rest_name(study)] if len(through) > 1 else ["the load"]
         on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]

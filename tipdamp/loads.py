@@ -1,5 +1,7 @@
 """Loads of a study: the pull, the further load cases ([loads.NAME]), and the blades at speed ([rotation])."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +13,7 @@ from hbm.model import ReducedModel
 from modal.body import Body
 from modal.mesh import Mesh
 from static_contact.rigid_motions import SETTINGS as RIGID
+from static_contact.sparse_bodies import SparseBodies
 from tipdamp.bodies import DAMPER
 from tipdamp.study.view import Study
 
@@ -92,6 +95,17 @@ def case_forces(study: Study, case: str, body: Body, mesh: Mesh) -> np.ndarray:
     return force
 
 
+def with_loads(study: Study, bodies: Sequence[Body], meshes: dict[str, Mesh]) -> list[Body]:
+    """The bodies with their part of every load case and the pull of 1 N as `loads`, (d,) N on their free dofs."""
+    found = []
+    for body in bodies:
+        forces = {case: case_forces(study, case, body, meshes[body.name]) for case in study.loads}
+        if body.name == DAMPER:
+            forces[PULL] = unit_pull(study, body, meshes[DAMPER]).force
+        found.append(replace(body, loads=forces))
+    return found
+
+
 def check(study: Study, meshes: dict[str, Mesh]) -> None:
     """Every body and group that a load case names exists, before anything heavy is done."""
     for case, given in study.loads.items():
@@ -108,8 +122,8 @@ def check(study: Study, meshes: dict[str, Mesh]) -> None:
                     raise InputError(f"{where}: {error}") from None
 
 
-def total(study: Study, case: str, model: ReducedModel) -> np.ndarray:
-    """(r,) N: a load case on the reduced dofs with its pull."""
+def total(study: Study, case: str, model: ReducedModel | SparseBodies) -> np.ndarray:
+    """(r,) N: a load case on the dofs of a model with its pull."""
     own = model.loads.get(case)
     if own is None and study.loads[case].pull is None:
         raise InputError(f"{study.path}: [loads.{case}]: the model holds no load named '{case}', and no pull is "
@@ -118,7 +132,7 @@ def total(study: Study, case: str, model: ReducedModel) -> np.ndarray:
     return own + case_pull(study, case) * model.loads[PULL]
 
 
-def at_rest(study: Study, model: ReducedModel) -> np.ndarray:
+def at_rest(study: Study, model: ReducedModel | SparseBodies) -> np.ndarray:
     """(r,) N: the load under which the damper vibrates: the pull, or the case that [preload] names."""
     case = study.preload.case
     return total(study, case, model) if case else study.driver.pull * model.loads[PULL]
@@ -129,11 +143,11 @@ def rest_name(study: Study) -> str:
     return f"the load case '{study.preload.case}'" if study.preload.case else "the pull"
 
 
-def resultant(model: ReducedModel, load: np.ndarray) -> np.ndarray:
-    """(3,) N: resultant on the damper of a load (r,) N on the reduced dofs."""
+def resultant(model: ReducedModel | SparseBodies, load: np.ndarray) -> np.ndarray:
+    """(3,) N: resultant on the damper of a load (r,) N."""
     return np.array([load[(model.body == DAMPER) & (model.direction == d)].sum() for d in "xyz"])
 
 
-def force_at_rest(study: Study, model: ReducedModel) -> np.ndarray:
+def force_at_rest(study: Study, model: ReducedModel | SparseBodies) -> np.ndarray:
     """(3,) N: Fc, or the resultant on the damper of the case that [preload] names."""
     return resultant(model, at_rest(study, model)) if study.preload.case else pull_vector(study)

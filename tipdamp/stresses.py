@@ -1,7 +1,7 @@
 """Displacement and stress of whole bodies: under the preload, from the motion of their masters ([preload] stress), and
 of a vibration, from all reduced dofs ([respond] stress)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -39,25 +39,32 @@ class Rest(NamedTuple):
     force: np.ndarray
 
 
-def keep_stress(study: Study, store: Store, model: ReducedModel, rest: Rest, tick: Tick) -> list[str]:
-    """stress_blades.vtu and stress_damper.vtu at rest; the names of what was written.
-
-    The bodies are assembled again: beyond the masters the reduced model knows the static shape only as Psi, which costs
-    a back-solve for each of them, and one back-solve with q given on the masters is exact for loads inside as well.
-    """
-    meshes, files = read_meshes(study), []
-    bodies = assemble_bodies(study, meshes, lambda *_: None)
-    contact = contact_forces(bodies, rest.pairs, rest.force)
-    for i, body in enumerate(bodies):
-        tick(0.4 + 0.3 * i, f"stresses of the {body.name}")
-        mesh = meshes[body.name]
-        shape = static_shape(body, model, rest.displacement, body_load(study, body, mesh) - contact[body.name])
+def keep_stress(study: Study, store: Store, shapes: Iterable[tuple[str, Mesh, np.ndarray]], tick: Tick) -> list[str]:
+    """stress_blades.vtu and stress_damper.vtu of the displacements (n, 3) m at rest; the names of what was written."""
+    files = []
+    for i, (name, mesh, shape) in enumerate(shapes):
+        tick(0.4 + 0.3 * i, f"stresses of the {name}")
         own, others = materials(study, mesh)
         what = loads.rest_name(study).removeprefix("the ")
         fields = {f"displacement (m), {what}": shape,
                   f"von Mises stress (Pa), {what}": von_mises(nodal_stress(mesh, own, shape, others))}
-        files += write_shapes(store, f"stress_{body.name}.vtu", mesh, fields)
+        files += write_shapes(store, f"stress_{name}.vtu", mesh, fields)
     return files
+
+
+def condensed_shapes(study: Study, model: ReducedModel, rest: Rest) -> Iterator[tuple[str, Mesh, np.ndarray]]:
+    """(name, mesh, (n, 3) m) of each body at rest, from the motion of its masters.
+
+    The bodies are assembled again: beyond the masters the reduced model knows the static shape only as Psi, which costs
+    a back-solve for each of them, and one back-solve with q given on the masters is exact for loads inside as well.
+    """
+    meshes = read_meshes(study)
+    bodies = assemble_bodies(study, meshes, lambda *_: None)
+    contact = contact_forces(bodies, rest.pairs, rest.force)
+    for body in bodies:
+        mesh = meshes[body.name]
+        yield body.name, mesh, static_shape(body, model, rest.displacement,
+                                            body_load(study, body, mesh) - contact[body.name])
 
 
 def contact_forces(bodies: Sequence[Body], pairs: ContactTable, force: np.ndarray) -> dict[str, np.ndarray]:

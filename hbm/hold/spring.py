@@ -7,6 +7,7 @@ its mean force is the mean friction force that a stop would have to balance.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -56,7 +57,8 @@ class HeldMotion:
     extent: float = 1.0
 
 
-def held_motions(model: ReducedModel, pairs: ContactTable, holds: Hold | Sequence[Hold]) -> tuple[HeldMotion, ...]:
+def held_motions(model: ReducedModel | Any, pairs: ContactTable, holds: Hold | Sequence[Hold]
+                 ) -> tuple[HeldMotion, ...]:
     """The holds on the dofs of a model whose pairs carry.
 
     Raises InputError for an unknown body or motion, a stiffness that is not positive, a motion that the body cannot do,

@@ -8,6 +8,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from hbm.points import ContactPoints
+from modal.contact_shapes import traction_cells
 from modal.craig_bampton import assemble, craig_bampton
 from modal.elasticity import Material, elastic_body
 from modal.truncation import error_bound, join, rounding
@@ -18,6 +19,7 @@ STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 FIRST = 10**6
 POINTS = 7
 SPRING = 3e8
+CELLS = sp.csr_matrix(np.repeat(np.eye(3) / [3, 2, 2], [3, 2, 2], axis=0))       # of the points: shares of a unit force
 
 
 def with_points(body, face, seed):
@@ -129,3 +131,72 @@ def test_fewer_modes_are_the_reduction_with_fewer_modes(bodies):
         assert motion[0] == pytest.approx(motion[1], rel=1e-8)
         assert np.sort(sl.eigvalsh(cut.truncation.G[0])) == pytest.approx(
             np.sort(sl.eigvalsh(few.truncation.G[0])), rel=1e-5, abs=1e-6 * np.abs(few.truncation.G[0]).max())
+
+
+def grid(n, m, seed=None):
+    """Points of a rectangle twice as long as wide, in rows or at random, in the plane y = 0."""
+    if seed is None:
+        x, z = np.meshgrid(np.linspace(0, 2, n), np.linspace(0, 1, m), indexing="ij")
+        return np.column_stack([x.ravel(), np.zeros(n * m), z.ravel()])
+    return np.random.default_rng(seed).uniform(0, 1, (n * m, 3)) * [2, 0, 1]
+
+
+@pytest.mark.parametrize("seed", [None, 3])
+def test_cells_of_tractions(seed):
+    """Each point in one cell of its side; cells of alike weight, and hardly longer than wide."""
+    x = grid(24, 12, seed)
+    x = np.vstack([x, x + [0, 1, 0]])
+    weight, side = np.random.default_rng(1).uniform(0.5, 1, len(x)), np.repeat(["a", "b"], len(x) // 2)
+    T = traction_cells(x, weight, side, 40)
+    cell = T.indices
+    assert T.shape == (len(x), 40) and (np.diff(T.indptr) == 1).all()
+    assert np.asarray(T.sum(axis=0)) == pytest.approx(np.ones((1, 40)))
+    assert T.data == pytest.approx(weight / np.bincount(cell, weight)[cell])
+    assert all(len(set(side[cell == k])) == 1 for k in range(40))
+    mean = weight.sum() / 40
+    assert np.bincount(cell, weight).max() < 2 * mean and np.bincount(cell, weight).min() > mean / 3
+    long, wide = np.transpose([np.sort(np.ptp(x[cell == k], axis=0))[:0:-1] for k in range(40)])
+    assert np.median(long / np.maximum(wide, 1e-9)) < 2
+    assert traction_cells(x, weight, side, 1).shape[1] == 2          # one for each side
+    assert traction_cells(x, weight, side, len(x)).shape[1] == len(x)
+
+
+def test_a_cell_for_each_point(bodies):
+    """The shapes of the points themselves."""
+    for body in bodies:
+        one = craig_bampton(body, [], 3)
+        two = craig_bampton(body, [], 3, tractions=sp.identity(POINTS, format="csr"))
+        assert two.omega == pytest.approx(one.omega, rel=1e-12) and two.contact_shapes == one.contact_shapes
+
+
+def test_tractions_on_cells_are_exact_in_statics(bodies, full):
+    """Under loads anywhere the mean motion of the cells, the damper held on springs that act on these means; springs on
+    the points are met too stiffly, never too softly, and less so with shapes of every point."""
+    K, M, B = full
+    parts = [craig_bampton(body, [], 4, tractions=CELLS) for body in bodies]
+    assert [part.contact_shapes for part in parts] == [9, 9]
+    model = assemble(*(part.model for part in parts))
+    B_r = (model.motion_of("damper", FIRST + np.arange(POINTS))
+           - model.motion_of("blade", FIRST + np.arange(POINTS))).toarray()
+    mean = np.kron(CELLS.toarray().T, np.eye(3))
+    k, f = SPRING * np.ones(9), np.random.default_rng(5).standard_normal(len(K))
+    exact = mean @ B @ np.linalg.solve(K + (mean @ B).T * k @ (mean @ B), f)
+    found = mean @ B_r @ np.linalg.solve(model.K + (mean @ B_r).T * k @ (mean @ B_r), condensed(parts, bodies, f))
+    assert found == pytest.approx(exact, rel=0, abs=1e-9 * np.abs(exact).max())
+    # springs on the points: stiffer than they are, and less so with more cells
+    hz = [sl.eigh(K + SPRING * B.T @ B, M, eigvals_only=True)[:3]]
+    for tractions in (CELLS, None):
+        model = assemble(*(craig_bampton(body, [], 20, tractions=tractions).model for body in bodies))
+        B_r = (model.motion_of("damper", FIRST + np.arange(POINTS))
+               - model.motion_of("blade", FIRST + np.arange(POINTS))).toarray()
+        hz.append(sl.eigh(model.K + SPRING * B_r.T @ B_r, model.M, eigvals_only=True)[:3])
+    assert (hz[1] >= hz[2]).all() and (hz[2] >= hz[0] * (1 - 1e-9)).all()
+
+
+def test_fewer_modes_beside_tractions(bodies):
+    """The contact shapes are made again, of the same tractions."""
+    many = craig_bampton(bodies[0], [], 12, tractions=CELLS)
+    few = craig_bampton(bodies[0], [], 5, tractions=CELLS)
+    assert many.fewer(5).contact_shapes == few.contact_shapes == 9
+    hz = [np.sqrt(sl.eigh(part.model.K, part.model.M, eigvals_only=True)) for part in (many.fewer(5), few)]
+    assert hz[0] == pytest.approx(hz[1], rel=1e-9)

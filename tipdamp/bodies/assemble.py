@@ -1,6 +1,6 @@
 """The finite-element bodies of a study: materials, supports, and the nodes that they are reduced onto."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -9,6 +9,7 @@ from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError
 from hbm.points import ContactPoints
 from modal.body import Body
+from modal.contact_shapes import traction_cells
 from modal.elasticity import Material
 from modal.mesh import Mesh
 from static_contact.surfaces.points import MeshPoints
@@ -20,17 +21,28 @@ from tipdamp.study import schema
 from tipdamp.study.view import Study
 
 
-def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: dict | None = None,
+@dataclass(frozen=True)
+class Tractions:
+    """When contact shapes are of tractions, unless the study says otherwise."""
+
+    points: int = 600       # of a body with shapes of their own: 1800 dense columns, 40 s for the modes of both bodies
+    cells: int = 200        # of a body beyond that
+
+
+TRACTIONS = Tractions()
+
+
+def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: dict[str, int] | None = None,
                     points: dict[str, MeshPoints] | None = None) -> list[Body]:
     """[blades, damper]; the support of each is checked when it is reduced.
 
-    masters : {body: node numbers} that the forecast of the memory then counts; points : of `pair.matched`, where that
-    is known already
+    masters : {body: number of nodes, points and cells} that the forecast of the memory then counts
+    points : of `pair.matched`, where that is known already
     """
     from modal.elasticity import elastic_body
     from modal.memory import check_memory
 
-    check_memory(*((len(mesh.node), len(np.unique(masters[name])) if masters else 0, mesh.source)
+    check_memory(*((len(mesh.node), masters[name] if masters else 0, mesh.source)
                    for name, mesh in meshes.items()))
     tick(0.02, "assembling the blades")
     material, others = materials(study, meshes[BLADES])
@@ -70,6 +82,39 @@ def with_points(body: Body, pairs: ContactTable, masters: np.ndarray) -> Body:
         points = ContactPoints(np.r_[known.number, nodes], np.vstack([known.position, place]),
                                sp.vstack([known.motion, motion]))
     return replace(body, points=points)
+
+
+def tractions_on(study: Study, body: Body, pairs: ContactTable) -> sp.csr_matrix | None:
+    """(points, cells) shares of the contact points of a body in unit forces on cells, by area; of nodes, which know no
+    area, by their number. None where every point has contact shapes of its own."""
+    if body.points is None or (most := most_cells(study, len(body.points.number))) is None:
+        return None
+    numbers = np.where(pairs.blade_body == body.name, pairs.blade_node, pairs.damper_node)
+    touching = (pairs.blade_body == body.name) | (pairs.damper_body == body.name)
+    place = {int(number): row for row, number in reversed(list(enumerate(numbers))) if touching[row]}
+    rows = np.array([place[int(number)] for number in body.points.number])
+    weight = np.where(pairs.area[rows] > 0, pairs.area[rows], pairs.area[pairs.area > 0].mean() if (
+        pairs.area > 0).any() else 1.0)
+    return traction_cells(body.points.position, weight, pairs.side[rows], most)
+
+
+def most_cells(study: Study, points: int) -> int | None:
+    """Cells that stand for so many contact points of a body; None where each stands for itself."""
+    wanted = study.contact.tractions
+    if wanted == "auto":
+        return TRACTIONS.cells if points > TRACTIONS.points else None
+    return wanted if points > wanted else None
+
+
+def shape_counts(study: Study, pairs: ContactTable, masters: dict[str, np.ndarray]) -> dict[str, int]:
+    """{body: masters, and contact points or the cells in their place}: a third of the static shapes that it is reduced
+    to."""
+    found = {}
+    for name, bodies, nodes in ((BLADES, pairs.blade_body, pairs.blade_node),
+                                (DAMPER, pairs.damper_body, pairs.damper_node)):
+        points = len(np.setdiff1d(nodes[bodies == name], masters[name]))
+        found[name] = len(np.unique(masters[name])) + (most_cells(study, points) or points)
+    return found
 
 
 def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, np.ndarray]:

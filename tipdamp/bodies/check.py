@@ -14,17 +14,17 @@ from tipdamp.stages.results import FullModelCheck
 from tipdamp.study.view import Study
 
 
-def full_model_check(study: Study, model: ReducedModel, truncation: Truncation, sets: dict[str, StuckSet],
+def full_model_check(study: Study, model: ReducedModel, truncation: Truncation | None, sets: dict[str, StuckSet],
                      tick: Tick) -> dict[str, FullModelCheck]:
     """{set: figures} of the stuck frequencies of the reduced model against those of the full one: as many modes of the
-    full model as there are reduced ones."""
+    full model as there are reduced ones. truncation - None where it bounds no frequency."""
     bodies = assemble_bodies(study, read_meshes(study), lambda *_: None)
     found, full_hz = {}, full_stuck_sets(bodies, list(sets.values()))
     for i, (name, one) in enumerate(sets.items()):
         tick(0.8 + 0.2 * i / len(sets), f"full model, {name}")
         full = next(full_hz)
-        bound = stuck_error_bound(model, truncation, one.pairs, one.hz,
-                                  extra=spring_rows(model, one.pairs, one.springs))
+        bound = () if truncation is None else stuck_error_bound(
+            model, truncation, one.pairs, one.hz, extra=spring_rows(model, one.pairs, one.springs))
         found[name] = FullModelCheck(reduced_hz=tuple(one.hz), full_hz=tuple(full), error_bound=tuple(bound),
                                      largest_error=float(np.abs(one.hz / full - 1).max(initial=0.0)))
     return found

@@ -15,9 +15,9 @@ from tipdamp.study.view import Study, every_key
 BODY_FILES = ("model", "blades", "damper", "contact")          # sections that name meshes, matrices or pairs
 BODY_READS = ("length_unit", "material", "materials", "rotation", "blades", *every_key(DAMPER, but=("pull", "hold")),
               *every_key("model", but=("pull", "hold")), "driver.axis", "driver.pull_direction", "contact.pairs",
-              "contact.tolerance", "contact.distance", "contact.method", "contact.reduction", "sides.blade",
-              "sides.damper", "sides.shape", "sides.given", "sides.per_node", "respond.excitation", "respond.direction",
-              "respond.patches")
+              "contact.tolerance", "contact.distance", "contact.method", "contact.reduction", "contact.tractions",
+              "sides.blade", "sides.damper", "sides.shape", "sides.given", "sides.per_node", "respond.excitation",
+              "respond.direction", "respond.patches")
 
 
 class NamedGroup(NamedTuple):

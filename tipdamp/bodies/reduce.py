@@ -15,7 +15,7 @@ from modal.truncation import Truncation, join
 from static_contact.reduction_error import enough_modes, own_error
 from tipdamp import loads
 from tipdamp.bodies import BLADES, CHECK_BELOW_HZ, DAMPER
-from tipdamp.bodies.assemble import assemble_bodies, master_nodes, with_points
+from tipdamp.bodies.assemble import assemble_bodies, master_nodes, shape_counts, tractions_on, with_points
 from tipdamp.bodies.pair import matched
 from tipdamp.bodies.read import read_meshes
 from tipdamp.progress import Tick
@@ -47,7 +47,9 @@ class ReducedBodies:
         return Reduction(dofs=sum(p.body.dofs for p in self.parts), masters=sum(len(p.boundary) for p in self.parts),
                          modes={p.body.name: len(p.mode_omega) for p in self.parts},
                          load_modes={p.body.name: p.load_modes for p in self.parts},
-                         contact_shapes={p.body.name: p.contact_shapes for p in self.parts})
+                         contact_shapes={p.body.name: p.contact_shapes for p in self.parts},
+                         tractions={p.body.name: p.tractions.shape[1] for p in self.parts
+                                    if p.contact_shapes and p.tractions is not None})
 
     @property
     def highest_hz(self) -> dict[str, float]:
@@ -66,38 +68,37 @@ def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
     loads.check(study, meshes)
     pairs, points = matched(study, meshes)
     masters = master_nodes(study, meshes, pairs)
-    touching = {BLADES: pairs.blade_node, DAMPER: pairs.damper_node}
-    counted = {name: np.union1d(masters[name], touching[name]) for name in masters}
-    bodies = assemble_bodies(study, meshes, tick, counted, points)
+    bodies = assemble_bodies(study, meshes, tick, shape_counts(study, pairs, masters), points)
     masters |= {body.name: holding_nodes(body) for body in bodies if not len(masters[body.name])}
     bodies = [with_points(body, pairs, masters[body.name]) for body in bodies]
     side_moduli = side_materials(study, meshes, pairs)
-    pull = loads.unit_pull(study, bodies[1], meshes[DAMPER])
-    forces = {body.name: {case: loads.case_forces(study, case, body, meshes[body.name]) for case in study.loads}
-              for body in bodies}
-    forces[DAMPER][loads.PULL] = pull.force
+    bodies = loads.with_loads(study, bodies, meshes)
     springs = with_values(study, pairs, side_moduli) if wants_error(study) else pairs
-    parts = reduce_bodies(study, bodies, masters, forces, springs, tick)
+    parts = reduce_bodies(study, bodies, masters, springs, tick)
     for part in parts:
-        for case, force in forces[part.body.name].items():
+        for case, force in part.body.loads.items():
             part.model.loads[case] = part.condense_dofs(force)
     blades, damper = parts
     return ReducedBodies(assemble(blades.model, damper.model), pairs, meshes, (blades, damper),
-                         join(*(p.truncation for p in parts if p.truncation is not None)), side_moduli, pull.along_axis)
+                         join(*(p.truncation for p in parts if p.truncation is not None)), side_moduli,
+                         loads.unit_pull(study, damper.body, meshes[DAMPER]).along_axis)
 
 
-def reduce_bodies(study: Study, bodies: list[Body], masters: dict, forces: dict, pairs: ContactTable,
-                  tick: Tick) -> list[BodyReduction]:
+def reduce_bodies(study: Study, bodies: list[Body], masters: dict, pairs: ContactTable, tick: Tick
+                  ) -> list[BodyReduction]:
     """Reductions with the modes that the study asks for: a number, all below a frequency, or enough for an error; and
-    the static shapes of the forces {body: {case: (d,) N}} where it asks for them."""
+    the static shapes of the bodies' loads where it asks for them."""
     settings: dict[str, Blades | Damper] = {BLADES: study.blades, DAMPER: study.damper}
+
+    tractions = {body.name: tractions_on(study, body, pairs) for body in bodies}
 
     def reduced(body: Body, cut_hz: float | None) -> BodyReduction:
         given = settings[body.name]
-        shapes = list(forces[body.name].values()) if given.load_modes else ()
+        shapes = list(body.loads.values()) if given.load_modes else ()
         if cut_hz or given.modes_below_hz:
-            return craig_bampton(body, masters[body.name], below_hz=cut_hz or given.modes_below_hz, loads=shapes)
-        return craig_bampton(body, masters[body.name], given.modes, loads=shapes)
+            return craig_bampton(body, masters[body.name], below_hz=cut_hz or given.modes_below_hz, loads=shapes,
+                                 tractions=tractions[body.name])
+        return craig_bampton(body, masters[body.name], given.modes, loads=shapes, tractions=tractions[body.name])
 
     def error(i: int) -> float:
         return own_error(parts, i, len(parts[i].mode_omega), pairs, CHECK_BELOW_HZ)

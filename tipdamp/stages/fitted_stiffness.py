@@ -16,6 +16,7 @@ from tipdamp import loads
 from tipdamp.bodies import BLADES
 from tipdamp.stages import model_inputs as inputs
 from tipdamp.stages.reduce import free_modes
+from tipdamp.statics import StaticBodies, static_contact
 from tipdamp.study.view import Study
 
 READS = ("tune.follow", "tune.stations", "tune.stiffness", "respond.direction", "respond.patches")
@@ -31,7 +32,8 @@ class FitSettings:
 SETTINGS = FitSettings()
 
 
-def fit_factor(study: Study, model: ReducedModel, scaled: Callable[[float], ContactTable]) -> tuple[float, list[str]]:
+def fit_factor(study: Study, model: ReducedModel, bodies: StaticBodies, scaled: Callable[[float], ContactTable]
+               ) -> tuple[float, list[str]]:
     """The factor with which the line model, stuck at every station or at those of [tune] stations, has the frequency
     [contact] fit_hz; and a warning where none meets it. scaled(factor) -> the pairs with that stiffness.
 
@@ -44,7 +46,7 @@ def fit_factor(study: Study, model: ReducedModel, scaled: Callable[[float], Cont
 
     def frequency(factor: float) -> float:
         pairs = scaled(factor)
-        found = inputs.static_contact(study, model, pairs).solve(loads.at_rest(study, model), constrain=True)
+        found = static_contact(study, bodies, pairs).solve(loads.at_rest(study, bodies.model), constrain=True)
         whole = inputs.preload_map(found, pairs)
         line = inputs.line_of(study, whole)
         if study.tune.stations:

@@ -9,7 +9,7 @@ from modal.mesh import DIMENSION
 from modal.mesh_checks import parts
 from tipdamp import loads, only_friction, pair_checks
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.assemble import assemble_bodies, master_nodes
+from tipdamp.bodies.assemble import assemble_bodies, master_nodes, shape_counts
 from tipdamp.bodies.matrices import given_model, ground_warnings
 from tipdamp.bodies.pair import matched, places_on
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
@@ -91,7 +91,8 @@ def _assembled(study, meshes, contact, bodies, tick):
     from modal.body import check_support
 
     (pairs, points), found, warnings = contact, dict(bodies), []
-    for body in assemble_bodies(study, meshes, tick, master_nodes(study, meshes, pairs), points):
+    counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))
+    for body in assemble_bodies(study, meshes, tick, counts, points):
         found[body.name] = InspectedBody(**{**dict(bodies[body.name]), "free_dofs": body.dofs,
                                             "moving_mass_kg": body.mass(), "rigid_modes": check_support(body)})
         warnings += mesh_warnings(study, body.name, meshes[body.name], body.mass().max())
@@ -100,8 +101,7 @@ def _assembled(study, meshes, contact, bodies, tick):
 
 def _columns(study, meshes, pairs):
     """{body: master dofs and contact shapes} that it will be reduced to."""
-    return {name: 3 * (len(np.unique(nodes)) + int(pairs.on_surface.sum()))
-            for name, nodes in master_nodes(study, meshes, pairs).items()}
+    return {name: 3 * count for name, count in shape_counts(study, pairs, master_nodes(study, meshes, pairs)).items()}
 
 
 def _with_page(study, store, result, shown, areas=MappingProxyType({})):

@@ -1,16 +1,19 @@
 """The preload of the kept pairs, and what they carry in further load cases."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
 from hbm.model import ReducedModel
+from static_contact.preload import StaticContact
 from static_contact.redistribution import balancing_forces, redistribute, redistribute_friction
 from tipdamp import friction, loads
 from tipdamp.stages import model_inputs as inputs
 from tipdamp.stages import results
+from tipdamp.statics import StaticBodies, static_bodies, static_contact
 from tipdamp.store import Store
 from tipdamp.study.view import Study
 
@@ -27,14 +30,34 @@ class KeptPreload:
     tangential: np.ndarray | None = None
 
 
-def kept_preload(study: Study, store: Store, model: ReducedModel, whole: ContactTable,
-                 line: ContactTable) -> KeptPreload:
-    """The preload of the kept pairs (those of `line` that carry), by the way that the study asks for."""
+@dataclass(frozen=True)
+class KeptContact:
+    """The static problem of the kept pairs (those of `pairs` that carry), set up where it is asked for and once."""
+
+    study: Study
+    model: ReducedModel
+    reduction: results.Reduction
+    pairs: ContactTable
+
+    @cached_property
+    def bodies(self) -> StaticBodies:
+        """What it is solved on."""
+        return static_bodies(self.study, self.model, self.reduction)
+
+    @cached_property
+    def statics(self) -> StaticContact:
+        """The problem without friction."""
+        return static_contact(self.study, self.bodies, self.pairs)
+
+
+def kept_preload(study: Study, store: Store, whole: ContactTable, contact: KeptContact) -> KeptPreload:
+    """The preload of the kept pairs, by the way that the study asks for."""
+    model, line = contact.model, contact.pairs
     tangential = friction.load(store.path("preload_friction.csv"), whole) if study.preload.friction else None
     if study.tune.preload == "table":
         return _of_table(study, model, whole, line)
     if study.tune.preload == "resolved":
-        return _resolved(study, model, whole, line)
+        return _resolved(study, contact, whole)
     return _scaled(study, model, whole, line, tangential)
 
 
@@ -47,18 +70,18 @@ def _of_table(study, model, whole, line):
     return KeptPreload(line, results.Redistribution(), inputs.equilibrium(study, model, whole), balance)
 
 
-def _resolved(study, model, whole, line):
+def _resolved(study, contact, whole):
     """Static contact solved again on the kept pairs alone."""
-    statics = inputs.static_contact(study, model, line)
+    bodies, line = contact.bodies, contact.pairs
     if not study.preload.friction:
-        result = statics.solve(loads.at_rest(study, model), constrain=True)
+        result = contact.statics.solve(loads.at_rest(study, bodies.model), constrain=True)
         facts = results.Redistribution(reactions=result.reactions, residual=result.residual)
-        forces = inputs.equilibrium(study, model, whole)
+        forces = inputs.equilibrium(study, bodies.model, whole)
         return KeptPreload(inputs.preload_map(result, line), facts, forces, result.balance)
-    state = friction.solve(study, statics.model, statics.pairs, friction.history(study, model))
+    state = friction.solve(study, bodies, contact.statics.pairs, friction.history(study, bodies.model))
     kept = inputs.preload_map(state, line)
     facts = results.Redistribution(friction=friction.facts(state), residual=state.residual)
-    balance = inputs.balance_error(study, kept.select(kept.carrying), loads.force_at_rest(study, model),
+    balance = inputs.balance_error(study, kept.select(kept.carrying), loads.force_at_rest(study, bodies.model),
                                    state.tangential[kept.carrying])
     return KeptPreload(kept, facts, inputs.side_sums(state.pairs), balance, state.tangential)
 
@@ -83,12 +106,14 @@ def _scaled(study, model, whole, line, tangential):
                        inputs.balance_error(study, done.pairs, load, moved[carrying]), moved)
 
 
-def kept_case(study: Study, model: ReducedModel, pairs: ContactTable, name: str) -> results.KeptCase:
+def kept_case(study: Study, contact: KeptContact, name: str) -> results.KeptCase:
     """What the kept pairs carry in a further load case, without friction and solved on them alone."""
     try:
-        result = inputs.static_contact(study, model, pairs).solve(loads.total(study, name, model), constrain=True)
+        load = loads.total(study, name, contact.bodies.model)
+        result = contact.statics.solve(load, constrain=True)
     except InputError as error:
         return results.KeptCase(refused=str(error))
+    pairs = contact.pairs
     forces = {s: result.force[(pairs.side == s) & pairs.carrying] for s in pairs.sides}
     sides = {s: results.SideLoad(sum_N=f.sum(), max_N=f.max(initial=0.0), detached=(f <= 0).sum())
              for s, f in forces.items()}

@@ -1,4 +1,4 @@
-"""Inputs of the reduced model from the study: contact line, roll springs, force, outputs, damping, statics."""
+"""Inputs of the reduced model from the study: contact line, roll springs, force, outputs, damping, held motions."""
 
 from collections.abc import Iterable
 
@@ -13,8 +13,8 @@ from hbm.model import ReducedModel
 from static_contact.contact_forces import Preload
 from static_contact.equilibrium import beside, side_forces, side_normals
 from static_contact.kept_pairs import conserve_total
-from static_contact.preload import StaticContact
 from static_contact.roll_springs import RollSpring, roll_springs
+from static_contact.sparse_bodies import SparseBodies
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.loads import force_at_rest, held_directions
 from tipdamp.study.schema import Respond
@@ -24,7 +24,7 @@ from tipdamp.study.view import Study
 EXCITATION = tuple(f"respond.{key}" for key in ("share_force", "amplitudes", "phase", "engine_order", "blade_count"))
 
 
-def held_motions(study: Study, model: ReducedModel, pairs: ContactTable) -> tuple[HeldMotion, ...]:
+def held_motions(study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable) -> tuple[HeldMotion, ...]:
     """The rigid motions of the damper that the study holds, on the dofs of a model with these pairs."""
     try:
         return spring.held_motions(model, pairs, [Hold(one.motion, one.stiffness, one.mean, DAMPER)
@@ -33,7 +33,7 @@ def held_motions(study: Study, model: ReducedModel, pairs: ContactTable) -> tupl
         raise InputError(f"{study.path}: [{'model' if 'model' in study else DAMPER}] {error}") from None
 
 
-def equilibrium(study: Study, model: ReducedModel, pairs: ContactTable) -> dict[str, float]:
+def equilibrium(study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable) -> dict[str, float]:
     """{side: N} that balance the load at rest without friction; the sum of its pairs for a side without damper."""
     found = side_forces(side_normals(pairs), force_at_rest(study, model), held=held_directions(study, pairs))
     return {**side_sums(pairs), **found}
@@ -163,12 +163,6 @@ def balance_error(study: Study, pairs: ContactTable, load: np.ndarray, tangentia
 def side_sums(pairs: ContactTable) -> dict[str, float]:
     """{side: N} of the closed pairs."""
     return {s: float(np.maximum(pairs.preload, 0)[pairs.side == s].sum()) for s in pairs.sides}
-
-
-def static_contact(study: Study, model: ReducedModel, pairs: ContactTable) -> StaticContact:
-    """On the springs kn, or with hard contact where the study says so."""
-    hard, held = study.contact.normal == "hard", held_motions(study, model, pairs)
-    return StaticContact(model, pairs.replace(kn=np.full(len(pairs), np.inf)) if hard else pairs, held=held)
 
 
 def preload_map(result: Preload, pairs: ContactTable) -> ContactTable:

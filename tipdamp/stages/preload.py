@@ -10,7 +10,7 @@ from hbm.errors import InputError
 from hbm.hold.spring import spring_forces
 from hbm.model import ReducedModel
 from static_contact.preload import StaticContact
-from tipdamp import friction, loads, only_friction, stiffness, stresses
+from tipdamp import friction, loads, only_friction, statics, stiffness, stresses
 from tipdamp.bodies import DAMPER
 from tipdamp.bodies.read import BODY_READS
 from tipdamp.gaps import check_gaps
@@ -18,7 +18,7 @@ from tipdamp.pair_checks import jamming
 from tipdamp.progress import Tick
 from tipdamp.stages import fitted_stiffness
 from tipdamp.stages.fitted_stiffness import fit_factor
-from tipdamp.stages.model_inputs import balance_error, equilibrium, preload_map, side_sums, static_contact
+from tipdamp.stages.model_inputs import balance_error, equilibrium, preload_map, side_sums
 from tipdamp.stages.results import FreeMotion, LoadCasePreload, PreloadResult, ReduceResult, SideForces, SideLoad
 from tipdamp.stages.stage import Stage
 from tipdamp.store import Store
@@ -39,17 +39,19 @@ class AtRest:
 
 def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     """Unilateral static contact of the whole patch under the pull, or the case in its place: the preload map."""
-    model = ReducedModel.load(store.path("model.npz"))
-    pairs, made, said = _with_stiffness(study, store, model)
-    tick(0.2, f"{len(pairs)} pairs")
-    statics = static_contact(study, model, pairs)
-    rest = _with_friction(study, statics, pairs, store) if study.preload.friction else _frictionless(study, statics)
+    model, reduced = ReducedModel.load(store.path("model.npz")), ReduceResult.load(store)
+    bodies = statics.static_bodies(study, model, reduced.reduction)
+    pairs, made, said = _with_stiffness(study, store, model, bodies, reduced.side_materials)
+    tick(0.2, f"{len(pairs)} pairs on {bodies.model.size} dofs")
+    contact = statics.static_contact(study, bodies, pairs)
+    rest = (_with_friction(study, store, bodies, contact, pairs) if study.preload.friction
+            else _frictionless(study, contact))
     found = rest.solution
     pulled = preload_map(found, pairs)
     with store.writing("preload.csv") as path:
         pulled.save(path)
-    cases = {name: load_case(study, store, statics, pairs, name) for name in study.loads}
-    doubts = [one.doubt for one in statics.held if one.doubt]
+    cases = {name: load_case(study, store, bodies, contact, pairs, name) for name in study.loads}
+    doubts = [one.doubt for one in contact.held if one.doubt]
     reactions = {"the pull": rest.facts.get("reactions", {}),
                  **{f"[loads.{name}]": case.reactions for name, case in cases.items()}}
     PreloadResult(
@@ -64,18 +66,19 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     if study.preload.stress:
         tangential = found.tangential if study.preload.friction else np.zeros((len(pairs), 2))
         rest = stresses.Rest(found.displacement, pairs, np.column_stack([tangential, found.force]))
-        files += stresses.keep_stress(study, store, model, rest, tick)
+        files += stresses.keep_stress(study, store, bodies.shapes(rest), tick)
     tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
     return [*files, *keep_preload(store, {"pull": pulled, **tables}, study.contact.normal == "hard")]
 
 
-def _with_stiffness(study, store, model):
+def _with_stiffness(study, store, model, bodies, materials):
     """The pairs with kn, kt, mu and gap, what the stiffness of each side was made from, and warnings of a fit."""
-    pairs, materials = ContactTable.load(store.path("pairs.csv")), ReduceResult.load(store).side_materials
+    pairs = ContactTable.load(store.path("pairs.csv"))
     pull = loads.force_at_rest(study, model)
     fitted, said = 1.0, []
     if study.contact.fit_hz is not None:
-        fitted, said = fit_factor(study, model, lambda f: stiffness.with_values(study, pairs, materials, pull, f))
+        fitted, said = fit_factor(study, model, bodies,
+                                  lambda f: stiffness.with_values(study, pairs, materials, pull, f))
     sides = stiffness.side_stiffness(study, pairs, materials, pull, fitted)
     made = stiffness.facts(study, pairs, sides, materials, fitted)
     pairs = stiffness.with_values(study, pairs, materials, pull, fitted)
@@ -83,35 +86,36 @@ def _with_stiffness(study, store, model):
     return pairs, made, said
 
 
-def _frictionless(study, statics):
-    result = statics.solve(loads.at_rest(study, statics.model))
+def _frictionless(study, contact):
+    result = contact.solve(loads.at_rest(study, contact.model))
     motions = [FreeMotion(name=m.name, unit=m.unit, load=m.load) for m in result.motions]
-    return AtRest(result, equilibrium(study, statics.model, result.pairs), result.balance,
+    return AtRest(result, equilibrium(study, contact.model, result.pairs), result.balance,
                   {"method": result.method, "free_motions": motions, "reactions": result.reactions,
                    "held": result.held})
 
 
-def _with_friction(study, statics, pairs, store):
+def _with_friction(study, store, bodies, contact, pairs):
     """The state at the end of the history; writes preload_friction.csv."""
-    state = friction.solve(study, statics.model, statics.pairs, friction.history(study, statics.model))
+    state = friction.solve(study, bodies, contact.pairs, friction.history(study, bodies.model))
     with store.writing("preload_friction.csv") as path:
         friction.save(path, pairs, state.tangential, state.slider, state.slips)
-    balance = balance_error(study, state.pairs, loads.force_at_rest(study, statics.model), state.tangential)
-    facts = friction.facts(state, equilibrium(study, statics.model, state.pairs))
+    balance = balance_error(study, state.pairs, loads.force_at_rest(study, bodies.model), state.tangential)
+    facts = friction.facts(state, equilibrium(study, bodies.model, state.pairs))
     return AtRest(state, side_sums(state.pairs), balance, {
-        "method": "friction", "friction": facts, "held": spring_forces(statics.held, state.displacement)})
+        "method": "friction", "friction": facts, "held": spring_forces(contact.held, state.displacement)})
 
 
-def load_case(study: Study, store: Store, statics: StaticContact, pairs: ContactTable, name: str) -> LoadCasePreload:
+def load_case(study: Study, store: Store, bodies: statics.StaticBodies, contact: StaticContact, pairs: ContactTable,
+              name: str) -> LoadCasePreload:
     """Preload map of one further load case, in a file of its own."""
-    load = loads.total(study, name, statics.model)
+    load = loads.total(study, name, bodies.model)
     try:
         if study.preload.friction:
-            result: Any = friction.solve(study, statics.model, statics.pairs, [load])
-            resultant = loads.resultant(statics.model, load)
+            result: Any = friction.solve(study, bodies, contact.pairs, [load])
+            resultant = loads.resultant(bodies.model, load)
             balance, reactions = balance_error(study, result.pairs, resultant, result.tangential), {}
         else:
-            result = statics.solve(load)
+            result = contact.solve(load)
             balance, reactions = result.balance, result.reactions
     except InputError as error:
         raise InputError(f"{study.path}: [loads.{name}]: {error}") from None
@@ -121,7 +125,7 @@ def load_case(study: Study, store: Store, statics: StaticContact, pairs: Contact
     sides = {s: SideLoad(sum_N=result.force[pairs.side == s].sum(), max_N=result.force[pairs.side == s].max(),
                          detached=(result.force[(pairs.side == s) & pairs.carrying] <= 0).sum()) for s in pairs.sides}
     return LoadCasePreload(file=file, sides=sides, residual=result.residual, balance_error=balance,
-                           reactions=reactions, held=spring_forces(statics.held, result.displacement))
+                           reactions=reactions, held=spring_forces(contact.held, result.displacement))
 
 
 def reaction_warnings(cases: dict[str, dict[str, float]]) -> list[str]:
@@ -157,11 +161,11 @@ def warnings(_: Study, store: Store) -> tuple[str, ...]:
 
 
 def _reads_more(study):
-    return (BODY_READS * study.preload.stress + friction.READS * study.preload.friction
+    return (BODY_READS * study.preload.stress + statics.reads(study) + friction.READS * study.preload.friction
             + fitted_stiffness.READS * (study.contact.fit_hz is not None))
 
 
 STAGE = Stage(preload, line, warnings=warnings, outputs=("preload.csv", "preload.json"),
               may_write=("preload_friction.csv", "loads/*.csv", "stress_*.vtu", "preload.vtu"), needs=("reduce",),
               reads=("length_unit", "driver", "contact", "sides", "preload", "loads", "model.matrices"),
-              reads_more=_reads_more)
+              reads_more=_reads_more, reads_files=statics.READS_FILES)

@@ -73,8 +73,9 @@ def line(store: Store) -> str:
     """Size of the model and its free frequencies."""
     found = ReduceResult.load(store)
     modes = ", ".join(f"{name.replace('_', ' ')} {hz:.1f} Hz" for name, hz in found.free_hz.items())
-    shapes = sum(found.reduction.contact_shapes.values())
-    kept = f"{found.reduction.masters} masters + " + f"{shapes} contact shapes + " * bool(shapes)
+    shapes, cells = sum(found.reduction.contact_shapes.values()), sum(found.reduction.tractions.values())
+    of = f" of tractions on {cells} cells" * bool(cells)
+    kept = f"{found.reduction.masters} masters + " + f"{shapes} contact shapes{of} + " * bool(shapes)
     return (f"{found.reduction.dofs} dofs to {kept}{sum(found.reduction.modes.values())} modes; free: "
             + (modes or f"{found.free_modes_hz[0]:.1f} Hz"))
 

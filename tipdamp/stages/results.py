@@ -70,18 +70,22 @@ class InspectResult(Result):
 
 class Reduction(Record):
     """Size of the reduction; modes {body: fixed-interface modes}, load_modes {body: static shapes of loads},
-    contact_shapes {body: static shapes of forces on contact points}."""
+    contact_shapes {body: static shapes of forces on contact points}, tractions {body: cells over which these forces are
+    spread}, empty where they act on every point."""
     dofs: int
     masters: int
     modes: dict[str, int]
     load_modes: dict[str, int] = {}
     contact_shapes: dict[str, int] = {}
+    tractions: dict[str, int] = {}
 
     @property
     def in_words(self) -> str:
-        """'105 contact and response dofs and 60 modes', '15 dofs of nodes, 420 contact shapes and 60 modes'."""
+        """'105 contact and response dofs and 60 modes', '15 dofs of nodes, 420 contact shapes and 60 modes', '15 dofs
+        of nodes, 1200 contact shapes of tractions on 400 cells and 60 modes'."""
         shapes, modes = sum(self.contact_shapes.values()), f"{sum(self.modes.values())} modes"
-        return (f"{self.masters} dofs of nodes, {shapes} contact shapes and {modes}" if shapes else
+        cells = f" of tractions on {sum(self.tractions.values())} cells" if self.tractions else ""
+        return (f"{self.masters} dofs of nodes, {shapes} contact shapes{cells} and {modes}" if shapes else
                 f"{self.masters} contact and response dofs and {modes}")
 
 

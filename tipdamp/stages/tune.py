@@ -22,7 +22,7 @@ from tipdamp.pair_checks import one_row_warnings
 from tipdamp.progress import Tick
 from tipdamp.stages import kept_area, results
 from tipdamp.stages import model_inputs as inputs
-from tipdamp.stages.kept_preload import kept_case, kept_preload
+from tipdamp.stages.kept_preload import KeptContact, kept_case, kept_preload
 from tipdamp.stages.preload import side_forces
 from tipdamp.stages.reduce import free_modes
 from tipdamp.stages.response_results import MeasuredResult
@@ -62,7 +62,8 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     line, assembly = inputs.line_of(study, whole), StuckAssembly(model)
     load, goal = carried(whole, line), target(study, store)
     pairs, tuned = _keep(study, assembly, line, load, follow, goal, tick)
-    kept = kept_preload(study, store, model, _without_detached(study, whole, line, pairs), pairs)
+    contact = KeptContact(study, model, results.ReduceResult.load(store).reduction, pairs)
+    kept = kept_preload(study, store, _without_detached(study, whole, line, pairs), contact)
     sets = _stuck_sets(study, assembly, follow, {
         "full_area": (whole, whole.preload > 0), "full_line": (line, load > 0),
         "tuned": (kept.pairs, kept.pairs.preload > 0)})
@@ -78,7 +79,7 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
         redistribution=kept.facts,
         preload_kept=side_forces(on_kept, kept.forces, kept.balance),
         roll_stiffness_Nm_per_rad=sum(s.k for s in sets.springs["tuned"]),
-        cases={name: kept_case(study, model, pairs, name) for name in study.loads})
+        cases={name: kept_case(study, contact, name) for name in study.loads})
     found.save(store)
     shown = {f"{found.kept_name} stuck": sets.modes["tuned"], "whole area stuck": sets.modes["full_area"]}
     return [*files, *keep_stuck(store, model, shown)]
@@ -168,7 +169,8 @@ def _full_model_check(study, store, model, sets, tick) -> dict[str, results.Full
     if "model" in study:
         return {}
     tick(0.8, "full model")
-    truncation = Truncation.load(store.path("truncation.npz"))
+    exact = not results.ReduceResult.load(store).reduction.tractions
+    truncation = Truncation.load(store.path("truncation.npz")) if exact else None
     return full_model_check(study, model, truncation, {
         name: StuckSet(pairs, sets.springs[name], modes.hz[modes.hz < CHECK_BELOW_HZ])
         for (name, pairs), modes in zip(sets.pairs.items(), sets.modes.values(), strict=True)}, tick)

@@ -16,6 +16,7 @@ from tipdamp.study.values import (
     CHOICE,
     COLUMNS,
     COUNT,
+    COUNT_OR_AUTO,
     COUNTS,
     FLAG,
     GROUP_VALUES,
@@ -186,6 +187,11 @@ class Contact(Section):
         CHOICE, "what the nodes of the pairs are in the reduced bodies: 'craig_bampton': masters, three dofs each; "
         "'contact_points': no dofs, but the static shapes of forces on them, which are as exact in statics")
     ] = "craig_bampton"
+    tractions: Annotated[int | Literal["auto"], Key(
+        COUNT_OR_AUTO, "most cells of the contact points of a body: beyond so many points its contact shapes are those "
+        "of tractions that are uniform over a cell, not of forces on every point; 'auto': 200 cells from 601 points "
+        "on",
+        low=1, high=100000)] = "auto"
     normal: Annotated[Literal["springs", "hard"], Key(
         CHOICE, "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)")] = "springs"
 
@@ -273,7 +279,11 @@ class LoadCase(Section):
 
 
 class Preload(Section):
-    """[preload]: load history and friction of the static contact."""
+    """[preload]: bodies, load history and friction of the static contact."""
+    bodies: Annotated[Literal["auto", "reduced", "full"], Key(
+        CHOICE, "on which the static contact is solved: 'reduced': the reduced model, exact where every pair has dofs "
+        "or contact shapes of its own; 'full': the unreduced bodies, for thousands of pairs; 'auto': 'full' where "
+        "contact shapes are of tractions ([contact] tractions)")] = "auto"
     friction: Annotated[bool, Key(FLAG, "the preload with Coulomb friction (mu and kt of the pairs): it then depends "
                                   "on how the load was reached, and the response starts from the friction forces at "
                                   "the end")] = False

@@ -226,6 +226,7 @@ COUNT = Kind("whole number", _count)
 COUNTS = Kind("whole number or list", _each(_count, True), alone=True)
 STATIONS = Kind("[front, back] or 'all'", _or("all", _each(_count, True)))
 ROLL = Kind("'from_flat' or number", _or("from_flat", number))
+COUNT_OR_AUTO = Kind("'auto' or whole number", _or("auto", _count))
 PHASE = Kind("degrees, list, 'in_phase' or 'out_of_phase'",
              _or("in_phase", _or("out_of_phase", _each(number, False))))
 VECTOR = Kind("[x, y, z]", _vector)

@@ -1,0 +1,83 @@
+"""The bodies on which a study's static contact is solved: the reduced model, or the unreduced ones with all their dofs.
+
+Both name their dofs, loads and contact points alike, so that a stage need not know which of them it works on.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from hbm.contact import ContactTable
+from hbm.errors import InputError
+from hbm.model import ReducedModel
+from modal.mesh import Mesh
+from static_contact.compliance import Compliance
+from static_contact.preload import StaticContact
+from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
+from static_contact.stuck_bodies import StuckBodies
+from tipdamp import stresses
+from tipdamp.bodies.assemble import assemble_bodies
+from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
+from tipdamp.loads import with_loads
+from tipdamp.stages.model_inputs import held_motions
+from tipdamp.stages.results import Reduction
+from tipdamp.study.view import Study
+
+READS_FILES = BODY_FILES        # of a stage that calls `static_bodies`, with what `reads` says
+
+
+@dataclass(frozen=True)
+class StaticBodies:
+    """model - names the dofs, with loads {name: (r,) N}; compliance, stuck - how its bodies are factored
+    shapes - displacements of whole bodies at rest: (name, Mesh, (n, 3) m) of each in turn."""
+
+    model: ReducedModel | SparseBodies
+    compliance: type[Compliance]
+    stuck: type[StuckBodies]
+    shapes: Callable[[stresses.Rest], Iterator[tuple[str, Mesh, np.ndarray]]]
+
+
+def reads(study: Study) -> tuple[str, ...]:
+    """What of the study a stage that calls `static_bodies` reads, beside `preload`."""
+    return BODY_READS * ("model" not in study and study.preload.bodies != "reduced")
+
+
+def static_bodies(study: Study, model: ReducedModel, reduction: Reduction) -> StaticBodies:
+    """By [preload] bodies. 'auto' is the reduced model where it is exact in the statics of every pair.
+
+    Raises InputError where the study wants what its model cannot give.
+    """
+    wanted = study.preload.bodies
+    if "model" in study and wanted == "full":
+        raise InputError(f"{study.path}: [preload] bodies = 'full': of given matrices there are no other bodies; leave "
+                         "it out")
+    if reduction.tractions and wanted == "reduced":
+        counts = ", ".join(f"{n} cells on the {body}" for body, n in reduction.tractions.items())
+        raise InputError(f"{study.path}: [preload] bodies = 'reduced': the reduced model knows tractions alone "
+                         f"({counts}), not the forces of single pairs; leave it out, or raise [contact] tractions")
+    if wanted == "full" or reduction.tractions:
+        return _full(study)
+    return StaticBodies(model, Compliance, StuckBodies, lambda rest: stresses.condensed_shapes(study, model, rest))
+
+
+def _full(study):
+    meshes = read_meshes(study)
+    bodies = with_loads(study, assemble_bodies(study, meshes, lambda *_: None), meshes)
+
+    def shapes(rest):
+        start = 0
+        for body in bodies:
+            out = np.zeros((len(body.node), 3))
+            out[body.dof_node, body.dof_direction] = rest.displacement[start:start + body.dofs]
+            start += body.dofs
+            yield body.name, meshes[body.name], out
+
+    return StaticBodies(SparseBodies.of(bodies), SparseCompliance, SparseStuckBodies, shapes)
+
+
+def static_contact(study: Study, bodies: StaticBodies, pairs: ContactTable) -> StaticContact:
+    """On the springs kn, or with hard contact where the study says so."""
+    hard, held = study.contact.normal == "hard", held_motions(study, bodies.model, pairs)
+    return StaticContact(bodies.model, pairs.replace(kn=np.full(len(pairs), np.inf)) if hard else pairs, held=held,
+                         compliance=bodies.compliance)
