@@ -172,24 +172,60 @@ def _pencil(shapes, period2, C):
 
     With the state (y, sqrt(period2) y') that is a standard eigenvalue problem for -1/s. Motions without mass have poles
     of first order; those without damping either follow statically, and no others then act on them (C is not negative).
+    Where two poles meet they have one mode: there it is the mean of the receptances for a little more and a little less
+    damping, where they are apart.
     """
     shapes, period2, C, still = _without_mass(shapes, period2, C)
-    m, heavy = len(period2), np.flatnonzero(period2)
-    coupling = np.zeros((m, len(heavy)))
-    coupling[heavy, np.arange(len(heavy))] = np.sqrt(period2[heavy])
-    inverse, Z = la.eig(np.block([[C, coupling], [-coupling.T, np.zeros((len(heavy),) * 2)]]), overwrite_a=True,
-                        check_finite=False)
-    y, v = Z[:m], Z[m:]
-    norm = np.einsum("ij,ij->j", y, C @ y + 2 * (coupling @ v))
-    poles, Z = -1 / inverse, y / np.sqrt(norm)
-    w = 1 / np.sqrt(period2.max())
-    system = np.diag(1 - period2 * w**2) + 1j * w * C
-    error = np.abs(system @ ((Z / (1j * w - poles)) @ Z.T) - np.eye(m)).max()
-    if not error < 1e-8:
+    growth = 1 / np.sqrt(period2.max())         # exp(growth t): no resonance is near, however light the damping
+    system = np.diag(1 + period2 * growth**2) + growth * C
+    for changes, allowed in zip(((0.0,), (DEFAULT.apart, -DEFAULT.apart)), DEFAULT.defect, strict=True):
+        parts = [_poles(period2, (1 + change) * C) for change in changes]
+        poles, Z = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
+        Z = Z / np.sqrt(len(parts))
+        error = np.abs(system @ ((Z / (growth - poles)) @ Z.T) - np.eye(len(C))).max()
+        if error < allowed:
+            break
+    else:
         raise InputError(f"the damping matrix has no full set of modes (defect {error:.1e}): "
                          "change it a little, or give damping_ratio instead")
     static = np.full(still.shape[1], -DEFAULT.static_pole / np.sqrt(period2.max()))
     return Receptance(np.hstack([shapes @ Z, still * np.sqrt(np.abs(static))]), poles=np.r_[poles, static])
+
+
+def _poles(period2, C):
+    """(n,) poles and (m, n) scaled shapes; of no use where poles meet that have one mode.
+
+    Left modes are the right ones with -v: products Y'Y - V'V are diagonal, as the receptance takes them to be. Those of
+    close poles are mixed by rounding over their distance, and made so.
+    """
+    m, heavy = len(period2), np.flatnonzero(period2)
+    coupling = np.zeros((m, len(heavy)))
+    coupling[heavy, np.arange(len(heavy))] = np.sqrt(period2[heavy])
+    inverse, state = la.eig(np.block([[C, coupling], [-coupling.T, np.zeros((len(heavy),) * 2)]]), overwrite_a=True,
+                            check_finite=False)
+    state = _separated(state, np.r_[np.ones(m), -np.ones(len(heavy))][:, None])
+    y, v = state[:m], state[m:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return -1 / inverse, y / np.sqrt(np.einsum("ij,ij->j", y, C @ y + 2 * (coupling @ v)))
+
+
+def _separated(state, signs):
+    """Modes (k, n) whose products with each other, under signs (k, 1), vanish."""
+    for _ in range(DEFAULT.separations):
+        products = state.T @ (signs * state)
+        size = np.sqrt(products.diagonal())
+        with np.errstate(divide="ignore", invalid="ignore"):
+            products = products / size / size[:, None]
+            mixed = np.abs(products - np.eye(len(size))).max()
+            if not DEFAULT.mixed[0] < mixed < np.inf:
+                break
+            state = state / size
+        if mixed < DEFAULT.mixed[1]:
+            state = 1.5 * state - 0.5 * state @ products
+        else:
+            values, vectors = la.eig(products)
+            state = state @ (vectors / np.sqrt(values)) @ la.pinv(vectors)
+    return state
 
 
 def _without_mass(shapes, period2, C):

@@ -45,6 +45,12 @@ class BalanceSettings:
     no_input: float = 1e-6           # of the apparent input: an input of that size is rounding
     kept_at_once: int = 1 << 20      # entries of the derivatives, of points whose residuals are made at once
     more_steps: int = 8              # of Newton's method for a point above it
+    nearby: float = 1e-3             # of the parameter: how far they may lead, or it is another point
+    separations: int = 4             # at most, of the state-space modes of close poles ...
+    mixed: tuple = (1e-13, 1e-3)     # ... down to rounding; from where on more than the first order of it is taken
+    defect: tuple = (1e-9, 1e-8)     # of the inverse receptance, above which poles have no modes; above the first ...
+    apart: float = 1e-5              # ... with changes of the damping by this share: rounding over it, and its square,
+                                     # are lost
     light: float = 1e-10             # modal mass beside the largest, below which it is rounding
     stiff: float = 1e3               # contact springs beside the stiffest dof, above which rounding is estimated ...
     unreached: float = 1e-12         # of the largest product of shape and force: what is rounding in a mode

@@ -189,7 +189,7 @@ class Kept:
         scale[:, 0] = np.hypot(*scale.T)
         scale[applied[:, 1] == 0, 1] = scale[applied[:, 1] == 0, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.linalg.norm(np.where(scale > 0, error / scale, error > 0), axis=1)
+            return np.linalg.norm(np.where(scale > 0, error / scale, error != 0), axis=1)     # NaN: 1
 
     def motion(self) -> np.ndarray:
         """(n, r, H+1) q, m."""
@@ -276,15 +276,19 @@ def _more_steps(equation, point, pinned) -> Iterator[Point]:
         for _ in range(DEFAULT.more_steps):
             dx, dp = e.solve(row, corner, 0.0)
             x, p = x + dx, p + dp
-            if not (np.isfinite(x).all() and np.isfinite(p)):
+            if not (np.isfinite(x).all() and _nearby(p, point)):
                 break
             e = equation.evaluate(x, p)
             yield replace(point, x=x, parameter=p, detail=e)
     # at a kink the full steps lead to and fro
     strict = replace(SETTINGS, tolerance=SETTINGS.patient_residual)
     new = damped(equation.evaluate, planes[-1], equation.weights, strict, SETTINGS.patient_calls)
-    if new.converged:
+    if new.converged and _nearby(new.parameter, point):
         yield replace(point, x=new.x, parameter=new.parameter, detail=new.detail)
+
+
+def _nearby(p, point):
+    return abs(p - point.parameter) <= DEFAULT.nearby * abs(point.parameter)
 
 
 def with_residuals(curve: ForcedResponse, residuals: np.ndarray, bad: np.ndarray, equation: Equation,

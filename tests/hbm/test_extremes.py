@@ -149,6 +149,14 @@ def test_settings_that_no_arithmetic_carries(name, value):
         Contacts(**settings)
 
 
+def test_tangents_far_stiffer_than_the_bodies():
+    """Both tangents vibrate at all but one high frequency, whose modes rounding mixes: the rigid limit all the same."""
+    softer, stiff = (follow_band(problem(DryFriction2T(), kt=kt), F, (50, 160), harmonics=3, outputs=X)
+                     for kt in (1e8, 1e9))
+    assert stiff.complete and stiff.converged.all() and 0.1 < stiff.share_slip.max() < 1
+    assert stiff.peak("x") == pytest.approx(softer.peak("x"), rel=2e-2)
+
+
 def test_huge_friction():
     """A contact that lifts off but never slips: what is found is right, what is not is said."""
     p = problem(DryFriction2T())

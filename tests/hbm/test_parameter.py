@@ -146,10 +146,23 @@ def test_direction_of_the_force():
             follow_parameter(problem, forcing, 72.0, turning, (0.3, 6.0), **given)
 
 
+@pytest.mark.parametrize("ends", [(100, 1e-6), (1e-3, 200)], ids=["to none", "beyond critical"])
+def test_damping_through_critical_values(ends):
+    """On the way poles meet, and at its end nothing damps."""
+    problem = extremes.problem(DryFriction2T())
+    curve = follow_parameter(problem, extremes.F, 72.0, "damping", ends, harmonics=3, outputs=extremes.X)
+    assert curve.complete and len(curve.parameter) > 9
+    for i in range(0, len(curve.parameter), 9):
+        alone = solve_at(problem.with_damping(curve.parameter[i]), extremes.F, 72.0, harmonics=3, outputs=extremes.X,
+                         guess=curve.unknowns[i])
+        assert alone.converged and alone.harmonics == pytest.approx(curve.harmonics[i], rel=1e-8, abs=1e-14)
+
+
 def test_a_value_inside_that_has_no_solution_is_named():
-    """Between its ends the branch meets critical damping, where two poles are one."""
-    with pytest.raises(InputError, match=r"^damping = \S+: the damping matrix has no full set of modes"):
-        follow_parameter(extremes.problem(DryFriction2T()), extremes.F, 72.0, "damping", (100, 1e-6), harmonics=3,
+    """At the ends of the branch all is well, between them a body has less than no mass."""
+    light = ModelParameter("mass", lambda problem, m: replace(problem, M=problem.M * abs(m - 0.5) - 0.1 * problem.M))
+    with pytest.raises(InputError, match=r"^mass = 0\.\S+: M has .* masses must not be negative"):
+        follow_parameter(extremes.problem(DryFriction2T()), extremes.F, 72.0, light, (0.2, 1.5), harmonics=3,
                          outputs=extremes.X)
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg as la
 
 from hbm import fourier
 from hbm.balance import aft, residual
@@ -189,6 +190,45 @@ def test_general_damping_with_and_without_mass(dashpots):
     for k in range(len(w)):
         expected = np.linalg.inv(K - w[k] ** 2 * M + 1j * w[k] * C)
         assert np.abs((R.shapes * d[:, k]) @ R.shapes.T - expected).max() < 1e-10 * np.abs(expected).max()
+
+
+def _damped_blades(seed=0):
+    """M, C, K (4, 4) of a body whose damping couples its modes."""
+    A = np.random.default_rng(seed).normal(size=(3, 4, 4))
+    return [scale * (a @ a.T + 4 * np.eye(4)) for scale, a in zip((1.0, 0.1, 1.0), A, strict=True)]
+
+
+def _check_receptance(M, C, K, accuracy):
+    R = stuck_receptance(M, C, K)
+    assert R.poles.size
+    for w in np.sqrt(la.eigvalsh(K, M)[[0, -1]]) * [[0.5], [1.0], [2.0]]:
+        for v in w:
+            found, of = R.shapes @ (R.factors(v)[0] * R.shapes.T), K - v**2 * M + 1j * v * C
+            assert np.abs(of @ found - np.eye(len(K))).max() < accuracy
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["apart", "turned"])
+def test_equal_blades_have_equal_poles(turned):
+    """Any modes of equal poles will do that are orthogonal as the receptance takes them to be."""
+    turn = la.qr(np.random.default_rng(1).normal(size=(8, 8)))[0] if turned else np.eye(8)
+    _check_receptance(*(turn @ la.block_diag(A, A) @ turn.T for A in _damped_blades()), 1e-12)
+
+
+@pytest.mark.parametrize("beside", [0.0, 1e-15, 1e-12, 1e-6, -1e-12])
+def test_where_two_poles_meet_they_have_one_mode(beside):
+    """Between oscillating and overdamped two poles become one, and so do their modes."""
+    M, C, K = _damped_blades()
+    free = np.block([[np.zeros((4, 4)), np.eye(4)], [-np.linalg.solve(M, K), np.zeros((4, 4))]])
+
+    def oscillating(f):
+        poles = la.eigvals(free - f * la.block_diag(np.zeros((4, 4)), np.linalg.solve(M, C)))
+        return np.count_nonzero(np.abs(poles.imag) > 1e-12 * np.abs(poles)) == 8
+
+    low, high = 1.0, 1e3
+    assert oscillating(low) and not oscillating(high)
+    for _ in range(60):
+        low, high = (0.5 * (low + high), high) if oscillating(0.5 * (low + high)) else (low, 0.5 * (low + high))
+    _check_receptance(M, high * (1 + beside) * C, K, 1e-9)
 
 
 def test_high_poles_enter_the_jacobian_by_a_series():
