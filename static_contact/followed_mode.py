@@ -8,6 +8,7 @@ starts at f finds just these: the first components of its eigenvectors, squared,
     (A - s)^-1 = R - R W' (1 + W R W')^-1 W R,     R = 1/(lam - s)        [Sherman, Morrison, Woodbury]
 
 a step costs 2 m r. W R W' of all springs there are is made once for a shift s, a set takes its rows and columns of it.
+Where there are more springs than modes, A itself is made, from that of the set before it, and factored.
 """
 
 from dataclasses import dataclass
@@ -35,14 +36,42 @@ class FollowedMode:
 
     def __init__(self, lam: np.ndarray, phi: np.ndarray, rows: np.ndarray, f: np.ndarray):
         self.lam, self.V, self.f = lam, rows @ phi, phi.T @ f
+        self._k, self._A = np.zeros(len(rows)), np.diag(lam)
 
-    def near(self, lam: float) -> "Shifted":
+    def near(self, lam: float) -> "Shifted | Assembled":
         """The search about omega^2 = lam, rad2/s2."""
+        if len(self.V) > len(self.lam):
+            return Assembled(self, lam)
         shift = lam
         while np.abs(self.lam - shift).min() < SETTINGS.beside * shift:
             shift *= 1 + SETTINGS.beside
         R = 1 / (self.lam - shift)
         return Shifted(self, shift, R, (self.V * R) @ self.V.T)
+
+    def stiffness(self, k: np.ndarray) -> np.ndarray:
+        """A (r, r) with springs k (n,) N/m, from that of the last ones by what changes."""
+        changed = np.flatnonzero(k != self._k)
+        if len(changed) > np.count_nonzero(k):
+            self._A, changed = np.diag(self.lam), np.flatnonzero(k)
+            self._k = np.zeros(len(k))
+        W = self.V[changed]
+        self._A, self._k = self._A + (W.T * (k - self._k)[changed]) @ W, k
+        return self._A
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """As `Shifted`, for more springs than there are modes."""
+
+    model: FollowedMode
+    shift: float
+
+    def find(self, k: np.ndarray) -> tuple[float, float]:
+        """As of `Shifted`."""
+        A = self.model.stiffness(k)
+        factor = sl.lu_factor(A - self.shift * np.eye(len(A)), check_finite=False)
+        theta, mac = _lanczos(lambda y: sl.lu_solve(factor, y, check_finite=False), self.model.f)
+        return self.shift + 1 / theta, mac
 
 
 @dataclass(frozen=True)

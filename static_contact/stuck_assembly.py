@@ -62,8 +62,12 @@ class StuckAssembly:
         if extra is not None:
             rows = np.vstack([rows, extra])
         if len(rows):
-            half = sl.solve_triangular(self.L, rows.T, lower=True)
-            K = K + half @ half.T
+            if len(rows) > len(K):
+                half = sl.solve_triangular(self.L, rows.T @ rows, lower=True)
+                K = K + sl.solve_triangular(self.L, half.T, lower=True)
+            else:
+                half = sl.solve_triangular(self.L, rows.T, lower=True)
+                K = K + half @ half.T
         K, count = (K + K.T) / 2, MODES
         while True:
             count = min(count, len(K))

@@ -7,7 +7,7 @@ import scipy.linalg as sl
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
-from static_contact.followed_mode import SETTINGS, FollowedMode, Shifted
+from static_contact.followed_mode import SETTINGS, Assembled, FollowedMode, Shifted
 from static_contact.roll_springs import spring_directions
 from static_contact.stuck_assembly import StuckAssembly, stuck_springs
 
@@ -32,7 +32,7 @@ class StuckSearch:
         self._mode = FollowedMode(lam, sl.solve_triangular(assembly.L.T, y, lower=False), rows, model.M @ follow)
         whole = assembly.modes(self._stuck(pairs), follow, extra=np.sqrt([s.k for s in own])[:, None]
                                * spring_directions(B, own) if own else None)
-        self._shifts: dict[int, Shifted] = {}
+        self._shifts: dict[int, Shifted | Assembled] = {}
         self._shifted = self._about((2 * np.pi * whole.tracked_hz) ** 2)
 
     def find(self, weight: np.ndarray) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """Stuck modes of the full finite-element model: the cross-check of every reduced frequency."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,7 @@ class StuckModeSettings:
     beyond: int = 4             # modes beyond those asked for, to see a gap above them
     trials: int = 4             # bases tried where the inertia counts more modes than were found
     residual: float = 1e-6      # of the stiffness force of a mode, and of the load of the solve that backs a count
+    few: int = 600              # springs in which two sets may differ to share a factor: a dense column each
 
 
 SETTINGS = StuckModeSettings()
@@ -54,18 +55,25 @@ def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs: 
     return omega / (2 * np.pi)
 
 
-def full_stuck_sets(bodies: list[Body], sets: Sequence[StuckSet]) -> Iterator[np.ndarray]:
-    """(m,) Hz of each set as from `full_stuck_hz`, all on the factor of the first one: the others differ from it by a
-    change of low rank."""
+def full_stuck_sets(bodies: list[Body], sets: Sequence[StuckSet], settings: StuckModeSettings = SETTINGS
+                    ) -> list[np.ndarray]:
+    """(m,) Hz of each set as from `full_stuck_hz`, on the factor of the first one where they differ from it by a change
+    of low rank."""
     springs = list({(s.low, s.high): s for one in sets for s in one.springs}.values())
     K, M, rows = _matrices(bodies, sets[0].pairs, springs)
-    k = [_stiffness(one.pairs, one.springs, springs) for one in sets]
+    k = np.array([_stiffness(one.pairs, one.springs, springs) for one in sets])
+    near = (k != k[0]).sum(axis=1) <= settings.few
+    differ = np.flatnonzero((k[near] != k[0]).any(axis=0))
+
+    def found(one, factor):
+        return factor.modes(M, len(one.hz), at_most=2 * np.pi * one.hz).omega / (2 * np.pi)
+
     factor = Factor(K + rows.T @ sp.diags(k[0]) @ rows)
-    differ = np.flatnonzero((np.array(k) != k[0]).any(axis=0))
     solved = factor.solve(rows[differ].T.toarray())
-    for one, its in zip(sets, k, strict=True):
-        own = factor.changed(rows[differ], solved, (its - k[0])[differ]) if its is not k[0] else factor
-        yield own.modes(M, len(one.hz), at_most=2 * np.pi * one.hz).omega / (2 * np.pi)
+    hz = {i: found(sets[i], factor.changed(rows[differ], solved, (k[i] - k[0])[differ])) for i in np.flatnonzero(near)}
+    del factor, solved                                   # before there is another
+    hz |= {i: found(sets[i], Factor(K + rows.T @ sp.diags(k[i]) @ rows)) for i in np.flatnonzero(~near)}
+    return [hz[i] for i in range(len(sets))]
 
 
 def _matrices(bodies, pairs, springs):

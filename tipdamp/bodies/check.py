@@ -19,10 +19,9 @@ def full_model_check(study: Study, model: ReducedModel, truncation: Truncation |
     """{set: figures} of the stuck frequencies of the reduced model against those of the full one: as many modes of the
     full model as there are reduced ones. truncation - None where it bounds no frequency."""
     bodies = assemble_bodies(study, read_meshes(study), lambda *_: None)
-    found, full_hz = {}, full_stuck_sets(bodies, list(sets.values()))
-    for i, (name, one) in enumerate(sets.items()):
-        tick(0.8 + 0.2 * i / len(sets), f"full model, {name}")
-        full = next(full_hz)
+    tick(0.8, f"full model, {sum(body.dofs for body in bodies)} dofs")
+    found = {}
+    for (name, one), full in zip(sets.items(), full_stuck_sets(bodies, list(sets.values())), strict=True):
         bound = () if truncation is None else stuck_error_bound(
             model, truncation, one.pairs, one.hz, extra=spring_rows(model, one.pairs, one.springs))
         found[name] = FullModelCheck(reduced_hz=tuple(one.hz), full_hz=tuple(full), error_bound=tuple(bound),

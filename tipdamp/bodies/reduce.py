@@ -31,13 +31,14 @@ LAST_CUT_HZ = 1e6
 @dataclass(frozen=True)
 class ReducedBodies:
     """model - both bodies side by side; pairs - the whole patch; parts - (blades, damper) reductions; truncation -
-    what they left out; materials {side: E, nu, E, nu} where a model makes the stiffness; pull_positions - m."""
+    what they left out, None where it is not known; materials {side: E, nu, E, nu} where a model makes the stiffness
+    pull_positions - m."""
 
     model: ReducedModel
     pairs: ContactTable
     meshes: dict[str, Mesh]
     parts: tuple[BodyReduction, BodyReduction]
-    truncation: Truncation
+    truncation: Truncation | None
     materials: dict
     pull_positions: list[float]
 
@@ -79,8 +80,9 @@ def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
         for case, force in part.body.loads.items():
             part.model.loads[case] = part.condense_dofs(force)
     blades, damper = parts
+    left_out = [part.truncation for part in parts if part.truncation is not None]
     return ReducedBodies(assemble(blades.model, damper.model), pairs, meshes, (blades, damper),
-                         join(*(p.truncation for p in parts if p.truncation is not None)), side_moduli,
+                         join(*left_out) if len(left_out) == len(parts) else None, side_moduli,
                          loads.unit_pull(study, damper.body, meshes[DAMPER]).along_axis)
 
 
@@ -90,15 +92,14 @@ def reduce_bodies(study: Study, bodies: list[Body], masters: dict, pairs: Contac
     the static shapes of the bodies' loads where it asks for them."""
     settings: dict[str, Blades | Damper] = {BLADES: study.blades, DAMPER: study.damper}
 
-    tractions = {body.name: tractions_on(study, body, pairs) for body in bodies}
-
     def reduced(body: Body, cut_hz: float | None) -> BodyReduction:
-        given = settings[body.name]
+        given, cells = settings[body.name], tractions_on(study, body, pairs)
+        bound = cells is None or wants_error(study)         # of tractions it bounds no frequency, but counts modes
         shapes = list(body.loads.values()) if given.load_modes else ()
         if cut_hz or given.modes_below_hz:
             return craig_bampton(body, masters[body.name], below_hz=cut_hz or given.modes_below_hz, loads=shapes,
-                                 tractions=tractions[body.name])
-        return craig_bampton(body, masters[body.name], given.modes, loads=shapes, tractions=tractions[body.name])
+                                 tractions=cells, bound=bound)
+        return craig_bampton(body, masters[body.name], given.modes, loads=shapes, tractions=cells, bound=bound)
 
     def error(i: int) -> float:
         return own_error(parts, i, len(parts[i].mode_omega), pairs, CHECK_BELOW_HZ)
@@ -114,4 +115,5 @@ def reduce_bodies(study: Study, bodies: list[Body], masters: dict, pairs: Contac
             cut *= 2
             tick(0.85, f"{bodies[i].name}: modes up to {cut:g} Hz")
             parts[i] = reduced(bodies[i], cut)
-    return [part.fewer(n) for part, n in zip(parts, enough_modes(parts, targets, pairs, CHECK_BELOW_HZ), strict=True)]
+    counts = enough_modes(parts, targets, pairs, CHECK_BELOW_HZ)
+    return [part.fewer(n) if part.truncation else part for part, n in zip(parts, counts, strict=True)]

@@ -30,9 +30,11 @@ def reduce(study: Study, store: Store, tick: Tick) -> list[str]:
         reduced = reduced_model(study, tick)
         model, pairs = reduced.model, reduced.pairs
         pictures = keep_bodies(store, reduced.meshes, reduced.parts, model)
-        with store.writing("truncation.npz") as path:
-            reduced.truncation.save(path)
-        files = [*pictures, "truncation.npz"]
+        files = [*pictures]
+        if reduced.truncation is not None:
+            with store.writing("truncation.npz") as path:
+                reduced.truncation.save(path)
+            files.append("truncation.npz")
         found = {"reduction": reduced.size, "highest_fixed_interface_hz": reduced.highest_hz, "pictures": pictures,
                  "side_materials": reduced.materials, "pull_positions_m": reduced.pull_positions}
     with store.writing("model.npz") as path:
