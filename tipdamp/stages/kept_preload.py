@@ -51,8 +51,10 @@ class KeptContact:
 
 
 def kept_preload(study: Study, store: Store, whole: ContactTable, contact: KeptContact) -> KeptPreload:
-    """The preload of the kept pairs, by the way that the study asks for."""
-    model, line = contact.model, contact.pairs
+    """The preload of the kept pairs, by the way that the study asks for; 0 N on the others, so that the column sums to
+    what the sides carry wherever it is read."""
+    model = contact.model
+    line = contact.pairs.replace(preload=np.where(contact.pairs.carrying, contact.pairs.preload, 0.0))
     tangential = friction.load(store.path("preload_friction.csv"), whole) if study.preload.friction else None
     if study.tune.preload == "table":
         return _of_table(study, model, whole, line)

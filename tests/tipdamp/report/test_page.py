@@ -294,5 +294,8 @@ def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
             if not isinstance(item, figure.Line) and item.name:
                 low, high = panel.y_range
                 assert len(item.x) and ((np.asarray(item.y) >= low) & (np.asarray(item.y) <= high)).all(), item.name
+    assert [c.name for c in linear.panels[0].items if isinstance(c, figure.Curve)] == ["blade 1 (patch_1)"]
+    low, high = linear.panels[0].y_range
+    assert low > 1e-7 and "Not shown: blade 2 (patch_2), which the excitation does not reach" in linear.caption
     matplotlib.draw(linear, tmp_path / "linear.png")
     assert not [str(w.message) for w in recwarn]

@@ -1,6 +1,8 @@
 """Stage respond: the law of the study, and what is said of curves that are incomplete."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import pytest
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
 from hbm.continuation.settings import Settings
-from hbm.laws import SHIPPED, Contacts, Jenkins1D
+from hbm.laws import SHIPPED, Contacts, DryFriction2T, Jenkins1D
 from hbm.model import ReducedModel
 from hbm.problem import ContactProblem
 from hbm.response import follow_band, forced_response
@@ -50,6 +52,22 @@ def test_another_law_is_the_library_call(matrices_study, name):
     assert found.law.name == name and len(curve.slipping_pairs)
     assert direct.frequency == pytest.approx(curve.frequency, rel=1e-9)
     assert np.abs(direct.harmonics - curve.harmonics).max() < 1e-9 * np.abs(curve.harmonics).max()
+
+
+def test_the_page_on_a_finished_study(matrices_study, monkeypatch):
+    """docs/python.md, block by block: the model and table of the results folder give the stored curve again, and its
+    peak is an orbit of the problem that the study put together."""
+    text("levels = [5]\nharmonics = [1]", "levels = [20]\nharmonics = [3]\nboth_ways = false")(matrices_study)
+    _, _, found, stored = curve_of(matrices_study)
+    monkeypatch.chdir(matrices_study.parent)
+    page, names = (Path(__file__).parents[3] / "docs" / "python.md").read_text(encoding="utf-8"), {}
+    for block in re.findall(r"```python\n(.*?)```", page.partition("## From a finished study")[2], re.DOTALL):
+        exec(compile(block, "python.md", "exec"), names)
+    again = forced_response(names["model"], names["kept"], DryFriction2T(), 20 * names["force"], (900, 1400),
+                            **names["given"])
+    assert again.peak("patch_1:2") == pytest.approx(stored.peak("patch_1:2"), rel=1e-9)
+    assert found.responses[0].peak_m == stored.peak("patch_1:2")[1] and list(names["rows"]) == list(stored.output_names)
+    assert names["verified"].stable and names["verified"].difference < 1e-2 and names["other"].complete
 
 
 def test_parameters_are_checked_before_solving(matrices_study, capsys):

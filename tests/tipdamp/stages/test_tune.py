@@ -245,6 +245,7 @@ def test_tuning_by_area(variant, keys, off):
     found = read(folder, "tune.json")
     whole, kept = (ContactTable.load(folder / f"{n}.csv") for n in ("preload", "kept"))
     area, moment = found["area"], np.zeros(3)
+    assert (kept.preload[~kept.carrying] == 0).all() and not kept.carrying.all()
     assert abs(found["stuck_hz"]["tuned"] - 2500) <= off and 0.1 < area["share"] < 0.9
     assert {name: side["unit"] for name, side in area["sides"].items()} == {"left": "mm", "right": "mm2"}
     for name, side in area["sides"].items():
