@@ -43,7 +43,9 @@ class ForecastSettings:
     kept: float = 0.3               # of the pairs, where they are detached to a frequency: 9 of 31 [Zucca 2016]
     short: float = 60.0             # s below which nothing is measured and nothing said
     slow: float = 600.0             # s above which a stage is warned of
-    many: int = 900                 # masters above which fewer stations are advised
+    many: int = 900                 # masters and contact shapes of which fewer are advised
+    unreduced: int = 2              # of the factors of both bodies: a preload on them [rig of 460 and 2718 points]
+    checked: int = 4                # of the factor of both together: their stuck modes, which `tune` compares
 
 
 SETTINGS = ForecastSettings()
@@ -53,13 +55,16 @@ COMMON = Machine(factor=0.25, solve=2.5e-3, flops=1e10)     # one core of an off
 @dataclass(frozen=True)
 class Size:
     """bodies {name: (dofs, columns, modes)}, columns - master dofs and contact shapes; pairs; curves - H of each, each
-    way counted; followed - pairs that a reduced interface follows, 0 where all are; kept - share of pairs that stay."""
+    way counted; followed - pairs that a reduced interface follows, 0 where all are; kept - share of pairs that stay
+    unreduced - whether the preload is solved on all dofs; fewer - what makes of many columns fewer."""
 
     bodies: dict[str, tuple[int, int, int]]
     pairs: int
     curves: tuple[int, ...]
     followed: int = 0
     kept: float = 1.0
+    unreduced: bool = False
+    fewer: str = "coarsen the meshes"
 
     @property
     def reduced(self) -> int:
@@ -92,7 +97,23 @@ def size_of(study: Study, found: InspectResult) -> Size:
     pairs = sum(found.pairs.values())
     detached = "tune" in study and bool(study.tune.target_hz or study.tune.target_from)
     return Size(bodies, pairs, curves, study.respond.followed if curves and is_reduced(study, pairs) else 0,
-                SETTINGS.kept if detached else 1.0)
+                SETTINGS.kept if detached else 1.0, study.preload.bodies == "full" or bool(found.tractions),
+                _fewer(study, found, pairs))
+
+
+def _fewer(study: Study, found: InspectResult, pairs: int) -> str:
+    """What makes of many master dofs and contact shapes fewer."""
+    columns = sum(found.columns.values())
+    if columns <= SETTINGS.many:
+        return "coarsen the meshes"
+    if found.tractions:
+        cells = max(found.tractions.values())
+        return f"lower [contact] tractions, {cells} cells a body now, or coarsen the meshes"
+    nodes = study.contact.reduction == "craig_bampton" and columns > 3 * pairs and any(
+        check.area_m2 is None for check in found.pair_checks.values())
+    points = "reduction = \"contact_points\" and " * nodes
+    return (f"{pairs} pairs make {columns} masters and contact shapes: [contact] {points}tractions = 200 makes them "
+            "shapes of so many cells a body, or coarsen the contact")
 
 
 def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS) -> dict[str, Cost]:
@@ -110,7 +131,7 @@ def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS
     statics = (2 * r**2 * 3 * pairs + 20 * pairs**3) / machine.flops
     costs = {"preload": Cost(statics, 4 * dense), "tune": Cost(3 * modes_of_all, 6 * dense)}
     if any(columns for _, columns, _ in size.bodies.values()):              # not so of given matrices
-        costs = {"reduce": Cost(seconds, memory), **costs}
+        costs = {"reduce": Cost(seconds, memory), **_of_meshes(size, costs, machine, settings)}
     if size.curves:
         moving = max(int(size.kept * min(size.followed or pairs, pairs)), 1)
         some, worst = (sum(_curve(moving, H, share, machine, settings) for H in size.curves) + modes_of_all
@@ -118,6 +139,19 @@ def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS
         need = curve_bytes(max(int(settings.slipping * moving), 1), moving, 3, max(size.curves))
         costs["respond"] = Cost(some, 4 * dense + need, worst)
     return costs
+
+
+def _of_meshes(size, costs, machine, settings):
+    """The costs of preload and tune with what they do on all dofs."""
+    dofs = [dofs for dofs, _, _ in size.bodies.values()]
+    factors, together = (sum(machine.factor * (d / machine.dofs)**settings.factor_growth for d in each)
+                         for each in (dofs, [sum(dofs)]))
+    held, preload, tune = predicted_bytes(sum(dofs) // 3), costs["preload"], costs["tune"]
+    found = {"preload": preload, "tune": Cost(tune.seconds + settings.checked * together, tune.bytes + held)}
+    if size.unreduced:
+        contact = 20 * size.pairs**3 / machine.flops
+        found["preload"] = Cost(contact + settings.unreduced * factors, 3 * 8.0 * size.pairs**2 + held)
+    return found
 
 
 def _curve(pairs, H, share, machine, settings):
@@ -129,16 +163,13 @@ def _curve(pairs, H, share, machine, settings):
 
 def advice(size: Size, costs: dict[str, Cost], settings: ForecastSettings = SETTINGS) -> Iterator[str]:
     """What will be slow or too large, and what helps."""
-    masters = sum(columns for _, columns, _ in size.bodies.values())
-    less = (f"{size.pairs} pairs make {masters} masters: keep every second station (a table of pairs, or groups of "
-            "fewer nodes), or coarsen the contact") if masters > settings.many else "coarsen the meshes"
     follow = "" if size.followed else "; [respond] interface = \"reduced\" follows the pairs nearest to slip alone"
     for stage, cost in costs.items():
         if cost.bytes > available_bytes():
             yield (f"{stage} is estimated to need {cost.bytes / 1e9:.1f} GB, {available_bytes() / 1e9:.1f} GB are "
-                   f"available: {less}")
+                   f"available: {size.fewer}")
         elif max(cost.seconds, cost.at_most if stage == "respond" else 0.0) > settings.slow:
-            yield f"{stage} is estimated to take {cost.text}: {less}{follow * (stage == 'respond')}"
+            yield f"{stage} is estimated to take {cost.text}: {size.fewer}{follow * (stage == 'respond')}"
 
 
 def estimate(study: Study, found: InspectResult) -> tuple[Size, dict[str, Cost]]:

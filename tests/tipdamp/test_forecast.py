@@ -1,12 +1,14 @@
 """The forecast: order of magnitude of measured runs, growth with what makes a study large, and advice."""
 
+import re
+
 import numpy as np
 import pytest
 
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import read
 from tipdamp.cli import main
-from tipdamp.forecast import COMMON, Cost, Machine, Size, advice, estimate, forecast, measured
+from tipdamp.forecast import COMMON, Cost, Machine, Size, advice, estimate, forecast, measured, size_of
 from tipdamp.stages.results import InspectResult
 from tipdamp.store import Store
 from tipdamp.study.study import load_study
@@ -20,8 +22,7 @@ def test_many_pairs_are_warned_of():
     """518 pairs: hours of forced response should all of them slip, and what helps; a small study is passed."""
     costs = forecast(LARGE, COMMON)
     said = list(advice(LARGE, costs))
-    assert any("respond is estimated to take" in one and "518 pairs make 3210 masters: keep every second station" in one
-               for one in said)
+    assert any("respond is estimated to take" in one and "coarsen the meshes" in one for one in said)
     assert costs["respond"].at_most > 3600 > 60 > forecast(SMALL, COMMON)["reduce"].seconds
     assert 0.5 < forecast(SMALL, COMMON)["reduce"].seconds < 40
     assert list(advice(SMALL, forecast(SMALL, COMMON))) == []
@@ -33,6 +34,36 @@ def test_a_reduced_interface_costs_less():
     assert forecast(few, COMMON)["respond"].at_most < 0.05 * forecast(LARGE, COMMON)["respond"].at_most
     assert any('interface = "reduced"' in one for one in advice(LARGE, forecast(LARGE, COMMON)))
     assert not any('interface = "reduced"' in one for one in advice(few, forecast(few, COMMON)))
+
+
+@pytest.mark.parametrize("unlike, contact, told", [
+    (False, "", r"518 pairs make 3210 masters and contact shapes: \[contact\] reduction = .contact_points. and tractions"
+                " = 200 makes them"),
+    (True, "", r"518 pairs make 3210 masters and contact shapes: \[contact\] tractions = 200 makes them"),
+    (True, "tractions = 150", r"lower \[contact\] tractions, 150 cells a body now")])
+def test_what_makes_many_pairs_fewer(tmp_path, unlike, contact, told):
+    """Six dofs for each pair of nodes become cells by way of contact points; those of surfaces are such already."""
+    study = load_study(corner_study.write(tmp_path, change=[("mu = 0.3", f"mu = 0.3\n{contact}")]))
+    side = dict(pairs=259, stations=1, rows=1, length_m=1, across_m=1, mean_normal=[0, 0, 1], normals_within_deg=0,
+                off_surface_deg=None, apart_along_n_m=[0, 0], apart_across_m=0, force_per_pull=1, trouble=None,
+                area_m2=1.0 if unlike else None)
+    found = InspectResult(bodies={"blades": {"free_dofs": 43000}, "damper": {"free_dofs": 12000}},
+                          pairs={"one": 259, "two": 259}, columns={"blades": 1605, "damper": 1605},
+                          pair_checks={"one": side, "two": side},
+                          tractions={"blades": 150, "damper": 150} if contact else {})
+    size = size_of(study, found)
+    assert re.search(told, size.fewer) and size.unreduced == bool(contact)
+
+
+def test_a_preload_on_all_dofs_costs_factors():
+    """Of 2700 pairs: a reduced model with shapes of each would be larger by far, and the pairs are a dense matrix."""
+    points = Size({"blades": (68000, 8100, 40), "damper": (225000, 8100, 20)}, 2700, ())
+    cells = Size({"blades": (68000, 636, 40), "damper": (225000, 609, 20)}, 2700, (), unreduced=True)
+    one, other = (forecast(size, COMMON) for size in (points, cells))
+    assert other["reduce"].seconds < one["reduce"].seconds / 20 and other["reduce"].bytes < one["reduce"].bytes / 5
+    few = Size(**{**vars(cells), "pairs": 500})
+    assert 20 < forecast(few, COMMON)["preload"].seconds < other["preload"].seconds
+    assert other["preload"].bytes - forecast(few, COMMON)["preload"].bytes == 24 * (2700**2 - 500**2)
 
 
 def test_memory_is_warned_of():

@@ -1,6 +1,7 @@
 """The finite-element bodies of a study: materials, supports, and the nodes that they are reduced onto."""
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -32,17 +33,31 @@ class Tractions:
 TRACTIONS = Tractions()
 
 
-def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: dict[str, int] | None = None,
+class ShapeCount(NamedTuple):
+    """masters - nodes; points - contact points that are none; cells - that stand for these, None where they stand for
+    themselves."""
+
+    masters: int
+    points: int
+    cells: int | None
+
+    @property
+    def columns(self) -> int:
+        """Master dofs and contact shapes."""
+        return 3 * (self.masters + (self.cells or self.points))
+
+
+def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: dict[str, ShapeCount] | None = None,
                     points: dict[str, MeshPoints] | None = None) -> list[Body]:
     """[blades, damper]; the support of each is checked when it is reduced.
 
-    masters : {body: number of nodes, points and cells} that the forecast of the memory then counts
+    masters : {body: ...} of `shape_counts`, that the forecast of the memory then counts
     points : of `pair.matched`, where that is known already
     """
     from modal.elasticity import elastic_body
     from modal.memory import check_memory
 
-    check_memory(*((len(mesh.node), masters[name] if masters else 0, mesh.source)
+    check_memory(*((len(mesh.node), masters[name].columns // 3 if masters else 0, mesh.source)
                    for name, mesh in meshes.items()))
     tick(0.02, "assembling the blades")
     material, others = materials(study, meshes[BLADES])
@@ -106,14 +121,13 @@ def most_cells(study: Study, points: int) -> int | None:
     return wanted if points > wanted else None
 
 
-def shape_counts(study: Study, pairs: ContactTable, masters: dict[str, np.ndarray]) -> dict[str, int]:
-    """{body: masters, and contact points or the cells in their place}: a third of the static shapes that it is reduced
-    to."""
+def shape_counts(study: Study, pairs: ContactTable, masters: dict[str, np.ndarray]) -> dict[str, ShapeCount]:
+    """{body: of what it is reduced to}"""
     found = {}
     for name, bodies, nodes in ((BLADES, pairs.blade_body, pairs.blade_node),
                                 (DAMPER, pairs.damper_body, pairs.damper_node)):
         points = len(np.setdiff1d(nodes[bodies == name], masters[name]))
-        found[name] = len(np.unique(masters[name])) + (most_cells(study, points) or points)
+        found[name] = ShapeCount(len(np.unique(masters[name])), points, most_cells(study, points))
     return found
 
 

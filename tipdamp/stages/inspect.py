@@ -71,7 +71,7 @@ def _meshes(study, store, tick):
     warnings += pair_checks.axis_warnings(pairs, study.driver.axis)
     moduli = side_materials(study, meshes, pairs)
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings, side_moduli=moduli,
-                                                  columns=_columns(study, meshes, pairs)),
+                                                  **_counted(study, meshes, pairs)),
                       Inspected(meshes, pairs, places_on(meshes, pairs), angles), damper_areas(study, meshes))
 
 
@@ -99,9 +99,11 @@ def _assembled(study, meshes, contact, bodies, tick):
     return found, warnings
 
 
-def _columns(study, meshes, pairs):
-    """{body: master dofs and contact shapes} that it will be reduced to."""
-    return {name: 3 * count for name, count in shape_counts(study, pairs, master_nodes(study, meshes, pairs)).items()}
+def _counted(study, meshes, pairs):
+    """What the bodies will be reduced to."""
+    counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))
+    return {"columns": {name: count.columns for name, count in counts.items()},
+            "tractions": {name: count.cells for name, count in counts.items() if count.cells}}
 
 
 def _with_page(study, store, result, shown, areas=MappingProxyType({})):

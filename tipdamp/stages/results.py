@@ -54,13 +54,14 @@ class SideCheck(Record):
 
 
 class InspectResult(Result):
-    """inspect.json. pairs {side: number}; columns {body: master dofs and contact shapes}; side_moduli {side: E, nu of
-    the blade, E, nu of the damper}; only_friction - rigid motions of the damper that nothing but friction holds."""
+    """inspect.json. pairs {side: number}; columns {body: master dofs and contact shapes}; tractions {body: cells} as in
+    Reduction; side_moduli {side: E, nu of the blade, E, nu of the damper}; only_friction - rigid motions of the damper that nothing but friction holds."""
     file: ClassVar[str] = "inspect.json"
     bodies: dict[str, InspectedBody]
     pairs: dict[str, int] = {}
     side_moduli: dict[str, tuple[float, float, float, float]] = {}
     columns: dict[str, int] = {}
+    tractions: dict[str, int] = {}
     pair_checks: dict[str, SideCheck] = {}
     only_friction: Texts = ()
     pictures: Texts = ()
