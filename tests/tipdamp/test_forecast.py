@@ -37,8 +37,8 @@ def test_a_reduced_interface_costs_less():
 
 
 @pytest.mark.parametrize("unlike, contact, told", [
-    (False, "", r"518 pairs make 3210 masters and contact shapes: \[contact\] reduction = .contact_points. and tractions"
-                " = 200 makes them"),
+    (False, "", r"518 pairs make 3210 masters and contact shapes: \[contact\] reduction = .contact_points. and "
+                "tractions = 200 makes them"),
     (True, "", r"518 pairs make 3210 masters and contact shapes: \[contact\] tractions = 200 makes them"),
     (True, "tractions = 150", r"lower \[contact\] tractions, 150 cells a body now")])
 def test_what_makes_many_pairs_fewer(tmp_path, unlike, contact, told):

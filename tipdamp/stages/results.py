@@ -55,7 +55,8 @@ class SideCheck(Record):
 
 class InspectResult(Result):
     """inspect.json. pairs {side: number}; columns {body: master dofs and contact shapes}; tractions {body: cells} as in
-    Reduction; side_moduli {side: E, nu of the blade, E, nu of the damper}; only_friction - rigid motions of the damper that nothing but friction holds."""
+    Reduction; side_moduli {side: E, nu of the blade, E, nu of the damper}; only_friction - rigid
+    motions of the damper that nothing but friction holds."""
     file: ClassVar[str] = "inspect.json"
     bodies: dict[str, InspectedBody]
     pairs: dict[str, int] = {}
