@@ -147,3 +147,17 @@ def test_the_reduced_model_of_tractions_gives_no_preload(tmp_path):
         run(tmp_path, "study", *TOTAL, ("mu = 0.3", "mu = 0.3\ntractions = 4"),
             *TIPS, ("[respond]", '[preload]\nbodies = "reduced"\n' + TUNE), blade_mesh=with_tips(),
             damper_mesh=corner_study.unlike())
+
+
+def test_matching_nodes_in_cells(tmp_path):
+    """Nodes that match, as contact points of few cells: the preload of shapes of each, and a stiffer stuck assembly."""
+    key = 'mu = 0.3\nreduction = "contact_points"\ntractions = '
+    found = [run(tmp_path, f"{cells}", *TIPS, ("modes = 5", "modes = 30"), ("modes = 3\n", "modes = 20\n"),
+                 ("mu = 0.3", f"{key}{cells}"), ("[respond]", CASES + TUNE), blade_mesh=with_tips())
+             for cells in (18, 6)]
+    size = found[1].read_json("reduce.json")["reduction"]
+    assert size["tractions"] == {"blades": 6, "damper": 6} and size["contact_shapes"] == {"blades": 18, "damper": 18}
+    one, two = (forces(store, "preload.csv", "kept.csv") for store in found)
+    assert two == pytest.approx(one, rel=0, abs=1e-9 * one.max())
+    one, two = (store.read_json("tune.json")["stuck_hz"]["full_area"] for store in found)
+    assert one < two < 1.01 * one
