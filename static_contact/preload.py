@@ -93,7 +93,8 @@ class StaticContact:
         load, gap, taken = self._given(load, gap, constrain)
         found, _ = self._contact(load - taken, gap, near)
         idle = self.loose.idle
-        return self._checked(load, gap, taken, found, idle @ (idle.T @ (self.B.T @ found.N - load)), constrain)[0]
+        left = idle @ (idle.T @ (self.B.T @ found.N - load + taken)) - taken
+        return self._checked(load, gap, taken, found, left, constrain)[0]
 
     def _warn_of_rounding(self):
         """Of motions that the bodies resist too little for a spring that is meant, and too much for the contact."""

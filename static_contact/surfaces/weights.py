@@ -82,6 +82,16 @@ class Corners:
                    np.concatenate([np.empty(0, int), *(D.faces[:, :w].ravel() for D, w in zip(kinds, width,
                                                                                                strict=True))]))
 
+    def owners(self, kept: np.ndarray, area: np.ndarray) -> np.ndarray:
+        """(n,) the vertex whose point takes what is covered of each corner: its own where that is kept (nodes,) bool,
+        or else the one most covered, area (n,) m2, of the face."""
+        found = self.vertex.copy()
+        for w, start, end in zip(self.width, self.first[:-1], self.first[1:], strict=True):
+            vertex, share = self.vertex[start:end].reshape(-1, w), area[start:end].reshape(-1, w)
+            most = np.take_along_axis(vertex, share.argmax(axis=1)[:, None], axis=1)
+            found[start:end] = np.where(kept[vertex], vertex, most).ravel()
+        return found
+
     def weights(self, mass: sp.csr_matrix, settings: SurfaceSettings) -> sp.csr_matrix:
         """(n, n): the functions w in the psi, I + shift (D M^-1 - I) on each face; mass (n, n) - M of all faces."""
         found = []
@@ -122,9 +132,11 @@ class Sums:
     def points(self, kinds: list[Facets], corners: Corners, settings: SurfaceSettings) -> Overlap:
         """The contact points; how much of the faces is covered, and what twice, is left open."""
         (whole, outward), n = whole_corners(kinds, self.damper.shape[1]), len(corners.vertex)
-        gather = sp.csr_matrix((np.ones(n), (corners.vertex, np.arange(n))), shape=(len(whole), n))
+        least_of = settings.dropped * whole
+        owner = corners.owners(np.bincount(corners.vertex, self.area, len(whole)) > least_of, self.area)
+        gather = sp.csr_matrix((np.ones(n), (owner, np.arange(n))), shape=(len(whole), n))
         area = gather @ self.area
-        vertex = np.flatnonzero(area > settings.dropped * whole)
+        vertex = np.flatnonzero(area > least_of)
         area, gather, least = area[vertex], gather[vertex], np.full(len(whole), np.inf)
         mean = sp.diags(1 / area) @ gather @ corners.weights(self.mass, settings)
         np.minimum.at(least, corners.vertex, self.least)

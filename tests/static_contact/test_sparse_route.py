@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from scipy.spatial.transform import Rotation
 
 from hbm.contact import GROUND
 from hbm.errors import InputError
@@ -108,6 +109,25 @@ def test_the_same_answer_on_points(kn):
     agree(*solved(bodies, table.replace(kn=np.full(12, kn))))
 
 
+def test_the_same_answer_under_loads_on_both_bodies():
+    bodies, table = plates()
+    whole, found = SparseBodies.of(bodies), []
+    for model, kind in zip((dense(whole), whole), ROUTES, strict=True):
+        found.append(StaticContact(model, table, compliance=kind).solve(
+            force(model) + force(model, x=30.0, y=7.0, z=-40.0, body="blade")))
+    agree(*found)
+
+
+def test_the_same_answer_with_inexact_normals():
+    """Normals that lean by 1e-4 load the slides, which nothing resists, a little: constraints take it up."""
+    bodies, table = plates()
+    lean = Rotation.from_rotvec(1e-4 * np.random.default_rng(3).standard_normal((len(table), 3))).as_matrix()
+    one, other = solved(bodies, table.replace(frame=table.frame @ lean))
+    assert one.reactions and other.reactions == pytest.approx(one.reactions, rel=1e-4)
+    assert other.force == pytest.approx(one.force, abs=1e-5 * one.force.max())
+    assert other.displacement == pytest.approx(one.displacement, abs=1e-4 * np.abs(one.displacement).max())
+
+
 def test_the_same_answer_against_a_stop():
     """The ground is the damper; and pairs that overlap, with a load and without, and room for all."""
     bodies, table = plates()
@@ -154,8 +174,11 @@ def test_bodies_that_are_refused():
         with pytest.raises(InputError, match=match):
             SparseBodies.of(bodies)
     buckled = replace(blade, K=(blade.K - 0.3 * sp.diags(blade.K.diagonal())).tocsr())
-    with pytest.raises(InputError, match="body 'blade': negative stiffness"):
-        StaticContact(SparseBodies.of([buckled, damper]), table, compliance=SparseCompliance)
+    dof = int(blade.K.diagonal().argmin())
+    pushed = sp.csr_matrix(([0.999 * blade.K[dof, dof]], ([dof], [dof])), shape=blade.K.shape)
+    for one in (buckled, replace(blade, K=(blade.K - pushed).tocsr())):
+        with pytest.raises(InputError, match="body 'blade': negative stiffness"):
+            StaticContact(SparseBodies.of([one, damper]), table, compliance=SparseCompliance)
 
 
 @pytest.mark.parametrize("changed", [SOFT, HARD, {"blade_body": GROUND}], ids=str)
