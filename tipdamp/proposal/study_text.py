@@ -4,7 +4,7 @@ import numpy as np
 
 from static_contact.rigid_motions import SETTINGS
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.proposal.propose import Proposal, Side
+from tipdamp.proposal.propose import Proposal
 
 ASK = '"?"'
 UNITS = {"m": ("Pa", "kg/m3"), "mm": ("MPa", "t/mm3")}
@@ -61,8 +61,8 @@ def _contact(found):
         match = "match" if side.matching else "do not match: contact of surfaces"
         lines += [f"# {len(patch.damper)} faces of the damper, {patch.area:.4g} {found.length}2, meet "
                   f"{len(patch.blades)} of the blades; the nodes {match}",
-                  f"[contact.{side.name}]", f"blade = {_faces(found, side, side.blade)}",
-                  f"damper = {_faces(found, side, side.damper)}",
+                  f"[contact.{side.name}]", f"blade = {_faces(found, BLADES, side.patch.blades, side.blade)}",
+                  f"damper = {_faces(found, DAMPER, side.patch.damper, side.damper)}",
                   f'shape = "{"flat" if patch.flat else "cylinder"}"              # normals within {patch.spread:.2g} '
                   "degrees of their mean", _size(found, patch), ""]
     return lines
@@ -77,11 +77,14 @@ def _size(found, patch):
     return f"radius = {width / np.radians(2 * patch.spread):.4g}              # area over length and turn of normals"
 
 
-def _faces(found, side: Side, group: str) -> str:
-    """The group, or the faces by geometry."""
+def _faces(found, body: str, keys: np.ndarray, group: str) -> str:
+    """The group, or the faces by geometry: a box around all of their nodes, which on the larger body lie beyond the
+    contact."""
     if group:
         return f'"{group}"'
-    low, high = side.patch.box[0] - found.reach, side.patch.box[1] + found.reach
+    mesh = found.meshes[body]
+    place = mesh.position[mesh.index(np.setdiff1d(keys, [-1]))]
+    low, high = place.min(axis=0) - found.reach, place.max(axis=0) + found.reach
     return (f"{{ within = {found.reach:.3g}, box = [{_vector(low)}, {_vector(high)}] }}")
 
 

@@ -17,6 +17,7 @@ from tests.tipdamp.rig_study import read
 from tipdamp.bodies.pair import matched_pairs
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.split import cut
+from tipdamp.bodies.surfaces import surface_points
 from tipdamp.cli import main
 from tipdamp.proposal.patches import Patch, _Faces, within_group
 from tipdamp.proposal.propose import propose
@@ -82,6 +83,18 @@ def test_wedge_under_platforms():
                             "patches": ["tipL", "tipR"]}
     text = study_text(found, {"blades": "b.msh", "damper": "d.msh"})
     assert "# direction = [1, 0, 0] " in text and '\n# hold = { motion = "y", mean = true }\n' in text
+
+
+def test_faces_of_the_blades_that_go_on_beyond_the_damper(tmp_path):
+    """No group names the sides, and faces of the blades lie half beside the damper: all that it meets is picked."""
+    blades, damper = corner_study.blades(), corner_study.damper(at=(0, 0.3 * A, 0))
+    blades = replace(blades, groups={k: v for k, v in blades.groups.items() if k.startswith("clamp")})
+    damper = replace(damper, groups={"load": damper.groups["load"]})
+    corner_study.write(tmp_path, blades, damper)
+    assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
+    study = load_study(filled(tmp_path / "damper.toml"))
+    points = surface_points(study, read_meshes(study))
+    assert points.pairs.area.sum() == pytest.approx(2 * 0.7 * A**2)
 
 
 def test_round_side(rig):
