@@ -56,7 +56,8 @@ COMMON = Machine(factor=0.25, solve=2.5e-3, flops=1e10)     # one core of an off
 class Size:
     """bodies {name: (dofs, columns, modes)}, columns - master dofs and contact shapes; pairs; curves - H of each, each
     way counted; followed - pairs that a reduced interface follows, 0 where all are; kept - share of pairs that stay
-    unreduced - whether the preload is solved on all dofs; fewer - what makes of many columns fewer."""
+    unreduced - whether the preload is solved on all dofs; sets - of stations of which `tune` seeks the frequency
+    fewer - what makes of many columns fewer."""
 
     bodies: dict[str, tuple[int, int, int]]
     pairs: int
@@ -64,6 +65,7 @@ class Size:
     followed: int = 0
     kept: float = 1.0
     unreduced: bool = False
+    sets: int = 0
     fewer: str = "coarsen the meshes"
 
     @property
@@ -98,7 +100,13 @@ def size_of(study: Study, found: InspectResult) -> Size:
     detached = "tune" in study and bool(study.tune.target_hz or study.tune.target_from)
     return Size(bodies, pairs, curves, study.respond.followed if curves and is_reduced(study, pairs) else 0,
                 SETTINGS.kept if detached else 1.0, study.preload.bodies == "full" or bool(found.tractions),
-                _fewer(study, found, pairs))
+                _sets(study, found) if detached else 0, _fewer(study, found, pairs))
+
+
+def _sets(study: Study, found: InspectResult) -> int:
+    """Numbers of stations at the front and at the back that are tried for a target."""
+    every = study.tune.by == "station" and study.tune.order == "from_middle"
+    return max((check.stations for check in found.pair_checks.values()), default=0)**2 // 2 if every else 0
 
 
 def _fewer(study: Study, found: InspectResult, pairs: int) -> str:
@@ -129,7 +137,8 @@ def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS
     dense = 8.0 * r**2
     modes_of_all = settings.eigen * r**3 / machine.flops
     statics = (2 * r**2 * 3 * pairs + 20 * pairs**3) / machine.flops
-    costs = {"preload": Cost(statics, 4 * dense), "tune": Cost(3 * modes_of_all, 6 * dense)}
+    a_set = 2 / 3 * min(r, 3 * pairs)**3 / machine.flops
+    costs = {"preload": Cost(statics, 4 * dense), "tune": Cost(3 * modes_of_all + size.sets * a_set, 6 * dense)}
     if any(columns for _, columns, _ in size.bodies.values()):              # not so of given matrices
         costs = {"reduce": Cost(seconds, memory), **_of_meshes(size, costs, machine, settings)}
     if size.curves:
@@ -163,13 +172,14 @@ def _curve(pairs, H, share, machine, settings):
 
 def advice(size: Size, costs: dict[str, Cost], settings: ForecastSettings = SETTINGS) -> Iterator[str]:
     """What will be slow or too large, and what helps."""
-    follow = "" if size.followed else "; [respond] interface = \"reduced\" follows the pairs nearest to slip alone"
+    more = {"tune": f"; [tune] by = \"area\" tries some dozen shares in place of {size.sets} sets" * (size.sets > 0),
+            "respond": "; [respond] interface = \"reduced\" follows the pairs nearest to slip" * (not size.followed)}
     for stage, cost in costs.items():
         if cost.bytes > available_bytes():
             yield (f"{stage} is estimated to need {cost.bytes / 1e9:.1f} GB, {available_bytes() / 1e9:.1f} GB are "
                    f"available: {size.fewer}")
         elif max(cost.seconds, cost.at_most if stage == "respond" else 0.0) > settings.slow:
-            yield f"{stage} is estimated to take {cost.text}: {size.fewer}{follow * (stage == 'respond')}"
+            yield f"{stage} is estimated to take {cost.text}: {size.fewer}{more.get(stage, '')}"
 
 
 def estimate(study: Study, found: InspectResult) -> tuple[Size, dict[str, Cost]]:

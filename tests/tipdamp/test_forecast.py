@@ -55,6 +55,15 @@ def test_what_makes_many_pairs_fewer(tmp_path, unlike, contact, told):
     assert re.search(told, size.fewer) and size.unreduced == bool(contact)
 
 
+def test_many_stations_are_many_sets():
+    """151 stations of 9 points: half of their square is tried, one factor of the modes each; by area it is a dozen."""
+    size = Size({"blades": (68000, 636, 40), "damper": (225000, 609, 20)}, 2700, (), unreduced=True, sets=151**2 // 2)
+    costs = forecast(size, COMMON)
+    less = forecast(Size(**{**vars(size), "sets": 0}), COMMON)["tune"].seconds
+    assert costs["tune"].seconds - less == pytest.approx(151**2 // 2 * 2 / 3 * 1305**3 / COMMON.flops)
+    assert any("tune" in one and 'by = "area" tries' in one for one in advice(size, costs))
+
+
 def test_a_preload_on_all_dofs_costs_factors():
     """Of 2700 pairs: a reduced model with shapes of each would be larger by far, and the pairs are a dense matrix."""
     points = Size({"blades": (68000, 8100, 40), "damper": (225000, 8100, 20)}, 2700, ())
