@@ -44,7 +44,7 @@ class ForecastSettings:
     short: float = 60.0             # s below which nothing is measured and nothing said
     slow: float = 600.0             # s above which a stage is warned of
     many: int = 900                 # masters and contact shapes of which fewer are advised
-    unreduced: int = 2              # of the factors of both bodies: a preload on them [rig of 460 and 2718 points]
+    unreduced: int = 2              # of the factors of both bodies: a preload on them [10 s for 460, 70 s for 2718 points]
     checked: int = 4                # of the factor of both together: their stuck modes, which `tune` compares
 
 
@@ -158,7 +158,7 @@ def _of_meshes(size, costs, machine, settings):
     held, preload, tune = predicted_bytes(sum(dofs) // 3), costs["preload"], costs["tune"]
     found = {"preload": preload, "tune": Cost(tune.seconds + settings.checked * together, tune.bytes + held)}
     if size.unreduced:
-        contact = 20 * size.pairs**3 / machine.flops
+        contact = 2 * size.pairs**3 / machine.flops
         found["preload"] = Cost(contact + settings.unreduced * factors, 3 * 8.0 * size.pairs**2 + held)
     return found
 
