@@ -44,7 +44,7 @@ class ForecastSettings:
     short: float = 60.0             # s below which nothing is measured and nothing said
     slow: float = 600.0             # s above which a stage is warned of
     many: int = 900                 # masters and contact shapes of which fewer are advised
-    unreduced: int = 2              # of the factors of both bodies: a preload on them [10 s for 460, 70 s for 2718 points]
+    unreduced: int = 2              # of the factors of both bodies: a preload on them [460 points 10 s, 2718: 70 s]
     checked: int = 4                # of the factor of both together: their stuck modes, which `tune` compares
 
 
