@@ -27,7 +27,8 @@ from tipdamp.readers.dispatch import read_mesh
 # parts of the names that pre-processors and people give to groups, by what they are for
 WORDS = {"clamp": "clamp|fix|encastre|root|spc|support|ground", "load_points": "load|pull",
          "excitation": "excit|shaker|drive", "patches": "patch|tip|resp"}
-SNAP = 20.0          # degrees: a direction this near to an axis of coordinates is meant to be that axis
+ALONG = 1.0          # degrees: a damper this near to an axis of coordinates lies along it
+INTO = 20.0          # degrees: a pull this near to one is meant to act along it, where that is across the damper
 
 
 @dataclass(frozen=True)
@@ -128,16 +129,20 @@ def _directions(patches):
     along, into = np.cross(first, other), first + other
     if np.linalg.norm(along) < 1e-3:                       # parallel sides: along the longest edge of the patch
         along = np.eye(3)[np.ptp(patches[0].box, axis=0).argmax()]
-    axis = _snapped(along / np.linalg.norm(along))
+    axis = _snapped(along / np.linalg.norm(along), ALONG)
     axis = axis if axis[np.abs(axis).argmax()] > 0 else -axis
     into = into - axis * (into @ axis)
-    return axis, _snapped(into / np.linalg.norm(into)) if np.linalg.norm(into) > 1e-3 else np.array([0.0, 0.0, 1.0])
+    if np.linalg.norm(into) < 1e-3:
+        return axis, np.array([0.0, 0.0, 1.0])
+    into /= np.linalg.norm(into)
+    pull = _snapped(into, INTO)
+    return axis, pull if abs(pull @ axis) < 1e-6 else np.round(into, 6)
 
 
-def _snapped(direction):
+def _snapped(direction, degrees):
     i = int(np.abs(direction).argmax())
-    near = np.degrees(np.arccos(min(abs(direction[i]), 1.0))) < SNAP
-    return np.sign(direction[i]) * np.eye(3)[i] if near else np.round(direction, 4)
+    near = np.degrees(np.arccos(min(abs(direction[i]), 1.0))) < degrees
+    return np.sign(direction[i]) * np.eye(3)[i] if near else np.round(direction, 6)
 
 
 def _sides(patches, meshes, axis, pull):

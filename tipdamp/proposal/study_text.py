@@ -70,8 +70,9 @@ def _contact(found):
 
 def _size(found, patch):
     """Width of a flat side, radius of a round one, from its area and what its normals turn by."""
-    corners = np.array(np.meshgrid(*patch.box.T)).reshape(3, -1).T
-    width = patch.area / float(np.ptp(corners @ found.axis))
+    mesh = found.meshes[DAMPER]
+    nodes = mesh.position[mesh.index(np.setdiff1d(patch.damper, [-1]))]
+    width = patch.area / float(np.ptp(nodes @ found.axis))
     if patch.flat:
         return f"width = {width:.4g}               # area over length"
     return f"radius = {width / np.radians(2 * patch.spread):.4g}              # area over length and turn of normals"

@@ -53,7 +53,7 @@ def test_from_meshes_to_a_preload(tmp_path, capsys, one_file):
     assert "clamp: clamp_one, clamp_two" in said
     study = filled((tmp_path / names[0]).with_suffix(".toml"))
     text = Path(study).read_text()
-    assert "axis = [0, 1, 0]" in text and "pull_direction = [0.7071, 0, 0.7071]" in text
+    assert "axis = [0, 1, 0]" in text and "pull_direction = [0.707107, 0, 0.707107]" in text
     assert 'load_points = "load"' in text
     assert ('cells = "pin"' in text) == one_file and 'length = "m"' in text
     for verb in ("inspect", "reduce", "preload"):
@@ -95,6 +95,19 @@ def test_faces_of_the_blades_that_go_on_beyond_the_damper(tmp_path):
     study = load_study(filled(tmp_path / "damper.toml"))
     points = surface_points(study, read_meshes(study))
     assert points.pairs.area.sum() == pytest.approx(2 * 0.7 * A**2)
+
+
+def test_a_damper_along_no_coordinate(tmp_path):
+    """Both bodies turned by 12 degrees about x: the axis lies along both sides, the pull across it, into both."""
+    c, s = np.cos(np.radians(12)), np.sin(np.radians(12))
+    turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    corner_study.write(tmp_path, *(replace(mesh, position=mesh.position @ turn.T)
+                                   for mesh in (corner_study.blades(), corner_study.damper())))
+    found = propose([tmp_path / "damper.inp", tmp_path / "blades.inp"])
+    assert found.axis == pytest.approx(turn @ [0, 1, 0], abs=1e-5)
+    assert found.pull == pytest.approx(turn @ np.array([1, 0, 1]) / np.sqrt(2), abs=1e-5)
+    study = tomllib.loads(study_text(found, {"blades": "b.inp", "damper": "d.inp"}))
+    assert [side["width"] for side in study["contact"].values() if isinstance(side, dict)] == pytest.approx([A, A])
 
 
 def test_round_side(rig):
