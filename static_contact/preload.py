@@ -8,7 +8,7 @@ further load or gap costs milliseconds.
 """
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -47,7 +47,7 @@ class StaticContact:
     """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
 
     def __init__(self, model: ReducedModel | Any, pairs: ContactTable, settings: StaticSettings = SETTINGS,
-                 held: Sequence[HeldMotion] = (), compliance: type[Compliance] = Compliance):
+                 held: Sequence[HeldMotion] = (), compliance: Callable[..., Compliance] = Compliance):
         """settings.rigid.facing : may be lowered when coordinates are exact; held : rigid motions on springs;
         compliance : how the bodies are factored, `sparse_bodies.SparseCompliance` for a `sparse_bodies.SparseBodies`.
         Raises InputError without pairs, and where a motion that is not known to be rigid meets no stiffness."""

@@ -4,7 +4,8 @@ Both name their dofs, loads and contact points alike, so that a stage need not k
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,9 +34,26 @@ class StaticBodies:
     shapes - displacements of whole bodies at rest: (name, Mesh, (n, 3) m) of each in turn."""
 
     model: ReducedModel | SparseBodies
-    compliance: type[Compliance]
+    compliance: Callable[..., Compliance]
     stuck: type[StuckBodies]
     shapes: Callable[[stresses.Rest], Iterator[tuple[str, Mesh, np.ndarray]]]
+
+
+def factored_once(bodies: StaticBodies) -> StaticBodies:
+    """The same for pairs that differ in stiffness alone: their bodies are factored once for all that are alike."""
+    made: dict[tuple, tuple[Compliance, np.ndarray]] = {}
+
+    def compliance(model, pairs, kn, held, settings):
+        key = ((kn > 0).tobytes(), *(one.stiffness for one in held))
+        if key not in made:
+            made.clear()
+            new = bodies.compliance(model, pairs, kn, held, settings)
+            made[key] = new, new.G.copy()
+        found = copy(made[key][0])
+        found.G = made[key][1].copy()          # the contact adds its springs in place
+        return found
+
+    return replace(bodies, compliance=compliance)
 
 
 def reads(study: Study) -> tuple[str, ...]:

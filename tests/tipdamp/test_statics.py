@@ -9,12 +9,16 @@ import pytest
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
+from hbm.model import ReducedModel
 from tests.tipdamp import corner_study
 from tests.tipdamp.bodies.test_surfaces import TOTAL
+from tipdamp.loads import at_rest
 from tipdamp.report.results import load_results
 from tipdamp.report.tables import reduction_check
 from tipdamp.stages import reduce
+from tipdamp.stages.results import ReduceResult
 from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.statics import factored_once, static_bodies, static_contact
 from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")
@@ -161,3 +165,25 @@ def test_matching_nodes_in_cells(tmp_path):
     assert two == pytest.approx(one, rel=0, abs=1e-9 * one.max())
     one, two = (store.read_json("tune.json")["stuck_hz"]["full_area"] for store in found)
     assert one < two < 1.01 * one
+
+
+@pytest.mark.parametrize("bodies", ["reduced", "full"])
+def test_many_stiffnesses_on_one_factor(tmp_path, bodies):
+    """To the last digit what each on its own gives; another set of pairs is factored anew."""
+    store = run(tmp_path, "study", ("[respond]", f'[preload]\nbodies = "{bodies}"\n' + TUNE), stages=STAGES[:2])
+    study, made = load_study(tmp_path / "study" / "corner.toml"), []
+    own = static_bodies(study, ReducedModel.load(store.path("model.npz")), ReduceResult.load(store).reduction)
+
+    def counted(*given):
+        made.append(own.compliance(*given))
+        return made[-1]
+
+    once = factored_once(replace(own, compliance=counted))
+    pairs, load = ContactTable.load(store.path("preload.csv")), at_rest(study, own.model)
+    for factor in (1.0, 3.0, 0.1):
+        given = pairs.replace(kn=factor * pairs.kn)
+        one, two = (static_contact(study, each, given).solve(load) for each in (own, once))
+        assert (one.force == two.force).all() and one.residual < 1e-8
+    assert len(made) == 1
+    static_contact(study, once, pairs.replace(weight=np.where(pairs.row == 1, 0.0, 1.0))).solve(load)
+    assert len(made) == 2

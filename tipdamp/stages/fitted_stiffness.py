@@ -16,7 +16,7 @@ from tipdamp import loads
 from tipdamp.bodies import BLADES
 from tipdamp.stages import model_inputs as inputs
 from tipdamp.stages.reduce import free_modes
-from tipdamp.statics import StaticBodies, static_contact
+from tipdamp.statics import StaticBodies, factored_once, static_contact
 from tipdamp.study.view import Study
 
 READS = ("tune.follow", "tune.stations", "tune.stiffness", "respond.direction", "respond.patches")
@@ -40,7 +40,7 @@ def fit_factor(study: Study, model: ReducedModel, bodies: StaticBodies, scaled: 
     The preload is solved again for every factor, without friction: pairs that are open at rest do not stick. Raises
     InputError where no factor reaches the frequency.
     """
-    assembly, goal = StuckAssembly(model), study.contact.fit_hz or 0.0
+    assembly, goal, bodies = StuckAssembly(model), study.contact.fit_hz or 0.0, factored_once(bodies)
     follow = np.zeros(model.size)
     follow[model.body == BLADES] = free_modes(study, model.part(BLADES)).follow[study.tune.follow]
 
