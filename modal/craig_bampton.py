@@ -53,17 +53,14 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
     bound : whether `truncation` is made, for which one mode more is sought, and a back-solve a master dof. Without it
     (truncation None) and with 0 modes the cost is one factorisation and the static shapes: what a preload needs.
-    tractions (n, c): shares of the body's n contact points in unit forces on c cells (`contact_shapes.traction_cells`),
-    whose contact shapes take the place of those of every point; they are not exact in statics then, and `truncation`
-    bounds no frequency.
+    tractions (n, c): of `contact_shapes.traction_cells`, instead of contact shapes of every point: statics is not exact
+    then, and `truncation` bounds no frequency.
     Raises InputError when a master does not exist or is clamped, when the body's support is not as declared, and when
     a motion meets negative stiffness, as above the critical speed of a rotating body.
     """
     _check_modes(body, modes, below_hz)
     boundary, interior, rigid = _partition(body, masters)
-    if modes is not None and not 0 <= modes <= len(interior):
-        raise InputError(f"body '{body.name}': {modes} modes asked for: must be between 0 and the {len(interior)} dofs "
-                         "that the masters leave")
+    _check_count(body, modes, len(interior))
     K, M = _Blocks.of(body.K, boundary, interior), _Blocks.of(body.M, boundary, interior)
     factor = definite_factor(body, interior, K.II, M.II)
     statics = modes == 0 and not bound
@@ -155,6 +152,12 @@ def _whole_clusters(body, factor, M_II, modes, below_hz):
         logging.getLogger("modal").info("body '%s': %d modes in place of %d, since their frequencies are the same near "
                                         "%.6g Hz", body.name, len(found.omega), count, hz)
     return found
+
+
+def _check_count(body, modes, size):
+    if modes is not None and not 0 <= modes <= size:
+        raise InputError(f"body '{body.name}': {modes} modes asked for: must be between 0 and the {size} dofs that the "
+                         "masters leave")
 
 
 def _no_modes(size):
