@@ -40,5 +40,6 @@ def _half_plane(polygon, count, a, b):
     cut = polygon + share * (polygon[rows, following] - polygon)
     corners = np.stack([polygon, cut], axis=2).reshape(m, 2 * v, 2)
     kept = np.stack([there & inside, crosses], axis=2).reshape(m, 2 * v)
-    order = np.argsort(~kept, axis=1, kind="stable")[:, :v + 1]
-    return corners[rows, order], kept.sum(axis=1)
+    count = kept.sum(axis=1)       # v + 1 at most, but for edges on the line: rounding may cross it more than twice
+    order = np.argsort(~kept, axis=1, kind="stable")[:, :count.max(initial=v)]
+    return corners[rows, order], count

@@ -271,6 +271,16 @@ def test_rows_are_the_same_heights_in_all_stations():
         assert (row >= np.rint(place[kept, 1])).all() and place[kept, 1][row == 0].max() < 0.5
 
 
+def test_triangles_with_a_common_edge():
+    """Of the platform wedge, cells cut into eight twice: their edges lie on one line but for the last digit, which the
+    clipped polygon crosses four times."""
+    one = np.array([[-0.0011547005383792518, 0.0011250000000000008], [-0.0011547005383792518, -0.003374999999999999],
+                    [0.0034641016151377535, -0.003374999999999999]])
+    other = np.array([[0, 0], [-0.0011547005383792518, 0.0011250000000000008], [-0.00115470053837925, 0]])
+    piece, _ = intersections(one[None], other[None])
+    assert areas(piece).sum() == pytest.approx(areas(other[None])[0], rel=1e-12)
+
+
 def test_bad_surfaces():
     """Each in one line with the sets, the count, the distance in the unit of the study, and what to do."""
     def refused(match, move=(0.0, 0.0, 0.0), turn=None, scale=1.0, faces=None, damper_at=(0.0, 0.0, 0.0), **settings):
