@@ -104,6 +104,8 @@ def test_frames_are_right_handed():
     arrow = {i.name[:2].rstrip(","): i.end - i.start for i in picture.items if isinstance(i, Segments)}
     t1, t2, n = (arrow[k] / np.linalg.norm(arrow[k], axis=1)[:, None] for k in ("t1", "t2", "n"))
     assert np.allclose(np.cross(t1, t2), n) and np.allclose(n, pairs.normal) and np.allclose(t1, [0, 1, 0])
+    start = np.concatenate([i.start for i in picture.items if isinstance(i, Segments) and i.name.startswith("t1")])
+    assert np.einsum("px,px->p", start - 1e3 * places["damper"], pairs.normal).min() > 0    # not within the faces
     texts = [t for i in picture.items if isinstance(i, Points) and i.name.startswith("damper nodes") for t in i.hover]
     for i, text in enumerate(texts):       # the sides one after the other, as in the table
         found = re.search(r"side (\w+), station (\d+), row (\d+)\nblade node (\d+), damper node (\d+)\n"

@@ -14,6 +14,7 @@ from tipdamp.report.text import MM, distance, listing
 from tipdamp.surface import Surface
 
 FULL_SIZE = 60       # pairs whose marks do not hide each other; more have smaller ones
+LIFT = 0.04          # of the arms of a frame: lines lie in the faces of the damper, which would hide half of them
 FRAME = (("t1, along the axis", TANGENT_1), ("t2, across", TANGENT_2), ("n, into the blade", NORMAL))
 
 
@@ -35,7 +36,8 @@ def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surface
     items: list[Item] = [*surroundings(surfaces, box)]
     for body, color in (("damper", "#E69F00"), ("blades", "#0072B2")):
         if edges is not None and len(edges[body]):
-            start, end = MM * edges[body].transpose(1, 0, 2)
+            nearest = cKDTree(damper).query(MM * edges[body].mean(axis=1))[1]
+            start, end = MM * edges[body].transpose(1, 0, 2) + LIFT * length * pairs.normal[nearest]
             items.append(Segments(start, end, f"contact faces of the {body}", color, 1.5))
     small = min(1.0, (FULL_SIZE / max(len(pairs), 1)) ** 0.5)
     for side in pairs.sides:
@@ -46,7 +48,8 @@ def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surface
                   Points(blade[mine], f"blade {what}, side '{side}'", "#0072B2", 5.5 * small, "circle-open",
                          hover=texts)]
     place = "contact point" if pairs.on_surface.all() else "node"
-    items += [Segments(damper, damper + length * pairs.frame[:, k], name, color, 3.0)
+    above = damper + LIFT * length * pairs.normal
+    items += [Segments(above, above + length * pairs.frame[:, k], name, color, 3.0)
               for k, (name, color) in enumerate(FRAME)]
     items.append(Segments(damper, blade, f"from {place} to {place}", "#222222", 4.0))
     along = np.asarray(axis, dtype=float)
@@ -64,7 +67,8 @@ def _texts(pairs: ContactTable, places, angles) -> Iterator[str]:
     for i in range(len(pairs)):
         n = ", ".join(f"{v:+.3f}" for v in pairs.frame[i, 2])
         yield (f"{pair_name(pairs, i)}\n{node_numbers(pairs, i)}\n"
-               f"nodes apart: {distance(u[i, 2])} µm along n, {distance(np.hypot(*u[i, :2]))} µm across\n"
+               f"{'points' if pairs.on_surface[i] else 'nodes'} apart: {distance(u[i, 2])} µm along n, "
+               f"{distance(np.hypot(*u[i, :2]))} µm across\n"
                f"initial gap {distance(pairs.gap[i])} µm\nn = ({n})"
                + ("" if angles is None else f", {angles[i]:.1f}° off the damper's surface"))
 
