@@ -2,9 +2,9 @@
 
     python -m tests.benchmarks.calculix_modes [--cells 16 32 64] [--modes 20]
 
-Largest deviation of the frequencies, and CPU seconds from the mesh in memory (here) or in its file (CalculiX) to the
-modes. CalculiX prints seven digits. Ours include the count by inertia, which CalculiX has not; its time is also given
-by itself.
+The solver of ccx is SPOOLES, with which Debian builds it. Largest deviation of the frequencies, and CPU seconds from
+the mesh in memory (here) or in its file (CalculiX) to the modes. CalculiX prints seven digits. Ours include the count
+by inertia, which CalculiX has not; its time is also given by itself.
 """
 
 import argparse

@@ -1,12 +1,13 @@
 """Contact between unlike meshes beside CalculiX's surface-to-surface contact on the same meshes.
 
-    python -m tests.benchmarks.calculix_surfaces [--refine]
+    python -m tests.benchmarks.calculix_surfaces [--refine damper | both]
 
 Needs the program ccx (Debian: calculix-ccx). The wedge under platforms (tests/reference/platform-wedge, C3D10) is
 pulled by 60 N without friction; both programs have a linear pressure-overclosure of the same stiffness per area.
 Compared are force and moment of the sides and the map of the preload in two ways: the force of each contact point with
 that of the overclosure in ccx, averaged over the same area with the same weights; and the pressure at the corners
-of the damper's faces, to which ccx extrapolates from its integration points. --refine cuts every cell into eight.
+of the damper's faces, to which ccx extrapolates from its integration points. --refine cuts every cell of the damper,
+or of both bodies, into eight.
 To build/benchmarks/calculix_surfaces.json.
 """
 
@@ -37,10 +38,10 @@ SOFT = 1e-6          # N/m that hold the damper before it touches: 1e-9 of the p
 SCALE = 0.01
 
 
-def ours(folder, copy):
-    """Study, meshes and preload table; copy - of a mesh file to another place, as it is or refined."""
+def ours(folder, refined):
+    """Study, meshes and preload table; refined - "damper", "both" or "", whose cells are cut into eight."""
     for name in ("unlike_blades.msh", "unlike_damper.msh"):
-        copy(WEDGE / name, folder / name)
+        (refine if refined == "both" or refined and refined in name else shutil.copy)(WEDGE / name, folder / name)
     shutil.copy(WEDGE / "unlike.toml", folder)
     study = load_study(folder / "unlike.toml")
     store = results_folder(study, None)
@@ -133,12 +134,12 @@ def read_by_ours(study, meshes, pairs, moved, add):
 
 def main():
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.calculix_surfaces")
-    parser.add_argument("--refine", action="store_true")
+    parser.add_argument("--refine", choices=("damper", "both"), default="")
     refined = parser.parse_args().refine
     one_thread()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        study, meshes, pairs = ours(folder, refine if refined else shutil.copy)
+        study, meshes, pairs = ours(folder, refined)
         text, add = whole_deck(study, meshes, pairs)
         (folder / "wedge.inp").write_text(text)
         seconds = run_ccx(folder, "wedge")
@@ -159,7 +160,7 @@ def main():
                        "points": len(mine), "open": int((mine.preload <= 0).sum()),
                        "map": off(p, its / mine.area, mine.area), "corners": off(p, corner, mine.area)}
         print(side, facts[side])
-    record("calculix_surfaces" + refined * "_refined", {"ccx": ccx_version(), "ccx_s": seconds, **facts})
+    record("calculix_surfaces" + (refined and f"_{refined}"), {"ccx": ccx_version(), "ccx_s": seconds, **facts})
 
 
 def off(one, other, area):
