@@ -59,9 +59,7 @@ def detach_area(assembly: StuckAssembly, pairs: ContactTable, fade: Fade, target
     Hz" where none does.
     """
     search, settings = search_of(assembly, pairs, follow, options), SETTINGS
-    whole = (fade.begins == fade.gone).all()
-    shares = fade.shares if whole else np.linspace(1, 0, settings.tried)[:-1]
-    tried = np.unique(np.linspace(0, len(shares) - 1, settings.tried).astype(int))
+    whole, shares, tried = _tried(fade)
     history: list[AreaStep] = []
     for k, i in enumerate(tried):
         history.append(_step(search, fade, shares[i]))
@@ -85,11 +83,23 @@ def detach_area(assembly: StuckAssembly, pairs: ContactTable, fade: Fade, target
 
 def keep_area(assembly: StuckAssembly, pairs: ContactTable, fade: Fade, share: float, follow: np.ndarray,
               options: DetachmentOptions) -> AreaDetachment:
-    """Keep a share (0..1] of the closed area of every side."""
+    """Keep a share (0..1] of the closed area of every side. Raises InputError where that is less than one cell."""
     search = search_of(assembly, pairs, follow, options)
-    shares = np.linspace(1, 0, SETTINGS.tried)[:-1]
+    whole, shares, tried = _tried(fade)
+    if whole:
+        if share < shares[-1] - SETTINGS.nearest:
+            raise InputError(f"{100 * share:.3g} % of the closed area is less than one cell, which is "
+                             f"{100 * shares[-1]:.3g} %: keep more, or take smaller cells")
+        share = shares[shares <= share + SETTINGS.nearest][0]
     chosen = _step(search, fade, share)
-    return _found(search, fade, chosen, [_step(search, fade, s) for s in shares], None)
+    return _found(search, fade, chosen, [_step(search, fade, s) for s in shares[tried]], None)
+
+
+def _tried(fade) -> tuple[bool, np.ndarray, np.ndarray]:
+    """Whether cells leave whole, all shares that differ then, or evenly spread ones, and which of them are tried."""
+    whole = bool((fade.begins == fade.gone).all())
+    shares = fade.shares if whole else np.linspace(1, 0, SETTINGS.tried)[:-1]
+    return whole, shares, np.unique(np.linspace(0, len(shares) - 1, SETTINGS.tried).astype(int))
 
 
 def _step(search, fade, share) -> AreaStep:

@@ -144,6 +144,17 @@ def test_whole_cells():
     assert graded.chosen.share == pytest.approx(0.49, rel=1e-6)
 
 
+def test_a_share_of_a_few_whole_cells():
+    """Six cells a side: half of them are kept; less than one is refused."""
+    pairs, area = bed(12, 4)
+    fade = fade_of(pairs, area, hollow(pairs) * area, (1, 0, 0), size=11 / 12 * LENGTH / 6).whole()
+    found = keep_area(assembly(), pairs, fade, 0.6, FOLLOW, DetachmentOptions())
+    assert found.chosen.hz == pytest.approx(hz_of(LENGTH * WIDTH)) and len(found.history) == 6
+    assert found.chosen.share == pytest.approx(0.5)
+    with pytest.raises(InputError, match="10 % of the closed area is less than one cell, which is 16.7 %"):
+        keep_area(assembly(), pairs, fade, 0.1, FOLLOW, DetachmentOptions())
+
+
 @pytest.mark.parametrize("factor", [1.1, 0.01])
 def test_target_out_of_reach(factor):
     pairs, area = bed(6, 3)
