@@ -32,3 +32,6 @@ def _lines(found: Proposal):
                + ("match" if side.matching else "do not match"))
     for what, names in found.groups.items():
         yield f"{what}: {', '.join(names) or 'no group has such a name'}"
+    if not all(mesh.groups for mesh in found.meshes.values()):
+        yield ("clamp, load_points, excitation and patches are groups of nodes, and there are none: make them in the "
+               "pre-processor (physical groups of gmsh, *NSET of Abaqus, components of Ansys), then inspect anew")

@@ -85,13 +85,24 @@ def test_wedge_under_platforms():
     assert "# direction = [1, 0, 0] " in text and '\n# hold = { motion = "y", mean = true }\n' in text
 
 
-def test_faces_of_the_blades_that_go_on_beyond_the_damper(tmp_path):
+def test_without_any_group_it_is_said_what_is_needed(tmp_path, capsys):
+    """The bodies and sides are found all the same."""
+    bare = [replace(mesh, groups={}, cell_groups={}) for mesh in (corner_study.blades(), corner_study.damper())]
+    corner_study.write(tmp_path, *bare)
+    assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
+    said = capsys.readouterr().out
+    assert "clamp, load_points, excitation and patches are groups of nodes, and there are none" in said
+    assert said.count("faces of the damper meet") == 2
+
+
+def test_faces_of_the_blades_that_go_on_beyond_the_damper(tmp_path, capsys):
     """No group names the sides, and faces of the blades lie half beside the damper: all that it meets is picked."""
     blades, damper = corner_study.blades(), corner_study.damper(at=(0, 0.3 * A, 0))
     blades = replace(blades, groups={k: v for k, v in blades.groups.items() if k.startswith("clamp")})
     damper = replace(damper, groups={"load": damper.groups["load"]})
     corner_study.write(tmp_path, blades, damper)
     assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
+    assert "are groups of nodes" not in capsys.readouterr().out
     study = load_study(filled(tmp_path / "damper.toml"))
     points = surface_points(study, read_meshes(study))
     assert points.pairs.area.sum() == pytest.approx(2 * 0.7 * A**2)
