@@ -25,6 +25,8 @@ def read(path: Path, data: bytes) -> Content:
     if f.open:
         raise InputError(f"{path}: is cut off: *{f.open[-1]} is not closed by *{_NESTED[f.open[-1]]}")
     collect(f)
+    content.unused += [f"{count} elements of type {shown(kind)} (their sets are kept as groups of nodes)"
+                       for kind, count in f.sheets.items()]
     if f.integration:
         content.unused.append(f"element types {', '.join(sorted(f.integration))}: {FULL_INTEGRATION}")
     if f.skipped:
@@ -151,7 +153,7 @@ def _elements(f, options, data, where):
     rows = whole(found, where).reshape(-1, per + 1)
     f.scope.elements.append((per if solid else -1 if line else 0, rows[:, 0], rows[:, 1:]))
     if not solid:
-        f.content.unused.append(f"{len(rows)} elements of type {shown(kind)} (their sets are kept as groups of nodes)")
+        f.sheets[kind] = f.sheets.get(kind, 0) + len(rows)
     if "ELSET" in options:
         f.scope.add("ELSET", options["ELSET"], rows[:, 0])
 

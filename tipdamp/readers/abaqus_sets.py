@@ -55,6 +55,7 @@ class AbaqusFile:
     scope: Scope = field(init=False)                          # that the next keyword adds to: the model, or a part
     open: list[str] = field(default_factory=list)             # keywords waiting for their *END
     skipped: dict[str, int] = field(default_factory=dict)
+    sheets: dict[str, int] = field(default_factory=dict)      # faces and lines given as elements, by their type
     integration: set[str] = field(default_factory=set)        # element types with another integration than ours
     qualified: dict[Key, Key] = field(default_factory=dict)   # key of 'Instance.Set' in the model: key of 'Set'
     owners: dict[Key, list[str]] = field(default_factory=dict)  # instances, and "the assembly", that define a set
