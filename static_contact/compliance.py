@@ -100,10 +100,9 @@ class Compliance:
         diagonal = model.K.diagonal()
         self.gauge = float(np.median(diagonal[diagonal > 0])) if (diagonal > 0).any() else 1.0
         self.factor = self._factored(model)
-        self.X = self.gauge * self._solve(self.Z)
-        # what floats exactly is its own shape
-        exact = ~self.resisted.any(axis=0)
-        self.X[:, exact] = self.Z[:, exact]
+        weak = self.resisted.any(axis=0)        # what floats exactly is its own shape
+        self.X = self.Z.copy()
+        self.X[:, weak] = self.gauge * self._solve(self.Z[:, weak])
         self.Y, self.E0, self.G = self.B @ self.X, self.X.T @ self.resisted, self._compliance()
         self._with_springs(held)
 
@@ -124,8 +123,13 @@ class Compliance:
         """H^-1 right, (r,) or (r, m)."""
         return sl.cho_solve(self.factor, right)
 
-    def _felt(self, load):
-        return self.B @ self._solve(load)
+    def _near(self, load):
+        """The motion of the pairs (P,) under a load, and what the displacement follows from."""
+        return self.B @ self._solve(load), ()
+
+    def _pushed(self, near, load, force):
+        """(r,) H^-1 (load - B' force)"""
+        return self._solve(load - self.B.T @ force)
 
     def _compliance(self):
         return self.B @ self._solve(self.B.T.toarray(order="F"))
@@ -150,11 +154,11 @@ class Compliance:
 
     def loading(self, load: np.ndarray) -> Loading:
         """Of a load (r,) N."""
-        u, work = self._felt(load), self.X.T @ load
+        (u, near), work = self._near(load), self.X.T @ load
         if len(self.held):
             first = self.S @ (self.U.T @ load)
             u, work = u - self.pushed @ first, work - self.turned.T @ first
-        return Loading(u, work)
+        return Loading(u, work, near)
 
     def spring_forces(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray) -> np.ndarray:
         """(s,) N or N m on the springs that hold motions, as of `displacement`."""
@@ -162,9 +166,11 @@ class Compliance:
             return np.zeros(0)
         return self.S @ (self.U.T @ (applied - self.B.T @ force) + self.turned @ amount)
 
-    def displacement(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
+    def displacement(self, loading: Loading, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
                      ) -> tuple[np.ndarray, np.ndarray]:
-        """q (r,) m and the forces (r,) N of bodies, K q, and springs under applied (r,) and contact forces (P,)."""
-        sprung = self.held.T @ self.spring_forces(applied, force, amount)
-        near = self._solve(applied - self.B.T @ force - sprung)
-        return near + self.X @ amount, self.K @ near + self.Z @ (self.E0 @ amount) + sprung       # K X = Z E
+        """q (r,) m and the forces (r,) N of bodies, K q, and springs under applied (r,), of which `loading` was made,
+        and contact forces (P,)."""
+        spring = self.spring_forces(applied, force, amount)
+        near = self._pushed(loading.near, applied, force) - self.U @ spring
+        return (near + self.X @ amount,
+                self.K @ near + self.Z @ (self.E0 @ amount) + self.held.T @ spring)              # K X = Z E

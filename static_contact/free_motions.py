@@ -47,18 +47,32 @@ class FreeMotions:
 
     @cached_property
     def _bodies(self):
-        """(r,) bool of each body - its dofs of nodes"""
-        return [self._nodal & (self.owner == body) for body in sorted(set(self.owner.tolist()))]
+        """Dofs of nodes of each body, and (m,) how far each motion moves them."""
+        mine = (np.flatnonzero(self._nodal & (self.owner == body)) for body in sorted(set(self.owner.tolist())))
+        return [(dofs, np.abs(self.shape[dofs]).max(axis=0, initial=0.0)) for dofs in mine]
+
+    @cached_property
+    def _most(self):
+        """(m,) how far each motion moves any dof."""
+        return np.abs(self.shape).max(axis=0, initial=0.0)
+
+    @cached_property
+    def _resultants(self):
+        """(r, m) nodal forces that do a unit of work along each motion, as `taken_up` has them."""
+        forces = np.zeros(self.coefficients.shape)
+        for i, (_, unit) in enumerate(self.names):
+            lead = np.tile(np.repeat([unit == "N", unit == "N m"], 3), len(forces) // 6)
+            part = np.where(lead, self.coefficients[:, i], 0.0)
+            forces[:, i] = part / (part @ part)
+        return self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, forces, rcond=None)[0]
 
     def reach(self, load: np.ndarray) -> np.ndarray:
         """(m,) What the load (r,) on the bodies that take part in each motion could do at most along it, N or N m."""
-        return sum((np.abs(self.shape[mine]).max(axis=0, initial=0.0) * np.abs(load[mine]).sum()
-                    for mine in self._bodies),
-                   np.zeros(len(self.names)))
+        return sum((most * np.abs(load[mine]).sum() for mine, most in self._bodies), np.zeros(len(self.names)))
 
     def _exceeds(self, amounts, load, share):
         """(m,) bool - amounts above a share of the reach of the load, and above rounding of all of it."""
-        everything = np.abs(self.shape).max(axis=0, initial=0.0) * np.abs(load[self._nodal]).sum()
+        everything = self._most * np.abs(load[self._nodal]).sum()
         return np.abs(amounts) > np.maximum(share * self.reach(load), self.settings.rounding * everything)
 
     def refuse(self, amounts: np.ndarray, load: np.ndarray) -> None:
@@ -76,13 +90,7 @@ class FreeMotions:
     def taken_up(self, along: np.ndarray) -> np.ndarray:
         """(r,) nodal forces that do the work `along` (m,): pure couples against rolls, pure forces against slides, so
         that the balance of forces on the normals stays what it was."""
-        taken = np.zeros(len(self.rigid))
-        for (_, unit), amount, coefficients in zip(self.names, along, self.coefficients.T, strict=True):
-            lead = np.tile(np.repeat([unit == "N", unit == "N m"], 3), len(coefficients) // 6)
-            part = np.where(lead, coefficients, 0.0)
-            resultant = amount * part / (part @ part)
-            taken += self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, resultant, rcond=None)[0]
-        return taken
+        return self._resultants @ along
 
     def reactions(self, amounts: np.ndarray, load: np.ndarray, above: float) -> dict[str, float]:
         """{name: N or N m} constraint reactions: the amounts (m,) above a share of what the load (r,) could do."""

@@ -12,7 +12,6 @@ the last.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from numbers import Integral
 from typing import Any, NamedTuple
 
@@ -23,7 +22,6 @@ from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.solvers.cholesky import SingularStiffness
-from static_contact.closed_factor import ClosedFactor
 from static_contact.free_motions import free_motions
 from static_contact.preload import check_pairs, finite_values
 from static_contact.return_mapping import CoulombSprings
@@ -99,7 +97,8 @@ class FrictionalContact:
 
     def __init__(self, model: ReducedModel | Any, pairs: ContactTable, *, coupled: bool = False,
                  settings: FrictionSettings = SETTINGS, stuck: type[StuckBodies] = StuckBodies):
-        """stuck : how the bodies are factored, `sparse_bodies.SparseStuckBodies` for a `sparse_bodies.SparseBodies`."""
+        """stuck : how the bodies are factored, `sparse_bodies.SparseStuckBodies` for a `sparse_bodies.SparseBodies`,
+        `iterative_bodies.IterativeStuckBodies` for one with more than some 3000 pairs."""
         check_pairs(pairs)
         self.model, self.pairs, self.coupled, self.settings = model, pairs, coupled, settings
         self.B = relative_motion(model, pairs)
@@ -117,7 +116,6 @@ class FrictionalContact:
         except (np.linalg.LinAlgError, SingularStiffness):
             raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
                              "precision: the stiffness of the model with all pairs stuck is singular") from None
-        self.G = self.bodies.compliance()
 
     def solve(self, loads: ArrayLike, *, steps: int = 20, gap: np.ndarray | None = None) -> tuple[FrictionState, ...]:
         """The states along the history that goes straight from no load to each of `loads` (n, r) N in turn.
@@ -156,39 +154,38 @@ class FrictionalContact:
         Where Newton does not converge, dashpots with a part of the stuck springs take the pairs from z to the
         equilibrium in some steps: the part falls as long as these converge, and at last Newton must do without.
         """
-        u0 = self.bodies.felt(load)
-        at = z + u0 - self.bodies.felt(before)
-        found, total = self._equilibrium(u0, at, w, gap)
+        found, total = self._equilibrium(load, z + self.bodies.felt(load - before), w, gap)
         damped, at = 1.0, z
         for _ in range(self.settings.dashpot_steps):
             if found is not None:
                 break
-            moved, steps = self._equilibrium(u0, at, w, gap, damped)
+            moved, steps = self._equilibrium(load, at, w, gap, damped)
             total += steps
             damped = damped / 3 if moved is not None else damped * 6
             if moved is not None:
                 at = moved
-                found, steps = self._equilibrium(u0, at, w, gap)
+                found, steps = self._equilibrium(load, at, w, gap)
                 total += steps
         return found, total
 
-    def _equilibrium(self, u0, z, w, gap, damped=0.0):
-        """Newton for u - u0 + G (f - k0 u + damped k0 (u - start)) = 0, and its steps; None where it fails."""
+    def _equilibrium(self, load, z, w, gap, damped=0.0):
+        """Newton for u - u0 + G (f - k u + damped k0 (u - start)) = 0, and its steps; None where it fails."""
         start = z - self.slack * self.law.forces(z, w, gap)[0]
-        k = (1 - damped) * self.k0
-        size = np.linalg.norm(u0) + np.linalg.norm(z)
+        u0 = self.bodies.felt(load)
 
         def residual(z):
             f, tangent, _ = self.law.forces(z, w, gap)
             u = z - self.slack * f
-            return u - u0 + self.G @ (f - k * u - damped * self.k0 * start), tangent
+            return u - u0 + self.bodies.push(f - (self.bodies.k - damped * self.k0) * u
+                                             - damped * self.k0 * start), tangent
 
+        size = np.linalg.norm(u0) + np.linalg.norm(z)
         F, tangent = residual(z)
         for step in range(1, self.settings.iterations + 1):
-            norm = np.linalg.norm(F)
-            if norm <= self.settings.tolerance * size:
+            norm, enough = np.linalg.norm(F), self.settings.tolerance * size
+            if norm <= enough:
                 return z, step
-            dz = self._newton(F, tangent, k, damped)
+            dz = self._newton(F, tangent, self.bodies.k - damped * self.k0, damped, 0.1 * enough)
             if not np.linalg.norm(dz) <= self.settings.far * size:
                 break
             for part in (1.0, 0.5, 0.25, 0.125, 1.0):       # where none of these helps the full step is taken
@@ -196,51 +193,21 @@ class FrictionalContact:
                 if np.linalg.norm(G) < norm:
                     break
             z, F = z + part * dz, G
+            if self.bodies.renew(tangent):
+                u0 = self.bodies.felt(load)
+                F, tangent = residual(z)
         return None, step
 
-    def _newton(self, F, tangent, k, damped):
-        """-[E + G D]^-1 F, E = du/dz = I - f'/k0 where rigid, D = f' - k E, of the pairs where these are not I, 0.
-
-        Open pairs, where D = -k, have a factor that is kept, unless dashpots change k.
-        """
+    def _newton(self, F, tangent, k, damped, enough):
+        """The step from F to `enough` m: E = du/dz = I - f'/k0 where rigid, D = f' - k E."""
         E = np.eye(3) - self.slack.reshape(-1, 3, 1) * tangent
-        D = tangent - k.reshape(-1, 3, 1) * E
-        moved = (np.abs(D).max(axis=(1, 2)) > 0) | self.rigid.reshape(-1, 3).any(axis=1)
-        free = ~tangent.any(axis=(1, 2)) & (damped == 0.0)
-        try:
-            return self._step(F, E, D, moved & ~free, np.repeat(free, 3) & (k > 0))
-        except np.linalg.LinAlgError:
-            return self._step(F, E, D, moved, np.zeros(len(F), dtype=bool))
-
-    def _step(self, F, E, D, moved, opened):
-        """As `_newton`, with the pairs `moved` (P,) in one system behind the open rows (3P,)."""
-        rows = (3 * np.flatnonzero(moved)[:, None] + np.arange(3)).ravel()
-        V = self._opened.solve(opened, np.column_stack([F, self.G[:, rows]])) if opened.any() else np.zeros(
-            (len(F), 1 + len(rows)))
-        own = np.arange(len(rows)).reshape(-1, 3)
-        system = _times(self.G[np.ix_(rows, rows)] + self.G[np.ix_(rows, opened)] @ V[opened, 1:], D[moved])
-        system[own[:, :, None], own[:, None]] += E[moved]
-        right = -F[rows] - self.G[np.ix_(rows, opened)] @ V[opened, 0]
-        try:
-            y = np.linalg.solve(system, right)
-        except np.linalg.LinAlgError:
-            y = np.linalg.lstsq(system, right, rcond=None)[0]
-        push = np.einsum("pij,pj->pi", D[moved], y.reshape(-1, 3)).ravel()
-        dz = -F - self.G[:, rows] @ push - self.G @ (V[:, 0] + V[:, 1:] @ push)
-        dz[rows] = y
-        return dz
-
-    @cached_property
-    def _opened(self):
-        """1/k0 - G: what the springs of open pairs leave where they are taken away again."""
-        A = -self.G
-        A[np.diag_indices(len(A))] += np.divide(1.0, self.k0, out=np.ones(len(A)), where=self.k0 > 0)
-        return ClosedFactor(A)
+        return self.bodies.step(F, E, tangent - k.reshape(-1, 3, 1) * E,
+                                ~tangent.any(axis=(1, 2)) & (damped == 0.0), enough)
 
     def _state(self, z, w, gap, load, outcome):
         f, _, slips = self.law.forces(z, w, gap)
         u = z - self.slack * f
-        q = self.bodies.solve(load - self.B.T @ (f - self.k0 * u))
+        q = self.bodies.solve(load - self.B.T @ (f - self.bodies.k * u))
         left = np.linalg.norm(self.model.K @ q + self.B.T @ f - load)
         residual = float(left / outcome.scale) if outcome.scale > 0 else float(left)
         f, motion, z = f.reshape(-1, 3), u.reshape(-1, 3), z.reshape(-1, 3)
@@ -254,11 +221,6 @@ class FrictionalContact:
         return FrictionState(self.pairs.replace(preload=preload, gap=gap), np.where(f[:, 2] > 0, 0.0, open_by),
                              f[:, :2].copy(), slider, slips & (f[:, 2] > 0), q, load, float(outcome.time), residual,
                              outcome.iterations, outcome.converged and residual <= self.settings.residual)
-
-
-def _times(G, D):
-    """(n, 3m): G (n, 3m) by the blocks D (m, 3, 3)."""
-    return np.einsum("npi,pij->npj", G.reshape(len(G), len(D), 3), D).reshape(G.shape)
 
 
 def _at(loads, time):

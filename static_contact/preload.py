@@ -78,9 +78,10 @@ class StaticContact:
         solution leaves more than 1e-8 of the load unbalanced. near - a solution with almost the same closed pairs.
         """
         load, gap, taken = self._given(load, gap, constrain)
-        found, q = self._contact(load - taken, gap, near)
+        loading = self.bodies.loading(load - taken)
+        found, q = self._contact(load - taken, loading, gap, near)
         if q is None:
-            q, elastic = self.bodies.displacement(load - taken, found.N, found.amount)
+            q, elastic = self.bodies.displacement(loading, load - taken, found.N, found.amount)
         else:
             elastic = np.zeros(len(q))
         forces, residual = self._checked(load, gap, taken, found, elastic + self.B.T @ found.N - load, constrain)
@@ -91,7 +92,7 @@ class StaticContact:
         """As `solve`, without the displacement of the bodies, whose balance alone is checked: for many further cases
         of bodies with many dofs."""
         load, gap, taken = self._given(load, gap, constrain)
-        found, _ = self._contact(load - taken, gap, near)
+        found, _ = self._contact(load - taken, self.bodies.loading(load - taken), gap, near)
         idle = self.loose.idle
         left = idle @ (idle.T @ (self.B.T @ found.N - load + taken)) - taken
         return self._checked(load, gap, taken, found, left, constrain)[0]
@@ -148,7 +149,7 @@ class StaticContact:
             reactions=reaction, held={one.name: float(f) for one, f in zip(self.held, held, strict=True)},
             balance=balance, iterations=found.sets, method=found.method), _ratio(left, scale)
 
-    def _contact(self, applied, gap, near):
+    def _contact(self, applied, loading, gap, near):
         """The solution of the contact, and the displacement (r,) where no load acts and the bodies fit without force.
         """
         loose = self.loose
@@ -159,7 +160,7 @@ class StaticContact:
                 none = np.zeros(len(gap))
                 return ContactSolution(self.B @ q, none, np.zeros(loose.Z.shape[1]), none > 0, 0, "unloaded"), q
         try:
-            return solve_complementarity(self.normal, self.bodies.loading(applied), gap,
+            return solve_complementarity(self.normal, loading, gap,
                                          start=None if near is None else near.opening <= 0), None
         except NoEquilibrium as error:
             if error.drift is None:

@@ -8,6 +8,7 @@ load that is balanced, as every load with its contact forces is, puts no force o
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import scipy.linalg as sl
@@ -25,6 +26,7 @@ from modal.solvers.dissection import dissection
 from modal.solvers.multifrontal import CarryingFactor
 from static_contact.compliance import Compliance
 from static_contact.full.assembled import AssembledBodies
+from static_contact.normal_contact import Loading
 from static_contact.stuck_bodies import StuckBodies
 
 
@@ -111,34 +113,36 @@ class SparseCompliance(Compliance):
             G += factor.take_compliance()
         return _whole(G)
 
-    def _felt(self, load):
-        found = np.zeros(self.B.shape[0])
-        for factor, part in zip(self.factor, self.parts, strict=True):
-            if load[part].any():
-                found += factor.felt(load[part])
-        return found
+    def _near(self, load):
+        near = tuple(factor.swept(load[part]) for factor, part in zip(self.factor, self.parts, strict=True))
+        return -sum(swept[-len(self.B.indptr) + 1:] for swept in near), near
 
-    def displacement(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
+    def _pushed(self, near, load, force):
+        """What forces do along free motions, by inexact meshes, does not go into the pins."""
+        q = np.concatenate([factor.back(one, force) for factor, one in zip(self.factor, near, strict=True)])
+        return q - self.pinned @ (self.loose.idle.T @ (load - self.B.T @ force))
+
+    def displacement(self, loading: Loading, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
                      ) -> tuple[np.ndarray, np.ndarray]:
-        """As of `Compliance`; what forces do along free motions, by inexact meshes, does not go into the pins, and what
-        the pins make of these motions is left out."""
-        idle = self.loose.idle
-        q, elastic = super().displacement(applied - idle @ (idle.T @ (applied - self.B.T @ force)), force, amount)
-        return q - idle @ (idle.T @ q), elastic
+        """As of `Compliance`; what the pins make of free motions is left out."""
+        q, elastic = super().displacement(loading, applied, force, amount)
+        return q - self.loose.idle @ (self.loose.idle.T @ q), elastic
+
+    @cached_property
+    def pinned(self):
+        """(r, i): what forces along the free motions do to the bodies on their pins."""
+        return self._solve(self.loose.idle)
 
 
 class SparseStuckBodies(StuckBodies):
     """As `stuck_bodies.StuckBodies`, of a SparseBodies: the springs join the bodies to one sparse matrix."""
 
     def __init__(self, model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray):
-        self.B, A = B, (model.K + B.T @ sp.diags(k0) @ B).tocsr()
+        self.B, self.k, A = B, k0, (model.K + B.T @ sp.diags(k0) @ B).tocsr()
         ends = np.cumsum([0, *(len(one.node) for one in model.bodies)])
         node = np.concatenate([first + one.dof_node for first, one in zip(ends, model.bodies, strict=False)])
         self.factor = CarryingFactor(A, B, elimination(A, node, model.position))
-
-    def compliance(self) -> np.ndarray:
-        """(3P, 3P) B A^-1 B'."""
-        return _whole(self.factor.take_compliance())
+        self.G = _whole(self.factor.take_compliance())
 
     def solve(self, load: np.ndarray) -> np.ndarray:
         """A^-1 load, (r,)."""

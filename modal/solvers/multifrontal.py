@@ -5,7 +5,6 @@ fronts alone that its dofs lead to, and what the elimination leaves is -W K^-1 W
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,28 +15,31 @@ from scipy.linalg.lapack import dpotrf
 
 from modal.solvers.cholesky import SingularStiffness
 
-
-@dataclass(frozen=True)
-class Front:
-    """pivots (f,), later (b,) dofs in the order of elimination, rows (c,) of W, ascending
-
-    L (f, f), below (b, f), carried (c, f): columns of the factor at the pivots, at later dofs and at the rows of W
-    """
-
-    pivots: np.ndarray
-    later: np.ndarray
-    rows: np.ndarray
-    L: np.ndarray
-    below: np.ndarray
-    carried: np.ndarray
+CHUNK = 1 << 22         # numbers of the factor that lie together: small fronts are solved in one go
 
 
 class _Left(NamedTuple):
-    """What a front leaves to the next one: matrices of its later dofs, (b, b), lower part, and of its rows, (c, b)."""
+    """What a front leaves to the next one: matrices of its later dofs (b,), lower part of (b, b), and of its rows of W,
+    (c, b)."""
 
-    front: Front
-    square: np.ndarray
+    later: np.ndarray
     rows: np.ndarray
+    square: np.ndarray
+    rest: np.ndarray
+
+
+class _Chunk(NamedTuple):
+    """Fronts, one behind the other. sizes (k, 2): of pivots, and of them with later dofs and rows of W; places: all of
+    these, rows counted behind the dofs; values: the columns of the factor at each pivot, from the diagonal on."""
+
+    sizes: np.ndarray
+    places: np.ndarray
+    values: np.ndarray
+
+    @classmethod
+    def of(cls, fronts):
+        sizes, places, values = zip(*fronts, strict=True)
+        return cls(np.array(sizes), np.concatenate(places), values[0] if len(values) == 1 else np.concatenate(values))
 
 
 class CarryingFactor:
@@ -46,41 +48,51 @@ class CarryingFactor:
 
     def __init__(self, K: sp.csr_matrix, W: sp.csr_matrix, sets: Sequence[tuple[np.ndarray, int]]):
         assembly = _Assembly(K, W.T.tocsr(), np.concatenate([one for one, _ in sets]))
-        self.rows = W.shape[0]
+        self.dofs, self.rows = K.shape[0], W.shape[0]
         self.compliance = np.zeros((self.rows,) * 2, order="F")
-        self.fronts: list[Front] = []
+        self.chunks: list[_Chunk] = []
         waiting: list[_Left] = []
-        for pivots, children in sets:
+        fronts: list[tuple] = []
+        for i, (pivots, children) in enumerate(sets):
             split = len(waiting) - children
-            waiting[split:] = [_eliminated(*assembly.front(pivots, waiting[split:]))]
-            front = waiting[-1].front
-            if len(front.rows):
-                _add(self.compliance, front.rows, front.rows, dsyrk(1.0, front.carried, lower=1), True)
-            self.fronts.append(front)
+            dofs, *matrices = assembly.front(pivots, waiting[split:])
+            left, values, first = _eliminated(*dofs[1:], *matrices)
+            waiting[split:] = [left]
+            if len(first):
+                _add(self.compliance, left.rows, left.rows, dsyrk(1.0, first, lower=1), True)
+            index = np.concatenate([*dofs[:2], self.dofs + dofs[2]])
+            fronts.append(((len(pivots), len(index)), index, values))
+            if i + 1 == len(sets) or sum(len(one[2]) for one in fronts) > CHUNK:
+                self.chunks.append(_Chunk.of(fronts))
+                fronts = []
 
     def take_compliance(self) -> np.ndarray:
         """(n, n) the lower part of W K^-1 W', which is given away: it is large."""
         given, self.compliance = self.compliance, np.zeros((0, 0))
         return given
 
-    def solve(self, right: np.ndarray) -> np.ndarray:
-        """K^-1 right, (d, m)."""
-        x = right.astype(float, copy=True)
-        for one in self.fronts:
-            y = x[one.pivots] = dtrsm(1.0, one.L, x[one.pivots], lower=1)
-            x[one.later] -= one.below @ y
-        for one in reversed(self.fronts):
-            x[one.pivots] = dtrsm(1.0, one.L, x[one.pivots] - one.below.T @ x[one.later], lower=1, trans_a=1)
+    def swept(self, load: np.ndarray) -> np.ndarray:
+        """(d + n,): what the elimination makes of a load (d,), and -W K^-1 load."""
+        x = np.concatenate([load, np.zeros(self.rows)])
+        for one in self.chunks:
+            _forward(*one, x)
         return x
 
-    def felt(self, right: np.ndarray) -> np.ndarray:
-        """W K^-1 right, (n,) of (d,), without the way back."""
-        x, u = right.astype(float, copy=True), np.zeros(self.rows)
-        for one in self.fronts:
-            y = dtrsm(1.0, one.L, x[one.pivots, None], lower=1)[:, 0]
-            x[one.later] -= one.below @ y
-            u[one.rows] += one.carried @ y
-        return u
+    def back(self, swept: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """K^-1 (load - W' force), (d,), of a load that was swept and of (n,)."""
+        x = np.concatenate([swept[:self.dofs], force])
+        for one in reversed(self.chunks):
+            _backward(*one, x)
+        return x[:self.dofs]
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """K^-1 right, (d, m)."""
+        none = np.zeros(self.rows)
+        return np.column_stack([self.back(self.swept(one), none) for one in right.T])
+
+    def felt(self, load: np.ndarray) -> np.ndarray:
+        """W K^-1 load, (n,) of (d,), without the way back."""
+        return -self.swept(load)[self.dofs:]
 
 
 class _Assembly:
@@ -95,9 +107,9 @@ class _Assembly:
         f, K, W = len(pivots), self._entries(self.K, pivots), self._entries(self.Wt, pivots)
         ahead = self.rank[K[0]] >= self.rank[pivots[0]]
         row, column, value = (one[ahead] for one in K)
-        met = np.concatenate([self.rank[row], *(self.rank[one.front.later] for one in children)])
+        met = np.concatenate([self.rank[row], *(self.rank[one.later] for one in children)])
         later = self.order[np.unique(met[met > self.rank[pivots[-1]]])]
-        rows = np.unique(np.concatenate([W[0], *(one.front.rows for one in children)]))
+        rows = np.unique(np.concatenate([W[0], *(one.rows for one in children)]))
         self.at[pivots], self.at[later] = np.arange(f), f + np.arange(len(later))
         self.row_at[rows] = np.arange(len(rows))
         own, below, square, first, rest = (np.zeros(shape, order="F") for shape in (
@@ -108,13 +120,13 @@ class _Assembly:
         below[row[~inside] - f, column[~inside]] = value[~inside]
         first[self.row_at[W[0]], W[1]] = W[2]
         for one in children:
-            at, here = self.at[one.front.later], self.row_at[one.front.rows]
+            at, here = self.at[one.later], self.row_at[one.rows]
             k = int(np.searchsorted(at, f))
             _add(own, at[:k], at[:k], one.square[:k, :k], True)
             _add(below, at[k:] - f, at[:k], one.square[k:, :k], False)
             _add(square, at[k:] - f, at[k:] - f, one.square[k:, k:], True)
-            _add(first, here, at[:k], one.rows[:, :k], False)
-            _add(rest, here, at[k:] - f, one.rows[:, k:], False)
+            _add(first, here, at[:k], one.rest[:, :k], False)
+            _add(rest, here, at[k:] - f, one.rest[:, k:], False)
         return (pivots, later, rows), own, below, square, first, rest
 
     @staticmethod
@@ -124,8 +136,8 @@ class _Assembly:
         return some.indices, np.repeat(np.arange(len(pivots)), np.diff(some.indptr)), some.data
 
 
-def _eliminated(dofs, own, below, square, first, rest):
-    """What is left behind a front, in place."""
+def _eliminated(later, rows, own, below, square, first, rest):
+    """What a front leaves, the columns of its factor, and those at the rows of W (c, f)."""
     L, failed = dpotrf(own, lower=1, overwrite_a=1)
     if failed:
         raise SingularStiffness("the Cholesky factorisation failed: the stiffness matrix is not positive definite")
@@ -135,7 +147,57 @@ def _eliminated(dofs, own, below, square, first, rest):
         square = dsyrk(-1.0, below, beta=1.0, c=square, lower=1, overwrite_c=1)
         if len(first):
             rest = dgemm(-1.0, first, below, beta=1.0, c=rest, trans_b=1, overwrite_c=1)
-    return _Left(Front(*dofs, L, below, first), square, rest)
+    return _Left(later, rows, square, rest), _columns(L, below, first), first
+
+
+@njit(cache=True)
+def _columns(L, below, first):
+    """Columns of the factor from the diagonal on, one behind the other."""
+    f, b, c = len(L), len(below), len(first)
+    values, at = np.empty(f * (f + 1) // 2 + f * (b + c)), 0
+    for j in range(f):
+        values[at:at + f - j] = L[j:, j]
+        values[at + f - j:at + f - j + b] = below[:, j]
+        at += f - j + b + c
+        values[at - c:at] = first[:, j]
+    return values
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def _forward(sizes, index, values, x):
+    """Eliminates the pivots of a chunk from the right-hand side x (d + n,), in place."""
+    at, here = 0, 0
+    for f, n in sizes:
+        rows = index[here:here + n]
+        w = x[rows]
+        for j in range(f):
+            y = w[j] / values[at]
+            w[j] = y
+            column, rest = values[at + 1:at + n - j], w[j + 1:]     # indices that are seen to be in range: vectorised
+            for i in range(len(column)):
+                rest[i] -= y * column[i]
+            at += n - j
+        for i in range(n):
+            x[rows[i]] = w[i]
+        here += n
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def _backward(sizes, index, values, x):
+    """Solves for the pivots of a chunk, in place, with what x (d + n,) has behind them."""
+    at, here = len(values), len(index)
+    for k in range(len(sizes) - 1, -1, -1):
+        f, n = sizes[k]
+        here -= n
+        rows = index[here:here + n]
+        w = x[rows]
+        for j in range(f - 1, -1, -1):
+            at -= n - j
+            column, rest, known = values[at + 1:at + n - j], w[j + 1:], 0.0
+            for i in range(len(column)):
+                known += column[i] * rest[i]
+            w[j] = (w[j] - known) / values[at]
+            x[rows[j]] = w[j]
 
 
 @njit(cache=True)

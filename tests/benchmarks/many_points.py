@@ -1,11 +1,12 @@
 """Static contact of two plates with thousands of points: set-up and further load cases, in CPU time.
 
-    python -m tests.benchmarks.many_points [--cells 22] [--depth 8]
+    python -m tests.benchmarks.many_points [--cells 22] [--depth 8] [--friction dense | iterative]
 
 A free plate lies on a clamped one, (cells + 1)^2 points between them with random gaps, and is pressed down by single
 forces. The set-up (factors, compliance at the points) is compared with the two Cholesky factors in the same run;
 a further case changes the forces, so that some points open and close: the contact forces alone, and with the
-displacement of the bodies. Numbers go to build/benchmarks/many_points.json.
+displacement of the bodies, beside one solution with the two factors alone. With --friction the plate is pressed, then
+pushed along two ways, in ten increments each. Numbers go to build/benchmarks/many_points.json.
 """
 
 import argparse
@@ -18,14 +19,17 @@ from modal.elasticity import Material, elastic_body
 from modal.mesh import Mesh
 from modal.solvers import petsc
 from modal.solvers.cholesky import sparse_factor
+from static_contact.friction import FrictionalContact
+from static_contact.iterative_bodies import IterativeStuckBodies
 from static_contact.preload import StaticContact
-from static_contact.sparse_bodies import SparseBodies, SparseCompliance, pinned
+from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies, pinned
 from tests.benchmarks.calculix_modes import block
 from tests.benchmarks.record import one_thread, record
 from tests.contact_tables import contact_table, frames
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 SIZE, GAP, PULL = 0.07, 2e-7, 200.0     # m, m, N
+ROUTES = {"dense": SparseStuckBodies, "iterative": IterativeStuckBodies}
 CHANGE = 0.2                            # of a force, from case to case
 
 
@@ -65,15 +69,42 @@ def timed(work):
     return work(), time.process_time() - start
 
 
+def peak() -> float:
+    """GiB"""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+
+
+def friction(bodies: SparseBodies, table, route: str) -> dict:
+    """A history of 20 increments in which pairs slip and open."""
+    table = table.replace(mu=np.full(len(table), 0.3), kt=0.8 * table.kn)
+    press = next(loads(bodies, 1))
+    nodes = np.isin(bodies.node, bodies.node[press != 0]) & (bodies.body == "plate")
+    push = sum(share * PULL * (one := nodes & (bodies.direction == d)) / one.sum() for d, share in (("x", 0.2),
+                                                                                                     ("y", 0.1)))
+    contact, setup = timed(lambda: FrictionalContact(bodies, table, stuck=ROUTES[route]))
+    states, history = timed(lambda: contact.solve([press, press + push], steps=10))
+    return {"points": len(table), "dofs": bodies.size, "route": route, "set-up s": setup, "history s": history,
+            "increments": len(states), "Newton steps": sum(one.iterations for one in states),
+            "slip": int(states[-1].slips.sum()), "open": int((states[-1].force <= 0).sum()),
+            "converged": states[-1].converged, "largest residual": max(one.residual for one in states)}
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--cells", type=int, default=22)
     parser.add_argument("--depth", type=int, default=8)
+    parser.add_argument("--friction", choices=ROUTES)
     args = parser.parse_args()
     one_thread()
     made, table = plates(args.cells, args.depth)
     bodies = SparseBodies.of(list(made.values()))
-    factors = timed(lambda: len([sparse_factor(pinned(one)) for one in made.values()]))[1]
+    if args.friction:
+        record("many_points", friction(bodies, table, args.friction) | {"peak GiB": peak()})
+        return
+    both, factors = timed(lambda: [sparse_factor(pinned(one)) for one in made.values()])
+    right = [np.ones((body.dofs, 1)) for body in made.values()]
+    floor = min(timed(lambda: [one.solve(b) for one, b in zip(both, right, strict=True)])[1] for _ in range(3))  # noqa: F821
+    del both
     petsc.start()                       # frees the two factors, which are not part of the memory that is measured
     statics, setup = timed(lambda: StaticContact(bodies, table, compliance=SparseCompliance))
     case = loads(bodies, 5)
@@ -88,11 +119,12 @@ def main():
         changed.append(int(((other.force > 0) != (found.force > 0)).sum()))
         found = other
     record("many_points", {
-        "points": len(table), "dofs": bodies.size, "two factors s": factors, "set-up s": setup,
+        "points": len(table), "dofs": bodies.size, "two factors s": factors, "solution with both s": floor,
+        "set-up s": setup,
         "set-up over two factors": setup / factors, "first case s": first, "further cases s": again,
         "with the displacement s": moved, "points that change": changed,
         "closed": int((found.force > 0).sum()), "balance": found.balance, "largest difference or residual": off,
-        "peak GiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20})
+        "peak GiB": peak()})
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """The unreduced bodies by sparse factors against their dense matrices: the same answers, and the same refusals."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hbm.points import ContactPoints
 from modal.elasticity import Material, elastic_body
 from static_contact.compliance import Compliance
 from static_contact.friction import FrictionalContact
+from static_contact.iterative_bodies import IterationSettings, IterativeStuckBodies, gmres
 from static_contact.preload import StaticContact
 from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
 from static_contact.stuck_bodies import StuckBodies
@@ -181,16 +183,34 @@ def test_bodies_that_are_refused():
             StaticContact(SparseBodies.of([one, damper]), table, compliance=SparseCompliance)
 
 
-@pytest.mark.parametrize("changed", [SOFT, HARD, {"blade_body": GROUND}], ids=str)
-def test_the_same_friction(changed):
-    """Pressed, then pushed both ways until some pairs slip and some open."""
+@pytest.mark.parametrize("coupled", [False, True])
+@pytest.mark.parametrize("changed", [SOFT, HARD, {"kn": np.inf, "kt": np.inf}, {"blade_body": GROUND}], ids=str)
+def test_the_same_friction(changed, coupled):
+    """Pressed, then pushed both ways until some pairs slip and some open; without dense matrices too, with the springs
+    of the start all along and with others whenever two iterations were not enough."""
     bodies, table = plates()
     table = table.replace(**{name: np.full(len(table), value) for name, value in changed.items()}, gap=20 * table.gap)
     whole = SparseBodies.of(bodies)
-    one, other = (FrictionalContact(model, table, stuck=kind).solve(
-        [force(model), force(model, x=22.0, y=5.0)], steps=3)[-1]
-        for model, kind in ((dense(whole), StuckBodies), (whole, SparseStuckBodies)))
+    kinds = [StuckBodies, SparseStuckBodies,
+             *(partial(IterativeStuckBodies, settings=IterationSettings(slow=slow)) for slow in (2, 1000))]
+    one, *others = (FrictionalContact(dense(whole) if kind is StuckBodies else whole, table, stuck=kind,
+                                      coupled=coupled).solve([force(whole), force(whole, x=22.0, y=5.0)], steps=3)[-1]
+                    for kind in kinds)
     assert one.converged and one.slips.any() and (one.force == 0).any()
-    assert other.force == pytest.approx(one.force, abs=1e-8) and other.residual < 1e-10
-    assert other.tangential == pytest.approx(one.tangential, abs=1e-8)
-    assert other.displacement == pytest.approx(one.displacement, abs=1e-9 * np.abs(one.displacement).max())
+    for other in others:
+        assert other.converged and other.residual < 1e-9          # Newton's tolerance is 1e-11 of motion and gaps
+        assert other.force == pytest.approx(one.force, abs=1e-8)
+        assert other.tangential == pytest.approx(one.tangential, abs=1e-8)
+        assert other.displacement == pytest.approx(one.displacement, abs=1e-9 * np.abs(one.displacement).max())
+
+
+def test_gmres_against_dense_algebra():
+    """Exact after as many iterations as the matrix differs from I in its rank; less where less is enough."""
+    random = np.random.default_rng(3)
+    A = np.eye(40) + 0.01 * random.normal(size=(40, 6)) @ random.normal(size=(6, 40))
+    b = random.normal(size=40)
+    x, count = gmres(lambda v: A @ v, b, 1e-10, 40)
+    assert x == pytest.approx(np.linalg.solve(A, b), rel=1e-8) and count == 7
+    near, fewer = gmres(lambda v: A @ v, b, 0.3 * np.linalg.norm(b), 40)
+    assert np.linalg.norm(A @ near - b) <= 0.3 * np.linalg.norm(b) and fewer < 7
+    assert gmres(lambda v: A @ v, b, 1e-10, 3)[1] == 3
