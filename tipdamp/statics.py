@@ -18,15 +18,15 @@ from static_contact.preload import StaticContact
 from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
 from static_contact.stuck_bodies import StuckBodies
 from tipdamp import stresses
-from tipdamp.bodies import BLADES
+from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies
-from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
+from tipdamp.bodies.read import BODY_READS, read_meshes
 from tipdamp.loads import with_loads
 from tipdamp.stages.model_inputs import held_motions
 from tipdamp.stages.results import Reduction
 from tipdamp.study.view import Study, every_key
 
-READS_FILES = BODY_FILES        # of a stage that calls `static_bodies`, with what `reads` says
+READS_FILES = (BLADES, DAMPER)      # of a stage that calls `static_bodies`, with what `reads` says: the meshes
 _MODES = ("modes", "modes_below_hz", "error", "load_modes")         # of the reduced bodies alone
 _READS = (*every_key(BLADES, but=_MODES), *(key for key in BODY_READS
                                             if key != BLADES and key.partition(".")[2] not in _MODES))
