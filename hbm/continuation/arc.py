@@ -19,6 +19,7 @@ STRAIGHT = 0.9           # cosine of the angle between two tangents above which 
 SMOOTH = 0.1             # of what the curvature adds half way: error of the cubic of a quantity without kinks
 CLOSE = 0.98             # of the way to a corner: just beyond it there is no point of the branch
 BENT = 0.1               # share of one side of a corner by which its bend may shift the corner along the other
+FURTHER = 0.5            # the same, before a value is given up: an S-bend beside a fold is no corner
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,8 @@ def maximum(evaluate: Evaluate, ends: tuple[Measured, Measured], measure: Callab
         solved = gain <= settings.peak_tolerance * abs(best.value) or apart <= settings.shortest_chord
         # where the slopes contradict the values they have led astray
         solved &= top.value - best.value <= 10 * settings.peak_tolerance * abs(top.value)
-        if solved or best.value >= enough or highest < enough < np.inf or calls > settings.max_peak_calls:
+        hopeless = enough < np.inf and bound(a, b, metric, FURTHER) < enough
+        if solved or best.value >= enough or hopeless or calls > settings.max_peak_calls:
             return Maximum(top, solved, points, calls)
         share = _share(a, b, apart, attempt, smooth)
         new, more = _inside(evaluate, a.point, b.point, (share, attempt % 4 == 3), metric, settings)
@@ -171,13 +173,16 @@ def distance(a: Point, b: Point, metric: Metric) -> float:
     return metric.norm(b.x - a.x, b.parameter - a.parameter)
 
 
-def bound(a: Measured, b: Measured, metric: Metric) -> float:
-    """What a concave quantity cannot exceed between two points; infinite where their tangents do not meet between."""
+def bound(a: Measured, b: Measured, metric: Metric, bent: float = BENT) -> float:
+    """What a concave quantity cannot exceed between two points; infinite where their tangents do not meet between.
+
+    bent : share of one side of a corner by which its bend may shift it along the other
+    """
     if not a.slope > 0 >= b.slope:
         return np.inf
     corner = _corner(a.point, b.point, metric)
     if corner is not None:
-        ahead, behind = corner[0] + BENT * corner[1], corner[1] + BENT * corner[0]
+        ahead, behind = corner[0] + bent * corner[1], corner[1] + bent * corner[0]
         return max(a.value + a.slope * ahead, b.value - b.slope * behind) if min(corner) >= 0 else np.inf
     apart = distance(a.point, b.point, metric)
     meet = (b.value - a.value - b.slope * apart) / (a.slope - b.slope)

@@ -11,6 +11,7 @@ from hbm.peaks import find_peaks
 from hbm.response import follow_band, follow_parameter, solve_at
 from hbm.solutions import solutions_at
 from tests.hbm.cases import beam
+from tests.validation.random_systems import contact_systems
 
 
 @pytest.fixture(scope="module")
@@ -54,3 +55,11 @@ def test_options_of_curves_are_checked(case):
         follow_band(problem, force, (850, 950), outputs=outputs, harmonic=3)
     with pytest.raises(InputError, match="outputs is missing"):
         solve_at(problem, force, 900.0)
+
+
+def test_solutions_beside_a_fold_after_an_s_bend():
+    """The last point before the fold looks as if its tangent met that of the next one there, as in a corner."""
+    system = list(contact_systems(2))[1]
+    curve = follow_band(system.problem, system.force, system.band[::-1], harmonics=system.H, outputs=system.outputs)
+    found = np.sort(np.abs([X[0, 1] for X in solutions_at(curve, system.problem, 0.2385089304701377)]))
+    assert found == pytest.approx([0.560418267, 0.566777604, 0.590820332], rel=1e-8)    # of the curve from below
