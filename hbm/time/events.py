@@ -50,6 +50,10 @@ Control.__doc__ = """Settings as in IntegrationSettings; size : (2,) largest mot
 Record = namedtuple("Record", "G dissipated count")
 Record.__doc__ = """Of the last period: G (nc, H+1), dissipated (P,) J; of all periods: count (2,) steps and events."""
 
+Going = namedtuple("Going", "motion push level stalled recorded")
+Going.__doc__ = """What one period leaves to the next, as in Instant; stalled : changes of state since the last step of
+some length; recorded : whether G and dissipated are those of the period that begins."""
+
 Instant = namedtuple("Instant", "t motion push level tiny")
 Instant.__doc__ = """Begin of a step: t s; motion (4, nc) = u, u', g, g'; push = b' g; level of its length; tiny m."""
 
@@ -452,43 +456,49 @@ def add_dissipated(nd, h, before, after, dissipated):
 
 
 @njit(cache=True)
-def run(system, table, steps, control, present, record, periods):
-    """Integrate whole periods; `present` and `control.size` are left at the end.
+def run(system, table, steps, control, present, record, going):
+    """Integrate a period that `going` begins; `present`, `going` and `control.size` are left at the end.
 
-    Returns whether no period took more than `control.max_steps`.
+    Returns where the next one begins, None where this one took more than `control.max_steps`. One call a period, so
+    that an interrupt is heard between them.
     """
     (nc, nd), T = present.gamma.shape, 2 * np.pi / system.w
     weights = np.empty((5, record.G.shape[1]), np.complex128)
-    level, stalled = 0, 0
+    motion, push, level, stalled = going.motion, going.push, going.level, going.stalled
+    t, used = 0.0, 0
+    record.G[:], record.dissipated[:] = 0.0, 0.0
+    while t < T * (1 - 1e-14):
+        used += 1
+        if used > control.max_steps:
+            return None
+        tiny = np.inf if stalled > 20 + 4 * nc else control.tiny * control.size[0]
+        h, z, end, p, guard = step_to_event(system, table, present, steps, Instant(t, motion, push, level, tiny),
+                                            control)
+        level = end.level
+        if h > 0:
+            for q in range(len(present.state)):
+                follow(table, present, q, end.motion[0])
+            if going.recorded:
+                add_harmonics(system, h, motion, end.motion, weights, record.G)
+                add_dissipated(nd, h, motion, end.motion, record.dissipated)
+            t, motion, push, stalled = end.t, end.motion, end.push, 0
+            present.z[:] = z
+            control.size[0] = max(control.size[0], np.abs(motion[0]).max())
+            control.size[1] = max(control.size[1], np.abs(motion[2]).max())
+        if guard >= 0:
+            stalled += h <= 0
+            record.count[1] += 1
+            switch(table, present, p, guard, motion, control.tiny * control.size[0])
+            freeze(table, present)
+            push = instant(system, present, t, present.z, motion)
+    record.count[0] += used
+    return Going(motion, push, level, stalled, going.recorded)
+
+
+@njit(cache=True)
+def begin(system, table, present):
+    """Going at the begin of a period; makes `present.gamma` and `a` those of its states."""
     freeze(table, present)
-    motion = np.zeros((4, nc))
+    motion = np.zeros((4, len(present.a)))
     push = instant(system, present, 0.0, present.z, motion)
-    for period in range(periods):
-        t, used = 0.0, 0
-        record.G[:], record.dissipated[:] = 0.0, 0.0
-        while t < T * (1 - 1e-14):
-            used += 1
-            if used > control.max_steps:
-                return False
-            tiny = np.inf if stalled > 20 + 4 * nc else control.tiny * control.size[0]
-            h, z, end, p, guard = step_to_event(system, table, present, steps, Instant(t, motion, push, level, tiny),
-                                                control)
-            level = end.level
-            if h > 0:
-                for q in range(len(present.state)):
-                    follow(table, present, q, end.motion[0])
-                if period == periods - 1:
-                    add_harmonics(system, h, motion, end.motion, weights, record.G)
-                    add_dissipated(nd, h, motion, end.motion, record.dissipated)
-                t, motion, push, stalled = end.t, end.motion, end.push, 0
-                present.z[:] = z
-                control.size[0] = max(control.size[0], np.abs(motion[0]).max())
-                control.size[1] = max(control.size[1], np.abs(motion[2]).max())
-            if guard >= 0:
-                stalled += h <= 0
-                record.count[1] += 1
-                switch(table, present, p, guard, motion, control.tiny * control.size[0])
-                freeze(table, present)
-                push = instant(system, present, t, present.z, motion)
-        record.count[0] += used
-    return True
+    return Going(motion, push, 0, 0, False)

@@ -113,12 +113,17 @@ class ExactIntegrator:
         record = events.Record(np.zeros((len(present.a), H + 1), complex), np.zeros(len(present.state)),
                                np.zeros(2, np.int64))
         try:
-            finished = events.run(self.stuck.system, self.table, self.steps, self.control, present, record, n)
+            going = events.begin(self.stuck.system, self.table, present)
+            for left in reversed(range(n)):
+                going = events.run(self.stuck.system, self.table, self.steps, self.control, present, record,
+                                   going._replace(recorded=left == 0))
+                if going is None:
+                    break
         except np.linalg.LinAlgError:           # out of double precision
-            finished = False
+            going = None
         force = record.G * (self.stuck.w / np.pi)
         force[:, 0] /= 2
-        return Cycle(ExactState(present.z, present.state, present.memory), force, record.dissipated, finished,
+        return Cycle(ExactState(present.z, present.state, present.memory), force, record.dissipated, going is not None,
                      int(record.count[0]), int(record.count[1]))
 
     def vector(self, state: ExactState) -> np.ndarray:

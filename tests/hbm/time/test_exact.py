@@ -239,3 +239,20 @@ def test_first_crossing_and_turn_of_a_cubic():
     assert events.turning(-c0, -r0, -c1, -r1, 0.0, 0.0) == pytest.approx((3 - np.sqrt(9 - 4 * 3 * 0.56)) / 6)
     assert events.crossing(-1.0, 0.1, -0.9, 0.1, 0.0) == events.NEVER
     assert events.crossing(0.1, 0.0, 1.0, 0.0, 0.0) == 0.0
+
+
+def test_an_interrupt_is_heard_between_periods(monkeypatch):
+    """Compiled code hears nothing of it: one call a period."""
+    _, q, point, balance = at("C1", 1.05, 3)
+    integrator, calls, run = ExactIntegrator(balance, 1.05), [], events.run
+
+    def counted(*given):
+        calls.append(1)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return run(*given)
+
+    monkeypatch.setattr(events, "run", counted)
+    with pytest.raises(KeyboardInterrupt):
+        integrator.periods(integrator.at_rest(), 60)
+    assert len(calls) == 4
