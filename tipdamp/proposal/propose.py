@@ -26,7 +26,7 @@ from tipdamp.readers.dispatch import read_mesh
 
 # parts of the names that pre-processors and people give to groups, by what they are for
 WORDS = {"clamp": "clamp|fix|encastre|root|spc|support|ground", "load_points": "load|pull",
-         "excitation": "excit|shaker|drive", "patches": "patch|tip|resp"}
+         "excitation": "excit|(?<![a-z])exc(?![a-z])|shaker|drive", "patches": "patch|resp|tip"}
 ALONG = 1.0          # degrees: a damper this near to an axis of coordinates lies along it
 INTO = 20.0          # degrees: a pull this near to one is meant to act along it, where that is across the damper
 
@@ -77,13 +77,16 @@ def propose(paths: list[Path]) -> Proposal:
     size = float(np.ptp(np.concatenate([m.position for m in read]), axis=0).max())
     length = "mm" if size > 3 else "m"
     if not patches:
-        alone = (" These are two pieces of one file; where all of its pieces are blades, the mesh of the damper is "
+        alone = (" These are pieces of one file; where all of them are blades, the mesh of the damper is "
                  "missing, name it too" if len(paths) == 1 else "")
         raise InputError(f"no face of {damper.source} ({len(damper.node)} nodes) lies within {reach:.3g} {length} of a "
                          f"face of {blades.source} that faces it: are both in the same unit and place?{alone}")
     axis, pull = _directions(patches)
     groups = {what: sorted(name for name in meshes[DAMPER if what == "load_points" else BLADES].groups
                            if re.search(words, name, re.IGNORECASE)) for what, words in WORDS.items()}
+    # a tip that is excited is no patch, and any tip is the last choice for one
+    groups["patches"] = sorted(set(groups["patches"]) - set(groups["excitation"]),
+                               key=lambda name: (not re.search("patch|resp", name, re.IGNORECASE), name))
     return Proposal(files, meshes, len(paths) == 1, cells, length, reach,
                     _sides(patches, meshes, axis, pull), axis, pull, groups)
 

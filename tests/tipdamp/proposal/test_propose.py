@@ -85,6 +85,18 @@ def test_wedge_under_platforms():
     assert "# direction = [1, 0, 0] " in text and '\n# hold = { motion = "y", mean = true }\n' in text
 
 
+def test_a_tip_that_is_excited_is_no_patch(tmp_path):
+    """'exc_tip' is the excitation, and groups that are called a response come before other tips."""
+    blades = corner_study.blades()
+    first = next(iter(blades.groups.values()))
+    names = ("exc_tip", "resp_left", "resp_right", "tip_A")
+    blades = replace(blades, groups={name: first for name in names})
+    corner_study.write(tmp_path, blades, corner_study.damper())
+    groups = propose([tmp_path / "damper.inp", tmp_path / "blades.inp"]).groups
+    assert groups["excitation"][0] == "exc_tip"
+    assert groups["patches"] == ["resp_left", "resp_right", "tip_A"]
+
+
 def test_without_any_group_it_is_said_what_is_needed(tmp_path, capsys):
     """The bodies and sides are found all the same."""
     bare = [replace(mesh, groups={}, cell_groups={}) for mesh in (corner_study.blades(), corner_study.damper())]

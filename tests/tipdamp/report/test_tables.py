@@ -37,6 +37,14 @@ def test_rounding_of_a_moment_is_nothing(tmp_path):
     assert values["moment balanced by a constraint in the static solution"].startswith("0 N m about")
 
 
+def test_many_load_points_are_a_span():
+    """A face of load points: their number and their ends, not a coordinate each, and no minus zero."""
+    face = np.repeat(np.linspace(-15, 15, 31), 7)
+    assert assumptions.load_points(face, None) == "217 load points from -15.0 to 15.0"
+    assert assumptions.load_points(np.array([-1e-9] * 9 + [2.0]), None) == "10 load points at 0.0 and 2.0"
+    assert assumptions.load_points(np.array([1.0, 1.0, 2.0]), [0.2, 0.3, 0.5]) == "1.0, 1.0 and 2.0"
+
+
 def test_warnings_of_every_stage_are_there(tmp_path):
     results = results_of(*artefacts(tmp_path))
     more = replace(results, said={**results.said, "wear": ["the wear depth exceeds the gap"]})

@@ -53,7 +53,7 @@ def _groups(meshes, named) -> Iterator[tuple[Points, bool]]:
         mesh, nodes = meshes[body], meshes[body].groups[group]
         step = -(-len(nodes) // MAX_NODES)
         nodes = nodes[::step]
-        title = f"{body}: {group}" + (f" (every {step}th node)" if step > 1 else "")
+        title = f"{body}: {group}" + (f" (1 of {step} nodes)" if step > 1 else "")
         texts = tuple(f"{body}, group {group}\nnode {n}" for n in nodes.tolist())
         yield (Points(MM * mesh.position[mesh.index(nodes)], title, COLORS[k % len(COLORS)], 3.5, hover=texts),
                not unnamed)

@@ -1,6 +1,6 @@
 """Table: what the study declares or the method fixes; not computed, and worth knowing."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from tipdamp.report.results import Results
 from tipdamp.report.text import amount, force_along, listing, micro, moment, number
 from tipdamp.stages.results import SideStiffness
 
+MANY = 12                # load points beyond which a table names their ends alone
 PER_MM3 = 1e9            # N/m3 in a N/mm3
 LINE = {"edge": "represented by the lower edge line in the line model", "all": "all in the line model"}
 THEORY = {"halfspace_3d": "smooth half-spaces", "plane_depth": "plane strain",
@@ -36,7 +37,7 @@ def _load(results):
     places = results.reduce.pull_positions_m if results.reduce is not None else ()
     if places:
         shares = ", ".join(f"{s:g}" for s in drive.shares) if drive.shares else "in equal parts"
-        yield "pull acts at", f"{listing(f'{1e3 * v:.1f}' for v in places)} mm along the axis, {shares}"
+        yield "pull acts at", f"{load_points(1e3 * np.array(places), drive.shares)} mm along the axis, {shares}"
     for hold in drive.hold:
         name, unit, _ = parse_motion(hold.motion)
         spring = "1e-5 of what sticking pairs resist it with" if hold.stiffness is None else \
@@ -46,6 +47,17 @@ def _load(results):
     if "material" in study:
         m = study.material
         yield "material", f"E = {m.E / 1e9:g} GPa, nu = {m.nu:g}, density {m.density:g} kg/m³"
+
+
+def load_points(along: np.ndarray, shares: Sequence[float] | None) -> str:
+    """Coordinates of load points: each where they are few or have shares, else their number and span."""
+    texts = [f"{v:.1f}" for v in np.round(along, 1) + 0.0]
+    if shares:
+        return listing(texts)
+    texts = list(dict.fromkeys(texts))
+    if len(texts) > MANY:
+        return f"{len(along)} load points from {min(texts, key=float)} to {max(texts, key=float)}"
+    return listing(texts) if len(texts) == len(along) else f"{len(along)} load points at {listing(texts)}"
 
 
 def _contact(results):
