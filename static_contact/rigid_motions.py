@@ -30,6 +30,7 @@ class RigidMotionSettings:
     rounding: float = 1e-10         # of what the whole load could do along a motion
     parallel: float = 1e-6          # of a side force: normals that near to one plane, or line, share theirs
     roll: float = 0.1               # of a motion: with more rotation than that it is called a roll
+    along: float = 0.9999           # of a slide: with less of one coordinate a hold needs its direction
 
 
 SETTINGS = RigidMotionSettings()

@@ -8,7 +8,8 @@ import scipy.sparse as sp
 
 from hbm.contact import GROUND, ContactTable
 from hbm.hold.rigid_motion import parse_motion
-from static_contact.free_motions import unresisted
+from static_contact.free_motions import FreeMotions, unresisted
+from static_contact.rigid_motions import SETTINGS as RIGID
 from tipdamp.study.hold import HoldChoice
 
 
@@ -22,7 +23,18 @@ def held_by_friction(pairs: ContactTable, holds: Sequence[HoldChoice] = ()) -> l
     left = sl.null_space(held) if len(held) else np.eye(6)
     motion = sp.block_diag(list(mine.frame), format="csr")
     rows = np.arange(2, 3 * len(mine), 3)
-    return [name for name, _ in unresisted(rigid, left, motion, rows, np.full(len(rigid), "damper")).names]
+    return directed(unresisted(rigid, left, motion, rows, np.full(len(rigid), "damper")))
+
+
+def directed(motions: FreeMotions) -> list[str]:
+    """Names of the motions; of a slide along no coordinate its direction, 'slide along (0.6, 0.8, 0)'."""
+    names = []
+    for (name, _), column in zip(motions.names, motions.coefficients.T, strict=True):
+        parts = column.reshape(-1, 3)
+        vector = parts[np.abs(parts).max(axis=1).argmax()]
+        oblique = np.abs(vector).max() < RIGID.along * np.linalg.norm(vector)
+        names.append(parse_motion(vector)[0] if name.startswith("slide") and oblique else name)
+    return names
 
 
 def said(motions: Iterable[str]) -> str:
@@ -33,6 +45,12 @@ def said(motions: Iterable[str]) -> str:
 
 def remedy(motions: Iterable[str], section: str = "damper") -> str:
     """The key that holds the mean position and leaves the vibration free: '[damper] hold = { motion = "y", ... }'."""
-    tables = [f'{{ motion = "{name.removeprefix("slide along ").removeprefix("roll ")}", mean = true }}'
-              for name in motions]
+    tables = [f"{{ motion = {_value(name)}, mean = true }}" for name in motions]
     return f"[{section}] hold = " + (tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]")
+
+
+def _value(name):
+    """A motion as the key has it: "y", "about x" or a direction [x, y, z]."""
+    short = name.removeprefix("slide along ").removeprefix("roll ")
+    return f"[{short.strip('()')}]" if short.startswith("(") else f'"{short}"'
+

@@ -5,9 +5,11 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
+from hbm.hold.rigid_motion import parse_motion
 from hbm.model import ReducedModel
 from hbm.result import ForcedResponse
 from tests.tipdamp import corner_study
@@ -102,7 +104,8 @@ def test_what_friction_alone_holds_is_told_by_inspect_and_preload(tmp_path, caps
 
 @pytest.mark.parametrize("motions, remedy", [
     (["slide along y"], MEAN), (["roll about x", "slide along x"], '[model] hold = [{ motion = "about x", mean = true '
-                                                                   '}, { motion = "x", mean = true }]')])
+                                                                   '}, { motion = "x", mean = true }]'),
+    (["slide along (0.149, -0.945, -0.292)"], "[damper] hold = { motion = [0.149, -0.945, -0.292], mean = true }")])
 def test_the_remedy_can_be_copied(motions, remedy):
     section = remedy[1:remedy.index("]")]
     assert only_friction.remedy(motions, section) == remedy
@@ -121,6 +124,11 @@ def test_a_round_pin_rolls_too():
                                                  frame=np.concatenate([frames, [np.roll(np.eye(3), -1, axis=0)]]))
     assert sorted(only_friction.held_by_friction(pairs.select(np.arange(6)))) == ["roll about x", "slide along x"]
     assert only_friction.held_by_friction(pairs) == ["roll about x"]
+    turn = Rotation.from_rotvec([0.1, 0.2, 0.4]).as_matrix()
+    turned = pairs.select(np.arange(6)).replace(position=pairs.position[:6] @ turn.T, frame=frames[:6] @ turn.T)
+    along = next(name for name in only_friction.held_by_friction(turned) if name.startswith("slide"))
+    assert np.allclose(np.abs(parse_motion([float(v) for v in along[13:-1].split(",")])[2][:3]), np.abs(turn[:, 0]),
+                       atol=2e-3)
 
 
 @pytest.mark.slow

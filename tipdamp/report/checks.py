@@ -59,7 +59,7 @@ def _preload(results):
     if results.preload.residual > LIMITS.balance:
         yield f"The static contact is solved only to a residual of {results.preload.residual:.1e}."
     if results.full is not None and results.full.difference > LIMITS.full_model:
-        yield (f"The preload on the full model differs from the condensed one by {results.full.difference:.1e} of the "
+        yield (f"The preload on the full model differs from preload.csv by {results.full.difference:.1e} of the "
                "largest force.")
 
 

@@ -26,23 +26,23 @@ from tipdamp.study.view import Study
 
 
 def full(study: Study, store: Store, tick: Tick) -> list[str]:
-    """The preload of the whole patch at rest on the full model, beside the condensed one in preload.csv."""
+    """The preload of the whole patch at rest on the full model, beside preload.csv."""
     if study.preload.friction:
         raise InputError("[preload] friction = true: the full model is solved without friction; leave it out")
-    condensed = ContactTable.load(store.path("preload.csv"))
+    given = ContactTable.load(store.path("preload.csv"))
     comm = ranks.world()
-    comm.bcast(condensed)
+    comm.bcast(given)
     with ranks.together():
-        found, dofs = _solved(study, condensed, comm, tick)
+        found, dofs = _solved(study, given, comm, tick)
     with store.writing("preload_full.csv") as path:
-        found.pairs.replace(kn=condensed.kn).save(path)
-    force = np.maximum(condensed.preload, 0.0)
+        found.pairs.replace(kn=given.kn).save(path)
+    force = np.maximum(given.preload, 0.0)
     apart = np.abs(found.force - force)
     FullResult(of=store.outputs("preload")["preload.csv"], ranks=comm.size, dofs=dofs, iterations=found.iterations,
                residual=found.residual, difference=apart.max() / force.max(), reactions=found.reactions,
                sides={s: FullSide(sum_N=found.force[mine].sum(), condensed_N=force[mine].sum(),
                                   open=int((found.force[mine] <= 0).sum()), largest_difference_N=apart[mine].max())
-                      for s in condensed.sides for mine in [condensed.side == s]}).save(store)
+                      for s in given.sides for mine in [given.side == s]}).save(store)
     return []
 
 
@@ -100,7 +100,7 @@ def line(store: Store) -> str:
     found = FullResult.load(store)
     sides = "; ".join(f"{side}: {s.sum_N:.2f} N, {s.open} open" for side, s in found.sides.items())
     where = f" on {found.ranks} ranks" if found.ranks > 1 else ""
-    return (f"{found.dofs} dofs{where}, {found.iterations} Newton steps: {sides}; off the condensed preload by "
+    return (f"{found.dofs} dofs{where}, {found.iterations} Newton steps: {sides}; off preload.csv by "
             f"{found.difference:.1e} of the largest force")
 
 

@@ -88,7 +88,8 @@ def _with_stiffness(study, store, model, bodies, materials):
 
 def _frictionless(study, contact):
     result = contact.solve(loads.at_rest(study, contact.model))
-    motions = [FreeMotion(name=m.name, unit=m.unit, load=m.load) for m in result.motions]
+    motions = [FreeMotion(name=name, unit=m.unit, load=m.load)
+               for name, m in zip(only_friction.directed(contact.motions), result.motions, strict=True)]
     return AtRest(result, equilibrium(study, contact.model, result.pairs), result.balance,
                   {"method": result.method, "free_motions": motions, "reactions": result.reactions,
                    "held": result.held})

@@ -41,7 +41,7 @@ def test_alone_and_over_ranks(tmp_path, capsys):
     assert main(["preload", study, "--full", "--quiet"]) == 0
     alone, table = read(out, "full.json"), ContactTable.load(out / "preload_full.csv")
     assert alone["difference"] < 1e-8 and alone["ranks"] == 1
-    assert "off the condensed preload by" in capsys.readouterr().out
+    assert "off preload.csv by" in capsys.readouterr().out
     run = over_ranks(2, "preload", "--full", study, "--force", "--quiet")
     assert run.returncode == 0 and len(run.stdout.splitlines()) == 1, run.stderr
     found = read(out, "full.json")
