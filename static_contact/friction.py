@@ -11,6 +11,7 @@ only where a pair is rigid, slips or is open. Each increment of the load is solv
 the last.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, NamedTuple
@@ -96,9 +97,9 @@ class FrictionalContact:
     """
 
     def __init__(self, model: ReducedModel | Any, pairs: ContactTable, *, coupled: bool = False,
-                 settings: FrictionSettings = SETTINGS, stuck: type[StuckBodies] = StuckBodies):
+                 settings: FrictionSettings = SETTINGS, stuck: Callable[..., StuckBodies] = StuckBodies):
         """stuck : how the bodies are factored, `sparse_bodies.SparseStuckBodies` for a `sparse_bodies.SparseBodies`,
-        `iterative_bodies.IterativeStuckBodies` for one with more than some 3000 pairs."""
+        `iterative_bodies.IterativeStuckBodies` for one with thousands of pairs; `stuck_bodies` chooses."""
         check_pairs(pairs)
         self.model, self.pairs, self.coupled, self.settings = model, pairs, coupled, settings
         self.B = relative_motion(model, pairs)

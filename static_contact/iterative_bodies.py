@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from modal.solvers.cholesky import sparse_factor
+from static_contact.sparse_bodies import SparseBodies, SparseStuckBodies
 from static_contact.stuck_bodies import StuckBodies
 
 
@@ -23,6 +24,7 @@ class IterationSettings:
     slow: int = 12              # iterations in each of some steps that take as long as a new factor
     worse: float = 2.0          # times those with new springs: so many pairs have changed that these pay
     share: float = 1e-3         # of the spring that stays where a pair slips or is open: A is never singular
+    many: int = 2000            # pairs: from so many on the dense compliance takes gigabytes
     reduced: float = 1e-4       # of the residual: a step that exact is as good as an exact one, until pairs change
 
 
@@ -69,6 +71,11 @@ class IterativeStuckBodies(StuckBodies):
         dz, self.count = gmres(apply, -F, enough, self.settings.most)
         self.usual = self.count if self.usual is None else self.usual
         return dz
+
+
+def stuck_bodies(model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray, many: int = SETTINGS.many) -> StuckBodies:
+    """Bodies with `many` pairs or more by iterations, others by the dense compliance of their pairs."""
+    return (IterativeStuckBodies if B.shape[0] >= 3 * many else SparseStuckBodies)(model, B, k0)
 
 
 def gmres(apply: Callable, right: np.ndarray, enough: float, most: int) -> tuple[np.ndarray, int]:

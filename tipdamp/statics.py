@@ -14,8 +14,9 @@ from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.mesh import Mesh
 from static_contact.compliance import Compliance
+from static_contact.iterative_bodies import stuck_bodies
 from static_contact.preload import StaticContact
-from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
+from static_contact.sparse_bodies import SparseBodies, SparseCompliance
 from static_contact.stuck_bodies import StuckBodies
 from tipdamp import stresses
 from tipdamp.bodies import BLADES, DAMPER
@@ -39,7 +40,7 @@ class StaticBodies:
 
     model: ReducedModel | SparseBodies
     compliance: Callable[..., Compliance]
-    stuck: type[StuckBodies]
+    stuck: Callable[..., StuckBodies]
     shapes: Callable[[stresses.Rest], Iterator[tuple[str, Mesh, np.ndarray]]]
 
 
@@ -95,7 +96,7 @@ def _full(study):
             start += body.dofs
             yield body.name, meshes[body.name], out
 
-    return StaticBodies(SparseBodies.of(bodies), SparseCompliance, SparseStuckBodies, shapes)
+    return StaticBodies(SparseBodies.of(bodies), SparseCompliance, stuck_bodies, shapes)
 
 
 def static_contact(study: Study, bodies: StaticBodies, pairs: ContactTable) -> StaticContact:

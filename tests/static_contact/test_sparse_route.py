@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
-from hbm.contact import GROUND
+from hbm.contact import GROUND, relative_motion
 from hbm.errors import InputError
 from hbm.hold.spring import Hold, held_motions
 from hbm.model import ReducedModel
@@ -16,7 +16,7 @@ from hbm.points import ContactPoints
 from modal.elasticity import Material, elastic_body
 from static_contact.compliance import Compliance
 from static_contact.friction import FrictionalContact
-from static_contact.iterative_bodies import IterationSettings, IterativeStuckBodies, gmres
+from static_contact.iterative_bodies import IterationSettings, IterativeStuckBodies, gmres, stuck_bodies
 from static_contact.preload import StaticContact
 from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
 from static_contact.stuck_bodies import StuckBodies
@@ -202,6 +202,15 @@ def test_the_same_friction(changed, coupled):
         assert other.force == pytest.approx(one.force, abs=1e-8)
         assert other.tangential == pytest.approx(one.tangential, abs=1e-8)
         assert other.displacement == pytest.approx(one.displacement, abs=1e-9 * np.abs(one.displacement).max())
+
+
+def test_thousands_of_pairs_have_no_dense_compliance():
+    bodies, table = plates()
+    whole = SparseBodies.of(bodies)
+    B = relative_motion(whole, table)
+    springs = np.full(3 * len(table), 1e6)
+    for many, kind in ((len(table), IterativeStuckBodies), (len(table) + 1, SparseStuckBodies)):
+        assert type(stuck_bodies(whole, B, springs, many)) is kind
 
 
 def test_gmres_against_dense_algebra():
