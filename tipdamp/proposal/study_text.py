@@ -91,7 +91,7 @@ def _faces(found, body: str, keys: np.ndarray, group: str) -> str:
 
 def _response(found):
     excitation, patches = found.groups["excitation"], found.groups["patches"]
-    lines = ["[tune]", 'stations = "all"', "", "[respond]",
+    lines = ["[tune]", *_all_kept(found), "", "[respond]",
              f"excitation = {_names(excitation[:1])}" + _of(found, BLADES, "the node that is excited", not excitation),
              f"direction = {_vector(np.cross(found.axis, found.pull))}     # of force and response: across both",
              f"patches = {_names(patches[:2])}     # two groups of response nodes, blade 1 first",
@@ -99,6 +99,13 @@ def _response(found):
              'band = "?"                  # Hz, such as [700, 900]', "damping_ratio = 0.005"]
     return ["# for the forced response complete these and take the marks off",
             *(f"# {line}" if line else "#" for line in lines)]
+
+
+def _all_kept(found):
+    """Stations, where nodes match on every side; points of unlike meshes lie in none."""
+    if all(side.matching for side in found.sides):
+        return ['stations = "all"            # or target_hz, a measured stuck frequency']
+    return ['by = "area"', "kept_share = 1              # of the closed area; or target_hz, a measured stuck frequency"]
 
 
 def _of(found, body, meaning, wanted):

@@ -81,10 +81,11 @@ def _tune(results):
         yield (f"The stuck frequency on the {tune.kept_name} misses the target of {tune.target_hz:g} Hz by "
                f"{100 * (tune.stuck_hz.tuned / tune.target_hz - 1):+.1f} %.")
     yield from _monotone(tune.history)
+    more = "raise [contact] tractions" if results.reduce.reduction.tractions else "keep more modes"
     for name, check in tune.full_model_check.items():
         if check.largest_error > LIMITS.reduction:
             yield (f"Reduced against full model ({name.replace('_', ' ')}): a stuck frequency is off by "
-                   f"{100 * check.largest_error:.2g} %, more than {100 * LIMITS.reduction:g} %: keep more modes.")
+                   f"{100 * check.largest_error:.2g} %, more than {100 * LIMITS.reduction:g} %: {more}.")
     yield from _redistributed(results)
 
 

@@ -97,6 +97,16 @@ def test_a_tip_that_is_excited_is_no_patch(tmp_path):
     assert groups["patches"] == ["resp_left", "resp_right", "tip_A"]
 
 
+@pytest.mark.parametrize("damper, keys", [(corner_study.damper, {"stations": "all"}),
+                                          (corner_study.unlike, {"by": "area", "kept_share": 1})])
+def test_points_of_unlike_meshes_are_tuned_by_area(tmp_path, damper, keys):
+    corner_study.write(tmp_path, corner_study.blades(), damper())
+    found = propose([tmp_path / "damper.inp", tmp_path / "blades.inp"])
+    text = study_text(found, {"blades": "b.inp", "damper": "d.inp"})
+    lines = [line.removeprefix("# ") for line in text.split("# [tune]\n")[1].split("#\n")[0].splitlines()]
+    assert tomllib.loads("\n".join(lines)) == keys
+
+
 def test_without_any_group_it_is_said_what_is_needed(tmp_path, capsys):
     """The bodies and sides are found all the same."""
     bare = [replace(mesh, groups={}, cell_groups={}) for mesh in (corner_study.blades(), corner_study.damper())]
