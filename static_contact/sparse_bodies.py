@@ -115,7 +115,7 @@ class SparseCompliance(Compliance):
 
     def _near(self, load):
         near = tuple(factor.swept(load[part]) for factor, part in zip(self.factor, self.parts, strict=True))
-        return -sum(swept[-len(self.B.indptr) + 1:] for swept in near), near
+        return -sum(swept[part.stop - part.start:] for swept, part in zip(near, self.parts, strict=True)), near
 
     def _pushed(self, near, load, force):
         """What forces do along free motions, by inexact meshes, does not go into the pins."""

@@ -47,7 +47,7 @@ def solve(study: Study, bodies: StaticBodies, pairs: ContactTable, through: list
     if not end.converged:
         names = [*given.history, loads.rest_name(study)] if len(through) > 1 else ["the load"]
         on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]
-        raise InputError(f"{study.path}: [preload] friction: no equilibrium was found on the way to {on_way} "
+        raise InputError(f"[preload] friction: no equilibrium was found on the way to {on_way} "
                          f"({100 * (end.time % 1 or 1):.0f} % of it): the damper lifts off, or the load exceeds what "
                          "friction can carry; try more [preload] steps")
     return end

@@ -50,6 +50,13 @@ levels = [1]
 band = [20000, 40000]
 damping_ratio = 0.02
 """
+TURNING = """[rotation]
+axis = [0, 1, 0]
+point = [-0.1, 0, -0.1]
+[loads.turning]
+pull = {pull}
+speed = 100
+"""
 MATRICES = """[model]
 matrices = "model.npz"
 pull = 10

@@ -139,3 +139,13 @@ def test_load_that_has_no_equilibrium(tmp_path):
     with pytest.raises(InputError, match="no equilibrium was found on the way to away"):
         run(tmp_path, '[loads.away]\npull = 0\nforces = [["damper", "load", -5, 0, -5]]\n[preload]\nfriction = true\n'
             'history = ["away"]\n')
+
+
+@pytest.mark.parametrize("history, where", [('history = ["away"]\n', r"\[preload\] friction"),
+                                            ("", r"\[loads.away\]: \[preload\] friction")])
+def test_the_study_is_named_once(tmp_path, history, where):
+    """Whether the load is one of the history or a case of its own."""
+    with pytest.raises(InputError, match=rf"corner.toml: {where}: no equilibrium") as raised:
+        run(tmp_path, f'[loads.away]\npull = 0\nforces = [["damper", "load", -5, 0, -5]]\n[preload]\nfriction = true\n'
+                      f'{history}')
+    assert str(raised.value).count("corner.toml") == 1

@@ -22,15 +22,7 @@ from tipdamp.statics import factored_once, static_bodies, static_contact
 from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")
-CASES = """[rotation]
-axis = [0, 1, 0]
-point = [-0.1, 0, -0.1]
-[loads.turning]
-pull = 3
-speed = 100
-[preload]
-stress = true
-"""
+CASES = corner_study.TURNING.format(pull=3) + "[preload]\nstress = true\n"
 TUNE = '[tune]\nstations = [1, 1]\npreload = "resolved"\n[respond]'
 TIPS = [('["touch_one", "touch_two"]', '["tip_one", "tip_two"]'), ('"touch_one"\nshare', '"tip_one"\nshare')]
 STAGES = ("reduce", "preload", "tune")

@@ -47,17 +47,17 @@ class ShapeCount(NamedTuple):
         return 3 * (self.masters + (self.cells or self.points))
 
 
-def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, masters: dict[str, ShapeCount] | None = None,
+def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, counts: dict[str, ShapeCount] | None = None,
                     points: dict[str, MeshPoints] | None = None) -> list[Body]:
     """[blades, damper]; the support of each is checked when it is reduced.
 
-    masters : {body: ...} of `shape_counts`, that the forecast of the memory then counts
+    counts : {body: ...} of `shape_counts`, for the forecast of the memory
     points : of `pair.matched`, where that is known already
     """
     from modal.elasticity import elastic_body
     from modal.memory import check_memory
 
-    check_memory(*((len(mesh.node), masters[name].columns // 3 if masters else 0, mesh.source)
+    check_memory(*((len(mesh.node), counts[name].columns // 3 if counts else 0, mesh.source)
                    for name, mesh in meshes.items()))
     tick(0.02, "assembling the blades")
     material, others = materials(study, meshes[BLADES])
@@ -106,11 +106,11 @@ def tractions_on(study: Study, body: Body, pairs: ContactTable) -> sp.csr_matrix
         return None
     numbers = np.where(pairs.blade_body == body.name, pairs.blade_node, pairs.damper_node)
     touching = (pairs.blade_body == body.name) | (pairs.damper_body == body.name)
-    place = {int(number): row for row, number in reversed(list(enumerate(numbers))) if touching[row]}
-    rows = np.array([place[int(number)] for number in body.points.number])
-    weight = np.where(pairs.area[rows] > 0, pairs.area[rows], pairs.area[pairs.area > 0].mean() if (
-        pairs.area > 0).any() else 1.0)
-    return traction_cells(body.points.position, weight, pairs.side[rows], most)
+    known, first = np.unique(numbers[touching], return_index=True)
+    rows = np.flatnonzero(touching)[first[np.searchsorted(known, body.points.number)]]
+    area = pairs.area[rows]
+    usual = pairs.area[pairs.area > 0].mean() if (pairs.area > 0).any() else 1.0
+    return traction_cells(body.points.position, np.where(area > 0, area, usual), pairs.side[rows], most)
 
 
 def most_cells(study: Study, points: int) -> int | None:

@@ -119,8 +119,7 @@ def load_case(study: Study, store: Store, bodies: statics.StaticBodies, contact:
             result = contact.solve(load)
             balance, reactions = result.balance, result.reactions
     except InputError as error:
-        said = str(error).removeprefix(f"{study.path}: ")
-        raise InputError(f"{study.path}: [loads.{name}]: {said}") from None
+        raise InputError(f"{study.path}: [loads.{name}]: {error}") from None
     file = f"loads/{name}.csv"
     with store.writing(file) as path:
         preload_map(result, pairs).save(path)

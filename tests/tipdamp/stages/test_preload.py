@@ -16,15 +16,7 @@ from tipdamp.study.study import load_study
 
 SPEED, ARM = 100.0, 0.105                                # rad/s, m: the cube's centre from the axis along x and along z
 EACH = 7850 * corner_study.A**3 * SPEED**2 * ARM         # N on each side
-CASE = """[rotation]
-axis = [0, 1, 0]
-point = [-0.1, 0, -0.1]
-[loads.turning]
-pull = 0
-speed = 100
-[preload]
-case = "turning"
-"""
+CASE = corner_study.TURNING.format(pull=0) + '[preload]\ncase = "turning"\n'
 TUNE = "[tune]\nstations = 'all'\n[respond]"
 
 
