@@ -15,6 +15,7 @@ from modal.faces import face_corners, face_shapes, triangle_rule
 from modal.mesh import Mesh
 from static_contact.surfaces.clip import areas, intersections
 from static_contact.surfaces.facets import Facets, Surface, barycentric, facets, vertex_shapes
+from static_contact.surfaces.normals import smooth_normals, tangents
 from static_contact.surfaces.search import candidates
 from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 from static_contact.surfaces.weights import Corners, Overlap, QuadraturePoints, Sums
@@ -31,11 +32,12 @@ def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT
     local = Corners.of(mine)
     sums = Sums(local.first[-1], len(damper.mesh.node), len(blade.mesh.node))
     doubled, layers, total, covered = [np.empty((0, 3))], [np.empty((0, 2))], 0.0, 0.0
-    for D, first in zip(mine, local.first, strict=False):
+    smooth = smooth_normals([(D.faces, D.place) for D in mine], settings)
+    for D, normals, first in zip(mine, smooth, local.first, strict=False):
         cover, gaps = np.zeros(len(D.area)), np.tile([np.inf, -np.inf], (len(D.area), 1))
         for B in theirs:
-            for points, pair, area, gap in _pieces(D, B, (first, *sums.damper.shape, len(blade.mesh.node)), reach,
-                                                   settings):
+            for points, pair, area, gap in _pieces((D, normals), B, (first, *sums.damper.shape, len(blade.mesh.node)),
+                                                   reach, settings):
                 sums.add(points)
                 np.add.at(cover, pair, area)
                 np.minimum.at(gaps[:, 0], pair[area > 0], gap[area > 0])
@@ -44,25 +46,30 @@ def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT
         doubled.append(D.centre[twice])
         layers.append(gaps[twice])
         total, covered = total + D.area.sum(), covered + np.minimum(cover, D.area).sum()
-    return replace(sums.points(mine, local, settings), covered=covered / total if total else 0.0,
+    found = sums.points(mine, local, settings)
+    apart = found.blade @ blade.mesh.position - found.damper @ damper.mesh.position
+    return replace(found, gap=np.einsum("nx,nx->n", apart, found.normal), covered=covered / total if total else 0.0,
                    doubled=np.concatenate(doubled), layers=np.concatenate(layers))
 
 
-def _pieces(D, B, sizes, reach, settings):
+def _pieces(smooth, B, sizes, reach, settings):
     """QuadraturePoints of the overlap of the facets D of the damper with B of the blade; and of the pieces the facet
-    of the damper, area and mean gap (s,). sizes - first of the Corners of D, their number, nodes of both."""
+    of the damper, area and mean gap (s,). smooth - D and the smooth normals at the nodes of its faces; sizes - first
+    of the Corners of D, their number, nodes of both."""
+    D = smooth[0]
     i, j = candidates(D, B, reach, settings)
     rule = triangle_rule(3 if face_corners(D.faces.shape[1]) == face_corners(B.faces.shape[1]) == 3 else 4)
     for start in range(0, len(i), settings.block):
         block = slice(start, start + settings.block)
         found = _integrate(D, B, i[block], j[block], rule, settings)
         if found is not None:
-            yield _within(found, (D, B), sizes, reach)
+            yield _within(found, (*smooth, B), sizes, reach)
 
 
 def _within(found, both, sizes, reach):
-    """The points found by `_integrate` whose gap is small enough, the covered areas and gaps; both - facets D and B."""
-    ((i, j), weight, on_damper, on_blade), (D, B) = found, both
+    """The points found by `_integrate` whose gap is small enough, the covered areas and gaps; both - facets D with
+    their smooth normals, and B."""
+    ((i, j), weight, on_damper, on_blade), (D, smooth, B) = found, both
     q = len(weight) // len(i)
     gap = np.einsum("mx,mx->m", on_blade.place - on_damper.place, np.repeat(D.normal[i], q, axis=0))
     near = np.abs(gap) <= reach
@@ -75,7 +82,8 @@ def _within(found, both, sizes, reach):
     points = QuadraturePoints((weight / on_damper.slant)[near], _rows(psi, own, corners),
                               _rows(on_damper.shape[near], D.faces[face], damper),
                               _rows(on_blade.shape[near], B.faces[other], blade), on_damper.normal[near],
-                              on_blade.normal[near], gap[near])
+                              on_blade.normal[near],
+                              np.einsum("mk,mkx->mx", on_damper.shape[near], smooth[face]), gap[near])
     return points, i, per_piece, gap.reshape(-1, q).mean(axis=1)
 
 
@@ -88,7 +96,7 @@ def _rows(values, columns, size):
 def _integrate(D, B, i, j, rule, settings):
     """Quadrature points of the pieces of pairs of facets, q a piece in turn: (facet of D, of B) of each piece, weights
     (m,) m2, the points on both faces; None where no two facets overlap."""
-    origin, axes = D.corner[i, 0], _axes(D.normal[i])
+    origin, axes = D.corner[i, 0], tangents(D.normal[i])
     mine = np.einsum("mcx,max->mca", D.corner[i] - origin[:, None], axes)
     theirs = np.einsum("mcx,max->mca", B.corner[j] - origin[:, None], axes)
     turned = theirs[:, ::-1]                               # the blade's facets face the other way
@@ -150,10 +158,3 @@ class _Landed:
         return cls(xi, shape, np.einsum("mk,mkx->mx", shape, F.place[face]), normal,
                    np.abs(np.einsum("mx,mx->m", normal, np.cross(axes[:, 0], axes[:, 1]))))
 
-
-def _axes(normal):
-    """(m, 2, 3): two axes of the planes with the normals (m, 3), so that axis 1 x axis 2 is the normal."""
-    least = np.eye(3)[np.abs(normal).argmin(axis=1)]
-    first = np.cross(normal, least)
-    first /= np.linalg.norm(first, axis=1)[:, None]
-    return np.stack([first, np.cross(normal, first)], axis=1)

@@ -13,9 +13,14 @@ class SurfaceSettings:
     straight: float = 1e-6       # of a face's size by which middle nodes may be off: it is then one triangle
     landed: float = 1e-13        # of a face's size: the projection of a point onto it has converged
     steps: int = 30              # of Newton's method for that; curved faces take 3 to 6
+    crease: float = 40.0         # degrees between faces: a round side has nine or more around it, a chamfer is steeper
+    turned: float = 1e-12        # of the smooth normals in the last turn: they are found
+    turns: int = 6               # of Gauss and Newton's method for that; 2 to 4 are taken
+    solved: float = 1e-14        # of the least squares in each turn
+    most_steps: int = 500        # of theirs; 20 to 60 are taken
     sliver: float = 1e-12        # of a facet: smaller intersections are rounding
     shift: float = 0.5           # of a point from the centre of its area to its corner: second moments are then exact
-    conditioned: float = 100.0   # of int psi psi' over a face; more is a strip of it, on which nothing is shifted
+    conditioned: float = 1e8     # of int psi psi' over a face; more is a strip of it, on which nothing is shifted
     dropped: float = 1e-6        # of a vertex's own area: what is covered less is the rounding of a common edge
     doubled: float = 1.5         # times its area that a facet may be covered: projections of curves overlap
     penetration: float = 0.1     # of the faces' size: deeper overlaps are another geometry, not the facets of a curve

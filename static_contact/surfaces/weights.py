@@ -10,6 +10,8 @@ With w_A = psi_A a motion is read at the centre of the area of a corner, with th
 [Wohlmuth 2000] at the corner itself. int x^2 dA, by which a flank resists rolling, comes out too small in one case and
 too large in the other, by the same amount: w_A is the mean of both. On each face, with M = int psi psi' dA over what is
 covered of it and D = diag int psi dA, that is w = (I + D M^-1) psi / 2, again of sum 1 and with the integrals area_A.
+Of a face that is covered in part less of the second is taken, so that places stay in the part that is covered; second
+moments do not lose by it, since on each face the sum of area_A u_A is that of the corners whatever the share.
 """
 
 from dataclasses import dataclass, field
@@ -17,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.sparse as sp
 
-from modal.faces import face_corners, face_places, face_shapes
+from modal.faces import face_corners
 from static_contact.surfaces.facets import Facets, vertex_shapes
 from static_contact.surfaces.settings import SurfaceSettings
 
@@ -28,8 +30,8 @@ class Overlap:
 
     vertex : (n,) int - node index in the damper's mesh; area : (n,) m2
     damper, blade : (n, nodes) CSR - weights of the nodes of either mesh, rows of sum 1
-    normal : (n, 3) - from the damper into the blade, that of the damper's faces at the corner
-    gap : (n,) m - mean, negative: overlapping
+    normal : (n, 3) - from the damper into the blade, read where the motions are: of the smooth surface (normals.py)
+    gap : (n,) m - along it between the places that are read on both, negative: overlapping
     opposed : (n,) degrees - mean normals of damper and blade off opposition; least : (n,) m - smallest gap
     covered : share of the damper's facets that the blade covers
     doubled : (c, 3) m - centres of facets that lie opposite to two blade faces at once
@@ -51,7 +53,10 @@ class Overlap:
 
 @dataclass(frozen=True)
 class QuadraturePoints:
-    """m quadrature points; shapes (m, nodes) of the corners and of the nodes of both meshes."""
+    """m quadrature points; shapes (m, nodes) of the corners and of the nodes of both meshes.
+
+    normal, opposite : (m, 3) - of the faces of damper and blade; smooth : (m, 3) - of the damper's smooth surface
+    """
 
     weight: np.ndarray
     corners: sp.csr_matrix
@@ -59,6 +64,7 @@ class QuadraturePoints:
     blade: sp.csr_matrix
     normal: np.ndarray
     opposite: np.ndarray
+    smooth: np.ndarray
     gap: np.ndarray
 
 
@@ -92,16 +98,20 @@ class Corners:
             found[start:end] = np.where(kept[vertex], vertex, most).ravel()
         return found
 
-    def weights(self, mass: sp.csr_matrix, settings: SurfaceSettings) -> sp.csr_matrix:
-        """(n, n): the functions w in the psi, I + shift (D M^-1 - I) on each face; mass (n, n) - M of all faces."""
+    def weights(self, mass: sp.csr_matrix, most: np.ndarray, settings: SurfaceSettings) -> sp.csr_matrix:
+        """(n, n): the functions w in the psi, I + shift (D M^-1 - I) on each face; mass (n, n) - M of all faces;
+        most (n,) - largest psi where the face is covered, beyond which none is read at its place."""
         found = []
         for w, start, end in zip(self.width, self.first[:-1], self.first[1:], strict=True):
             block = mass[start:end, start:end].tobsr((w, w))
             M = block.data.copy()
             good = np.linalg.cond(M) < settings.conditioned
             M[~good] = np.eye(w)
-            dual = M.sum(axis=2)[:, :, None] * np.linalg.inv(M)
-            shift = (settings.shift * good)[:, None, None]
+            own, covered = M.sum(axis=2), most[start:end].reshape(-1, w)[block.indices]
+            dual = own[:, :, None] * np.linalg.inv(M)
+            mean = np.einsum("faa->fa", M) / own
+            within = ((covered - mean) / np.maximum(1 - mean, settings.dropped)).min(axis=1, initial=1.0)
+            shift = (settings.shift * np.clip(within / 0.5, 0, 1) * good)[:, None, None]   # 0.5: halfway at most
             found.append(sp.bsr_matrix(((1 - shift) * np.eye(w) + shift * dual, block.indices, block.indptr),
                                        shape=block.shape))
         return sp.block_diag(found, format="csr")
@@ -112,9 +122,10 @@ class Sums:
 
     def __init__(self, corners: int, damper: int, blade: int):
         local = corners
-        self.area, self.gap, self.normal, self.opposite = (np.zeros(shape) for shape in (
-            local, local, (local, 3), (local, 3)))
-        self.least, self.mass = np.full(local, np.inf), sp.csr_matrix((local, local))
+        self.area, self.normal, self.opposite, self.smooth = (np.zeros(shape) for shape in (
+            local, (local, 3), (local, 3), (local, 3)))
+        self.least, self.most = np.full(local, np.inf), np.zeros(local)
+        self.mass = sp.csr_matrix((local, local))
         self.damper, self.blade = sp.csr_matrix((local, damper)), sp.csr_matrix((local, blade))
 
     def add(self, points: QuadraturePoints) -> None:
@@ -124,27 +135,28 @@ class Sums:
         self.mass = self.mass + weighted @ points.corners
         self.normal += weighted @ points.normal
         self.opposite += weighted @ points.opposite
-        self.gap += weighted @ points.gap
+        self.smooth += weighted @ points.smooth
         self.damper, self.blade = self.damper + weighted @ points.damper, self.blade + weighted @ points.blade
         near = points.corners.tocoo()
         np.minimum.at(self.least, near.col, points.gap[near.row])
+        np.maximum.at(self.most, near.col, near.data)
 
     def points(self, kinds: list[Facets], corners: Corners, settings: SurfaceSettings) -> Overlap:
-        """The contact points; how much of the faces is covered, and what twice, is left open."""
-        (whole, outward), n = whole_corners(kinds, self.damper.shape[1]), len(corners.vertex)
+        """The contact points; their gaps, how much of the faces is covered, and what twice, are left open."""
+        whole, n = whole_corners(kinds, self.damper.shape[1]), len(corners.vertex)
         least_of = settings.dropped * whole
         owner = corners.owners(np.bincount(corners.vertex, self.area, len(whole)) > least_of, self.area)
         gather = sp.csr_matrix((np.ones(n), (owner, np.arange(n))), shape=(len(whole), n))
         area = gather @ self.area
         vertex = np.flatnonzero(area > least_of)
         area, gather, least = area[vertex], gather[vertex], np.full(len(whole), np.inf)
-        mean = sp.diags(1 / area) @ gather @ corners.weights(self.mass, settings)
+        mean = sp.diags(1 / area) @ gather @ corners.weights(self.mass, self.most, settings)
         np.minimum.at(least, corners.vertex, self.least)
-        normal, opposite = (gather @ self.normal, gather @ self.opposite)
+        normal, opposite, smooth = (gather @ self.normal, gather @ self.opposite, mean @ self.smooth)
         cosine = np.einsum("nx,nx->n", normal, opposite) / np.linalg.norm(normal, axis=1) / np.linalg.norm(
             opposite, axis=1)
         return Overlap(vertex, area, _without_zeros(mean @ self.damper), _without_zeros(mean @ self.blade),
-                       outward[vertex] / np.linalg.norm(outward[vertex], axis=1)[:, None], mean @ self.gap,
+                       smooth / np.linalg.norm(smooth, axis=1)[:, None], np.zeros(len(vertex)),
                        np.degrees(np.arccos(np.clip(-cosine, -1, 1))), least[vertex])
 
 
@@ -155,14 +167,10 @@ def _without_zeros(matrix):
 
 
 def whole_corners(kinds, nodes):
-    """Of whole faces, whatever lies opposite: area (nodes,) of each corner, and normal (nodes, 3) there, which
-    interpolated is that of a curved side to the second order; a mean over the area would be to the first."""
-    area, normal = np.zeros(nodes), np.zeros((nodes, 3))
+    """(nodes,) m2: area of each corner of whole faces, whatever lies opposite."""
+    area = np.zeros(nodes)
     for D in kinds:
-        corners, k = face_corners(D.faces.shape[1]), D.faces.shape[1]
+        corners = face_corners(D.faces.shape[1])
         mean = vertex_shapes(corners, D.reference.reshape(-1, 2)).reshape(-1, 3, corners).mean(axis=1)
         np.add.at(area, D.faces[D.face, :corners], D.area[:, None] * mean)
-        slope = face_shapes(k, face_places(k)[:corners])[1]
-        tangent = np.einsum("crk,fkx->rfcx", slope, D.place)
-        np.add.at(normal, D.faces[:, :corners], np.cross(*tangent))
-    return area, normal
+    return area

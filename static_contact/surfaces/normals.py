@@ -1,0 +1,161 @@
+"""Normals of the smooth surface that the nodes of faces lie on, exact on planes, spheres and circular cylinders.
+
+The normals at two points of a circle make the same angle with the chord between them, on either side of it:
+
+    (x_i - x_j) . (n_i + n_j) = 0,    |n_i| = 1
+
+which is solved by least squares over all nodes near each other [the symmetric objective of Rusinkiewicz 2019, A
+symmetric objective function for ICP, eq. 6]. Means of the normals of faces are wrong to the first order of the face
+size at the rim of a side and where faces differ in size: a round side would resist rolling.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import lsmr
+
+from modal.faces import face_corners, face_places, face_shapes
+from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+
+Faces = Sequence[tuple[np.ndarray, np.ndarray]]
+
+
+class _Sheet(NamedTuple):
+    """s nodes of faces; those on a crease are there once for each side of it.
+
+    of : (i,) int - the one of each node of each face in turn; place : (s, 3) m; mean : (s, 3) unit normals of the faces
+    known : (s,) bool - inside of a plane part, where the mean is exact
+    """
+
+    of: np.ndarray
+    place: np.ndarray
+    mean: np.ndarray
+    known: np.ndarray
+
+
+def smooth_normals(kinds: Faces, settings: SurfaceSettings = DEFAULT) -> list[np.ndarray]:
+    """(f, k, 3) at the nodes of faces [(f, k) node indices, (f, k, 3) m their places]: outward, of length 1 at corners.
+
+    The shape functions interpolate them as they do the places: a node halfway between two corners has the mean of their
+    normals. Nothing is smooth across edges where faces meet at more than `crease` degrees.
+    """
+    kinds = [(faces, place) for faces, place in kinds]
+    between = [_between_corners(place, settings) for _, place in kinds]
+    sheet = _sheet(kinds, settings)
+    normal = _chordal(sheet, *_near(kinds, sheet, between), settings)
+    found, start = [], 0
+    for (faces, place), mean in zip(kinds, between, strict=True):
+        own = normal[sheet.of[start:start + faces.size]].reshape(place.shape)
+        found.append(np.where(mean[:, :, None], _from_corners(own), own))
+        start += faces.size
+    return found
+
+
+def tangents(normal: np.ndarray) -> np.ndarray:
+    """(m, 2, 3): two axes of the planes with the normals (m, 3), so that axis 1 x axis 2 is the normal."""
+    least = np.eye(3)[np.abs(normal).argmin(axis=1)]
+    first = np.cross(normal, least)
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    return np.stack([first, np.cross(normal, first)], axis=1)
+
+
+def _from_corners(values):
+    """(f, k, 3): what values (f, k, 3) are at the nodes of straight faces with the same corners."""
+    k = values.shape[1]
+    corners = face_corners(k)
+    return np.einsum("kc,fcx->fkx", face_shapes(corners, face_places(k))[0], values[:, :corners])
+
+
+def _between_corners(place, settings):
+    """(f, k) bool - nodes that lie between the corners as those of a straight face do."""
+    size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1, initial=0.0)
+    found = np.linalg.norm(place - _from_corners(place), axis=2) <= settings.straight * size[:, None]
+    found[:, :face_corners(place.shape[1])] = False
+    return found
+
+
+def _sheet(kinds, settings):
+    """The _Sheet of the faces."""
+    across = np.concatenate([_outward(place) for _, place in kinds])
+    unit = across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
+    edges, one, other = _edges(kinds)
+    cosine = np.einsum("emx,emx->em", unit[edges[one]], unit[edges[other]]).min(axis=1, initial=1.0)
+    smooth = cosine > np.cos(np.radians(settings.crease))
+    a, b = edges[one[smooth]].ravel(), edges[other[smooth]].ravel()
+    count, of = connected_components(sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(len(unit),) * 2), directed=False)
+    mean, place, known = np.zeros((count, 3)), np.empty((count, 3)), np.ones(count, dtype=bool)
+    np.add.at(mean, of, across)
+    mean /= np.maximum(np.linalg.norm(mean, axis=1), 1e-300)[:, None]
+    place[of] = np.concatenate([p.reshape(-1, 3) for _, p in kinds])
+    known[of[np.linalg.norm(unit - mean[of], axis=1) > settings.straight]] = False
+    known[of[np.delete(edges, np.r_[one[smooth], other[smooth]], axis=0)]] = False
+    return _Sheet(of, place, mean, known)
+
+
+def _outward(place):
+    """(f k, 3) normals at the nodes of each face for itself, as long as the face is large there."""
+    k = place.shape[1]
+    return np.cross(*np.einsum("crk,fkx->rfcx", face_shapes(k, face_places(k))[1], place)).reshape(-1, 3)
+
+
+def _edges(kinds):
+    """(h, 3) int: first, last and middle node of the edges of each face in turn, counted face by face, the node of the
+    lower index first (and again where there is none in the middle); and pairs (e,), (e,) of those that are one edge."""
+    ends, nodes, start = [], [], 0
+    for faces, _ in kinds:
+        k = faces.shape[1]
+        side = np.arange(face_corners(k))
+        local = np.column_stack([side, np.roll(side, -1), side + len(side) if k > len(side) else side])
+        its = start + k * np.arange(len(faces))[:, None, None] + local
+        turned = faces[:, local[:, 0]] > faces[:, local[:, 1]]
+        its[turned, :2] = its[turned, 1::-1]
+        if k == len(side):
+            its[:, :, 2] = its[:, :, 0]
+        ends.append(its.reshape(-1, 3))
+        nodes.append(np.sort(faces[:, local[:, :2]], axis=2).reshape(-1, 2))
+        start += faces.size
+    _, label, count = np.unique(np.concatenate(nodes), axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(label.ravel(), kind="stable")
+    first = (np.cumsum(count) - count)[count == 2]
+    return np.concatenate(ends), order[first], order[first + 1]
+
+
+def _near(kinds, sheet, between):
+    """Pairs (p,), (p,) of nodes of the sheet that are in one face, or in two that have a node in common; without those
+    between corners."""
+    face = np.concatenate([np.full(0, 0), *(np.repeat(np.arange(len(f)), f.shape[1]) for f, _ in kinds)])
+    starts = np.cumsum([0, *(len(f) for f, _ in kinds)])
+    face = face + np.repeat(starts[:-1], [f.size for f, _ in kinds])
+    own = ~np.concatenate([b.ravel() for b in between])
+    there = sp.csr_matrix((np.ones(own.sum()), (face[own], sheet.of[own])), shape=(starts[-1], len(sheet.place)))
+    ring = there.T @ there
+    return sp.triu(ring @ ring, 1).nonzero()
+
+
+def _chordal(sheet, i, j, settings):
+    """(s, 3) unit normals that meet the chords between the nodes i (p,) and j (p,) alike, the nearer the better."""
+    chord, normal = sheet.place[i] - sheet.place[j], sheet.mean.copy()
+    length = np.linalg.norm(chord, axis=1)
+    apart = length > 0
+    i, j, chord, length = i[apart], j[apart], chord[apart], length[apart]
+    chord *= (length.min(initial=np.inf) / length**2)[:, None]
+    column, rows = np.cumsum(~sheet.known) - 1, np.arange(len(i))
+    for _ in range(settings.turns):
+        axes, values, at = tangents(normal), [], []
+        for node in (i, j):
+            free = ~sheet.known[node]
+            values.append(np.einsum("px,pax->pa", chord[free], axes[node[free]]))
+            at.append((rows[free], column[node[free]]))
+        row, place = (np.concatenate(part) for part in zip(*at, strict=True))
+        A = sp.csr_matrix((np.concatenate(values).ravel(), (np.repeat(row, 2), np.column_stack([
+            2 * place, 2 * place + 1]).ravel())), shape=(len(i), 2 * int((~sheet.known).sum())))
+        off = np.einsum("px,px->p", chord, normal[i] + normal[j])
+        turn = lsmr(A, -off, atol=settings.solved, btol=settings.solved, maxiter=settings.most_steps)[0].reshape(-1, 2)
+        normal[~sheet.known] += np.einsum("sa,sax->sx", turn, axes[~sheet.known])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        if np.abs(turn).max(initial=0.0) < settings.turned:
+            break
+    return normal
