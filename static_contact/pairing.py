@@ -11,6 +11,8 @@ from hbm.contact import ContactTable
 from hbm.errors import InputError
 from modal.faces import boundary_faces, node_normals
 from modal.mesh import Mesh
+from static_contact.surfaces.normals import smooth_normals
+from static_contact.surfaces.pick import faces_of
 
 # degrees; a round side meets a flat one along a line, where both normals agree to the angle that a face of it spans
 LARGEST_ANGLE = 20.0
@@ -45,9 +47,8 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, axis: ArrayLike, pull: ArrayL
     match = _match(blade.position[b_index], damper.position[d_index], side, tolerance, shown)
     d_nodes, d_index = d_nodes[match], d_index[match]
     along_axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    b_faces, d_faces = boundary_faces(blade), boundary_faces(damper)
-    facing = [(node_normals(blade, i, b_faces), node_normals(damper, j, d_faces), side, number)
-              for i, j, number in zip(b_index, d_index, b_nodes, strict=True)]
+    facing = [(on_blade, on_damper, side, number) for on_blade, on_damper, number in zip(
+        _normals(blade, side.blade, b_index), _normals(damper, side.damper, d_index), b_nodes, strict=True)]
     mean = np.mean([_shared_normal(*one) for one in facing], axis=0)
     normals = np.array([_shared_normal(*one, mean) for one in facing])       # an edge node may face two ways
     frame = contact_frames(normals, along_axis, side)
@@ -101,6 +102,20 @@ def _match(blade, damper, side, tolerance, shown):
                          f"nodes in '{side.damper}', {unmatched} without a partner within {shown(tolerance)} "
                          f"(largest distance {shown(worst)}); {advice}")
     return nearest
+
+
+def _normals(mesh, group, index):
+    """[(m, 3)] outward normals at the nodes `index`: those of the smooth surface of the group's faces that hold it, or,
+    where none does, of every boundary face there."""
+    blocks = [block for block in faces_of(mesh, group) if len(block)]
+    normals = smooth_normals([(block, mesh.position[block]) for block in blocks]) if blocks else []
+    own: dict[int, list[np.ndarray]] = {}
+    for block, normal in zip(blocks, normals, strict=True):
+        unit = normal / np.linalg.norm(normal, axis=2)[:, :, None]
+        for node, n in zip(block.ravel().tolist(), unit.reshape(-1, 3), strict=True):
+            own.setdefault(node, []).append(n)
+    faces = boundary_faces(mesh)
+    return [np.array(own[i]) if i in own else node_normals(mesh, i, faces) for i in index.tolist()]
 
 
 def _shared_normal(blade, damper, side, number, mean=None):

@@ -13,7 +13,7 @@ class SurfaceSettings:
     straight: float = 1e-6       # of a face's size by which middle nodes may be off: it is then one triangle
     landed: float = 1e-13        # of a face's size: the projection of a point onto it has converged
     steps: int = 30              # of Newton's method for that; curved faces take 3 to 6
-    crease: float = 40.0         # degrees between faces: a round side has nine or more around it, a chamfer is steeper
+    crease: float = 35.0         # degrees between faces: a round side has eleven or more around it, a chamfer has 45
     turned: float = 1e-12        # of the smooth normals in the last turn: they are found
     turns: int = 6               # of Gauss and Newton's method for that; 2 to 4 are taken
     solved: float = 1e-14        # of the least squares in each turn
