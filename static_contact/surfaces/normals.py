@@ -54,6 +54,18 @@ def smooth_normals(kinds: Faces, settings: SurfaceSettings = DEFAULT) -> list[np
     return found
 
 
+def bulge(shape: np.ndarray, place: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """At points with the functions `shape` (m, k) of the nodes of their faces, whose places and smooth normals are
+    (m, k, 3): normals (m, 3), and by how much the smooth surface lies above the faces there (m,) m.
+
+    2 h = sum_k N_k x_k . n_k - x . n : on a circle, of which a face is a chord, h is R - |x| to the fourth order.
+    """
+    arm = place - place[:, :1]
+    n = np.einsum("mk,mkx->mx", shape, normal)
+    own = np.einsum("mk,mkx,mkx->m", shape, arm, normal)
+    return n, (own - np.einsum("mk,mkx,mx->m", shape, arm, n)) / 2
+
+
 def tangents(normal: np.ndarray) -> np.ndarray:
     """(m, 2, 3): two axes of the planes with the normals (m, 3), so that axis 1 x axis 2 is the normal."""
     least = np.eye(3)[np.abs(normal).argmin(axis=1)]
@@ -79,7 +91,7 @@ def _between_corners(place, settings):
 
 def _sheet(kinds, settings):
     """The _Sheet of the faces."""
-    across = np.concatenate([_outward(place) for _, place in kinds])
+    across = np.concatenate([_outward(place, settings) for _, place in kinds])
     unit = across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
     edges, one, other = _edges(kinds)
     cosine = np.einsum("emx,emx->em", unit[edges[one]], unit[edges[other]]).min(axis=1, initial=1.0)
@@ -95,10 +107,13 @@ def _sheet(kinds, settings):
     return _Sheet(of, place, mean, known)
 
 
-def _outward(place):
-    """(f k, 3) normals at the nodes of each face for itself, as long as the face is large there."""
+def _outward(place, settings):
+    """(f k, 3) normals at the nodes of each face for itself, as long as the face is large there; where it is drawn
+    together so much that it has none, that of the whole face."""
     k = place.shape[1]
-    return np.cross(*np.einsum("crk,fkx->rfcx", face_shapes(k, face_places(k))[1], place)).reshape(-1, 3)
+    found = np.cross(*np.einsum("crk,fkx->rfcx", face_shapes(k, face_places(k))[1], place))
+    size, whole = np.linalg.norm(found, axis=2)[:, :, None], found.mean(axis=1)[:, None]
+    return np.where(size > settings.straight * np.linalg.norm(whole, axis=2)[:, :, None], found, whole).reshape(-1, 3)
 
 
 def _edges(kinds):

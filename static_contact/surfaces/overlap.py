@@ -15,7 +15,7 @@ from modal.faces import face_corners, face_shapes, triangle_rule
 from modal.mesh import Mesh
 from static_contact.surfaces.clip import areas, intersections
 from static_contact.surfaces.facets import Facets, Surface, barycentric, facets, vertex_shapes
-from static_contact.surfaces.normals import smooth_normals, tangents
+from static_contact.surfaces.normals import bulge, smooth_normals, tangents
 from static_contact.surfaces.search import candidates
 from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 from static_contact.surfaces.weights import Corners, Overlap, QuadraturePoints, Sums
@@ -32,12 +32,12 @@ def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT
     local = Corners.of(mine)
     sums = Sums(local.first[-1], len(damper.mesh.node), len(blade.mesh.node))
     doubled, layers, total, covered = [np.empty((0, 3))], [np.empty((0, 2))], 0.0, 0.0
-    smooth = smooth_normals([(D.faces, D.place) for D in mine], settings)
-    for D, normals, first in zip(mine, smooth, local.first, strict=False):
+    its, others = (smooth_normals([(F.faces, F.place) for F in kinds], settings) for kinds in (mine, theirs))
+    for D, normals, first in zip(mine, its, local.first, strict=False):
         cover, gaps = np.zeros(len(D.area)), np.tile([np.inf, -np.inf], (len(D.area), 1))
-        for B in theirs:
-            for points, pair, area, gap in _pieces((D, normals), B, (first, *sums.damper.shape, len(blade.mesh.node)),
-                                                   reach, settings):
+        for B, opposite in zip(theirs, others, strict=True):
+            for points, pair, area, gap in _pieces((D, B), (normals, opposite), (
+                    first, *sums.damper.shape, len(blade.mesh.node)), reach, settings):
                 sums.add(points)
                 np.add.at(cover, pair, area)
                 np.minimum.at(gaps[:, 0], pair[area > 0], gap[area > 0])
@@ -46,30 +46,27 @@ def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT
         doubled.append(D.centre[twice])
         layers.append(gaps[twice])
         total, covered = total + D.area.sum(), covered + np.minimum(cover, D.area).sum()
-    found = sums.points(mine, local, settings)
-    apart = found.blade @ blade.mesh.position - found.damper @ damper.mesh.position
-    return replace(found, gap=np.einsum("nx,nx->n", apart, found.normal), covered=covered / total if total else 0.0,
+    return replace(sums.points(mine, local, settings), covered=covered / total if total else 0.0,
                    doubled=np.concatenate(doubled), layers=np.concatenate(layers))
 
 
-def _pieces(smooth, B, sizes, reach, settings):
-    """QuadraturePoints of the overlap of the facets D of the damper with B of the blade; and of the pieces the facet
-    of the damper, area and mean gap (s,). smooth - D and the smooth normals at the nodes of its faces; sizes - first
-    of the Corners of D, their number, nodes of both."""
-    D = smooth[0]
+def _pieces(both, smooth, sizes, reach, settings):
+    """QuadraturePoints of the overlap of both, facets D of the damper and B of the blade; and of the pieces the facet
+    of the damper, area and mean gap (s,). smooth - the normals at the nodes of their faces; sizes - first of the
+    Corners of D, their number, nodes of both."""
+    D, B = both
     i, j = candidates(D, B, reach, settings)
     rule = triangle_rule(3 if face_corners(D.faces.shape[1]) == face_corners(B.faces.shape[1]) == 3 else 4)
     for start in range(0, len(i), settings.block):
         block = slice(start, start + settings.block)
         found = _integrate(D, B, i[block], j[block], rule, settings)
         if found is not None:
-            yield _within(found, (*smooth, B), sizes, reach)
+            yield _within(found, both, smooth, sizes, reach)
 
 
-def _within(found, both, sizes, reach):
-    """The points found by `_integrate` whose gap is small enough, the covered areas and gaps; both - facets D with
-    their smooth normals, and B."""
-    ((i, j), weight, on_damper, on_blade), (D, smooth, B) = found, both
+def _within(found, both, smooth, sizes, reach):
+    """The points found by `_integrate` whose gap is small enough, the covered areas and gaps."""
+    ((i, j), weight, on_damper, on_blade), (D, B) = found, both
     q = len(weight) // len(i)
     gap = np.einsum("mx,mx->m", on_blade.place - on_damper.place, np.repeat(D.normal[i], q, axis=0))
     near = np.abs(gap) <= reach
@@ -79,11 +76,13 @@ def _within(found, both, sizes, reach):
     width = face_corners(D.faces.shape[1])
     own = first + width * face[:, None] + np.arange(width)
     psi = vertex_shapes(width, on_damper.reference[near])
+    normal, high = bulge(on_damper.shape[near], D.place[face], smooth[0][face])
+    higher = bulge(on_blade.shape[near], B.place[other], smooth[1][other])[1]
+    apart = np.einsum("mx,mx->m", on_blade.place[near] - on_damper.place[near], normal) / np.linalg.norm(normal, axis=1)
     points = QuadraturePoints((weight / on_damper.slant)[near], _rows(psi, own, corners),
                               _rows(on_damper.shape[near], D.faces[face], damper),
                               _rows(on_blade.shape[near], B.faces[other], blade), on_damper.normal[near],
-                              on_blade.normal[near],
-                              np.einsum("mk,mkx->mx", on_damper.shape[near], smooth[face]), gap[near])
+                              on_blade.normal[near], normal, apart - high - higher)
     return points, i, per_piece, gap.reshape(-1, q).mean(axis=1)
 
 

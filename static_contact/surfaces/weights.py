@@ -31,7 +31,7 @@ class Overlap:
     vertex : (n,) int - node index in the damper's mesh; area : (n,) m2
     damper, blade : (n, nodes) CSR - weights of the nodes of either mesh, rows of sum 1
     normal : (n, 3) - from the damper into the blade, read where the motions are: of the smooth surface (normals.py)
-    gap : (n,) m - along it between the places that are read on both, negative: overlapping
+    gap : (n,) m - mean between the smooth surfaces, negative: overlapping
     opposed : (n,) degrees - mean normals of damper and blade off opposition; least : (n,) m - smallest gap
     covered : share of the damper's facets that the blade covers
     doubled : (c, 3) m - centres of facets that lie opposite to two blade faces at once
@@ -56,6 +56,7 @@ class QuadraturePoints:
     """m quadrature points; shapes (m, nodes) of the corners and of the nodes of both meshes.
 
     normal, opposite : (m, 3) - of the faces of damper and blade; smooth : (m, 3) - of the damper's smooth surface
+    gap : (m,) m - between the smooth surfaces
     """
 
     weight: np.ndarray
@@ -122,8 +123,8 @@ class Sums:
 
     def __init__(self, corners: int, damper: int, blade: int):
         local = corners
-        self.area, self.normal, self.opposite, self.smooth = (np.zeros(shape) for shape in (
-            local, (local, 3), (local, 3), (local, 3)))
+        self.area, self.gap, self.normal, self.opposite, self.smooth = (np.zeros(shape) for shape in (
+            local, local, (local, 3), (local, 3), (local, 3)))
         self.least, self.most = np.full(local, np.inf), np.zeros(local)
         self.mass = sp.csr_matrix((local, local))
         self.damper, self.blade = sp.csr_matrix((local, damper)), sp.csr_matrix((local, blade))
@@ -136,13 +137,14 @@ class Sums:
         self.normal += weighted @ points.normal
         self.opposite += weighted @ points.opposite
         self.smooth += weighted @ points.smooth
+        self.gap += weighted @ points.gap
         self.damper, self.blade = self.damper + weighted @ points.damper, self.blade + weighted @ points.blade
         near = points.corners.tocoo()
         np.minimum.at(self.least, near.col, points.gap[near.row])
         np.maximum.at(self.most, near.col, near.data)
 
     def points(self, kinds: list[Facets], corners: Corners, settings: SurfaceSettings) -> Overlap:
-        """The contact points; their gaps, how much of the faces is covered, and what twice, are left open."""
+        """The contact points; how much of the faces is covered, and what twice, is left open."""
         whole, n = whole_corners(kinds, self.damper.shape[1]), len(corners.vertex)
         least_of = settings.dropped * whole
         owner = corners.owners(np.bincount(corners.vertex, self.area, len(whole)) > least_of, self.area)
@@ -156,7 +158,7 @@ class Sums:
         cosine = np.einsum("nx,nx->n", normal, opposite) / np.linalg.norm(normal, axis=1) / np.linalg.norm(
             opposite, axis=1)
         return Overlap(vertex, area, _without_zeros(mean @ self.damper), _without_zeros(mean @ self.blade),
-                       smooth / np.linalg.norm(smooth, axis=1)[:, None], np.zeros(len(vertex)),
+                       smooth / np.linalg.norm(smooth, axis=1)[:, None], mean @ self.gap,
                        np.degrees(np.arccos(np.clip(-cosine, -1, 1))), least[vertex])
 
 
