@@ -27,6 +27,8 @@ from tipdamp.study.view import Study
 SIZE = {"blades": (5e-3, 5.0), "damper": (1e-3, 1.0)}
 MASS = {"blades": (1e-3, 1e3), "damper": (1e-5, 10.0)}
 LARGE_DAMPING = 0.2
+SOFT = 2e-3              # of two smooth half-spaces: rough contacts are stiffer; N/mm taken for N/m is a factor of 1e-3
+CLOSURE = 0.05           # of the size of a cell: more is no small motion, and other nodes would face each other
 COVERED = 0.95           # of a side of the damper: less of it opposite to the blade is said
 # percent by which a bar with one and two layers of linear cells is too stiff in bending; quadratic ones: 3 and 2
 # [tests/modal/test_bending.py]
@@ -138,7 +140,8 @@ def _frequency(study, inspected):
 
 
 def _stiffness(study, inspected):
-    """Given kn beyond what two smooth half-spaces of the side's size and materials have: real contacts are softer."""
+    """Given kn beyond what two smooth half-spaces of the side's size and materials have, real contacts are softer; or
+    hundreds of times below it."""
     pull = float(np.linalg.norm(pull_vector(study)))
     for name, moduli in inspected.side_moduli.items():
         side, found = study.sides[name], inspected.pair_checks[name]
@@ -154,6 +157,13 @@ def _stiffness(study, inspected):
         except InputError:       # a radius that is missing, or far too small for the load
             continue
         total, said, asked = _given_total(side, found)
+        if total < SOFT * bound:
+            force = (found.force_per_pull or 0.0) * pull
+            closes = (f": {force:.3g} N close it by {1e3 * force / total:.2g} mm and those by "
+                      f"{1e3 * force / bound:.2g} mm" if force else "")
+            yield (f"[contact.{name}] {said} for the side, 1/{bound / total:.3g} of that of two smooth half-spaces of "
+                   f"its size and material ({bound:.3g} N/m){closes}; rough contacts have a tenth to a hundredth: is "
+                   f"{asked}, and in the units of [units] (1 N/mm is 1e3 N/m, 1 N/mm3 is 1e9 N/m3)?")
         if total > bound:
             yield (f"[contact.{name}] {said} for the side, "
                    f"{total / bound:.2g} times that of two smooth half-spaces of its size and material ({bound:.3g} "
@@ -215,6 +225,33 @@ def _cover_warnings(study, pairs, areas):
             yield (f"side '{name}': of the damper's faces '{side.damper}' {1e6 * met:.4g} of {1e6 * whole:.4g} mm2 "
                    f"({met / whole:.0%}) lie opposite to blade faces of '{side.blade}', the rest carries nothing; "
                    "where it should, see whether the meshes are in place and all blade faces are named")
+
+
+def closure_warnings(pairs: ContactTable, smooth: dict[str, float]) -> Iterator[str]:
+    """Sides whose springs close under the preload of the pairs by more than a small part of a cell; smooth {side: N/m}
+    of two smooth half-spaces, where it is known."""
+    for name in pairs.sides:
+        mine = pairs.select((pairs.side == name) & pairs.carrying & (pairs.kn > 0) & np.isfinite(pairs.kn))
+        size = _cell_sizes(mine)
+        closure = np.maximum(mine.preload, 0) / np.where(mine.kn > 0, mine.kn * mine.weight, 1.0)
+        far = closure > CLOSURE * size
+        if far.any():
+            i = int((closure / size).argmax())
+            force = float(np.maximum(mine.preload, 0).sum())
+            estimate = ("; two smooth half-spaces of its size and material would by "
+                        f"{1e3 * force / smooth[name]:.2g} mm" if name in smooth else "")
+            yield (f"side '{name}': the springs of {int(far.sum())} of {len(mine)} pairs close under the preload by "
+                   f"more than {CLOSURE:g} of the size of a cell, most at damper node {mine.damper_node[i]}: "
+                   f"{mine.preload[i]:.3g} N on kn = {mine.kn[i]:.3g} N/m is {1e3 * closure[i]:.2g} mm, and cells are "
+                   f"{1e3 * size[i]:.2g} mm{estimate}: is kn too small by a factor of 1000 or more (N/mm for N/m)?")
+
+
+def _cell_sizes(mine):
+    """(n,) m: of the faces around contact points, and the distance of neighbouring pairs of nodes."""
+    if len(mine) < 2:
+        return np.full(len(mine), np.inf)
+    apart = cKDTree(mine.position).query(mine.position, 2)[0][:, 1]
+    return np.where(mine.on_surface, np.sqrt(np.where(mine.on_surface, mine.area, 0.0)), np.median(apart))
 
 
 def damping_warnings(study: Study) -> Iterator[str]:

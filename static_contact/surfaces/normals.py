@@ -45,7 +45,7 @@ def smooth_normals(kinds: Faces, settings: SurfaceSettings = DEFAULT) -> list[np
     kinds = [(faces, place) for faces, place in kinds]
     between = [_between_corners(place, settings) for _, place in kinds]
     sheet = _sheet(kinds, settings)
-    normal = _chordal(sheet, *_near(kinds, sheet, between), settings)
+    normal = _chordal(sheet, _near(kinds, sheet, between), settings)
     found, start = [], 0
     for (faces, place), mean in zip(kinds, between, strict=True):
         own = normal[sheet.of[start:start + faces.size]].reshape(place.shape)
@@ -150,27 +150,28 @@ def _near(kinds, sheet, between):
     return sp.triu(ring @ ring, 1).nonzero()
 
 
-def _chordal(sheet, i, j, settings):
-    """(s, 3) unit normals that meet the chords between the nodes i (p,) and j (p,) alike, the nearer the better."""
-    chord, normal = sheet.place[i] - sheet.place[j], sheet.mean.copy()
+def _chordal(sheet, pairs, settings):
+    """(s, 3) unit normals that meet the chords between pairs (p,), (p,) of nodes alike, the nearer the better."""
+    normal, free = sheet.mean.copy(), np.flatnonzero(~sheet.known)
+    i, j = pairs
+    chord = sheet.place[i] - sheet.place[j]
     length = np.linalg.norm(chord, axis=1)
-    apart = length > 0
-    i, j, chord, length = i[apart], j[apart], chord[apart], length[apart]
-    chord *= (length.min(initial=np.inf) / length**2)[:, None]
-    column, rows = np.cumsum(~sheet.known) - 1, np.arange(len(i))
-    for _ in range(settings.turns):
-        axes, values, at = tangents(normal), [], []
-        for node in (i, j):
-            free = ~sheet.known[node]
-            values.append(np.einsum("px,pax->pa", chord[free], axes[node[free]]))
-            at.append((rows[free], column[node[free]]))
-        row, place = (np.concatenate(part) for part in zip(*at, strict=True))
-        A = sp.csr_matrix((np.concatenate(values).ravel(), (np.repeat(row, 2), np.column_stack([
-            2 * place, 2 * place + 1]).ravel())), shape=(len(i), 2 * int((~sheet.known).sum())))
-        off = np.einsum("px,px->p", chord, normal[i] + normal[j])
+    weighed = np.divide(chord, length[:, None]**2, out=np.zeros_like(chord), where=length[:, None] > 0)
+    weighed *= length.min(initial=np.inf, where=length > 0)
+    for _ in range(settings.turns if len(free) and len(i) else 0):
+        axes = tangents(normal)
+        A = (_along(weighed, axes, i) + _along(weighed, axes, j))[:, np.column_stack([2 * free, 2 * free + 1]).ravel()]
+        off = np.einsum("px,px->p", weighed, normal[i] + normal[j])
         turn = lsmr(A, -off, atol=settings.solved, btol=settings.solved, maxiter=settings.most_steps)[0].reshape(-1, 2)
-        normal[~sheet.known] += np.einsum("sa,sax->sx", turn, axes[~sheet.known])
+        normal[free] += np.einsum("sa,sax->sx", turn, axes[free])
         normal /= np.linalg.norm(normal, axis=1)[:, None]
-        if np.abs(turn).max(initial=0.0) < settings.turned:
+        if np.abs(turn).max() < settings.turned:
             break
     return normal
+
+
+def _along(vector, axes, node):
+    """(p, 2 s) CSR: components of vectors (p, 3) along the axes (s, 2, 3) of their nodes (p,)."""
+    p = len(node)
+    return sp.csr_matrix((np.einsum("px,pax->pa", vector, axes[node]).ravel(), np.column_stack([
+        2 * node, 2 * node + 1]).ravel(), np.arange(0, 2 * p + 1, 2)), shape=(p, 2 * len(axes)))

@@ -149,9 +149,9 @@ def curved(n, kinds=("tetra10", "hexahedron20")):
 @pytest.mark.slow
 @pytest.mark.parametrize("kinds", [("tetra10", "hexahedron20"), ("hexahedron20", "tetra10")])
 def test_curved_surfaces_converge(kinds):
-    """Cylindrical sides: normals are exact; with the face size the errors of area and gap fall with the fourth power,
-    that of the work of a uniform pressure on smooth motions of the blade with the third, that of its single nodal loads
-    with the first."""
+    """Cylindrical sides: normals and gaps are exact; with the face size the error of the area falls with the fourth
+    power, that of the work of a uniform pressure on smooth motions of the blade with the third, that of its single
+    nodal loads with the first."""
     errors = []
     for n in (6, 12):
         low, its, high, theirs = curved(n, kinds)
@@ -168,9 +168,10 @@ def test_curved_surfaces_converge(kinds):
             np.add.at(exact, faces, np.einsum("fgx,g,gk->fkx", inward, weight, shape))
         off = force - exact
         errors.append([abs(met.area.sum() / (LENGTH * WIDTH) - 1), abs((off * motion).sum() / (exact * motion).sum()),
-                       np.abs(off).sum() / np.abs(exact).sum(), np.abs(met.gap).max()])
+                       np.abs(off).sum() / np.abs(exact).sum()])
+        assert np.abs(met.gap).max() < 1e-14
     rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert (rates[-1] > [3.8, 2.8, 0.9, 3.8]).all() and (errors[-1] < np.array([1e-8, 1e-5, 1e-2, 1e-9])).all()
+    assert (rates[-1] > [3.8, 2.8, 0.9]).all() and (errors[-1] < np.array([1e-8, 1e-5, 1e-2])).all()
 
 
 def test_clipped_triangles():

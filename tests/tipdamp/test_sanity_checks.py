@@ -13,6 +13,8 @@ from tipdamp.bodies.read import read_meshes
 from tipdamp.cli import main
 from tipdamp.pair_checks import axis_warnings
 from tipdamp.sanity_checks import mesh_warnings
+from tipdamp.stages.results import PreloadResult
+from tipdamp.store import Store
 from tipdamp.study.study import load_study
 
 
@@ -72,6 +74,38 @@ def test_total_and_areal_stiffness_beyond_half_spaces(tmp_path, capsys, given, s
         [found] = [w for w in warnings if "half-spaces" in w]
         assert found.startswith(f"[contact.one] {said}, ")
         assert 1.1e9 < float(found.split(" N/m), real")[0].rpartition("(")[2]) < 1.32e9
+
+
+@pytest.mark.parametrize("old, new, said", [
+    ("kn = 1e6", "kn = 1e3", "kn = 1000 N/m on 9 nodes is 9e+03 N/m"),
+    ("kn = 1e6", "kn_total = 1e5\nkt_total = 1e5", "kn_total = 1e+05 N/m"),
+    ("kn = 1e6", "kn_per_area = 90\nkt_per_area = 90", "kn_per_area = 90 N/m3 on 100 mm2 is 0.009 N/m")])
+def test_contact_a_thousand_times_too_soft(tmp_path, capsys, old, new, said):
+    """N/mm, or N/mm3, taken for N/m: held against the half-spaces of the tests above, 1.29e9 N/m, and the pull of 10 N,
+    of which each side carries 7.07 N."""
+    total = float(said.split(" is ")[-1].split("= ")[-1].split()[0])
+    new = f"{old}\nkt = 1e6", new if "total" in new or "area" in new else f"{new}\nkt = 1e6"
+    _, error, warnings = inspect(corner_study.write(tmp_path, change=[new]), capsys)
+    assert warnings is not None, error
+    [found] = [w for w in warnings if "half-spaces" in w]
+    assert found.startswith(f"[contact.one] {said} for the side, 1/")
+    ratio, closes = (float(found.split(a)[1].split(b)[0]) for a, b in ((" 1/", " of that"), ("close it by ", " mm")))
+    assert 1.28e9 < ratio * total < 1.32e9 and closes == pytest.approx(7.07e3 / total, rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kn, soft", [("1e6", False), ("1e3", True)])
+def test_closure_under_the_preload(tmp_path, capsys, kn, soft):
+    """Nodes lie 5 mm apart; 7.07 N on nine springs of 1 kN/m close them by 0.79 mm, were they alike."""
+    path = corner_study.write(tmp_path, change=[("kn = 1e6", f"kn = {kn}")] * 2)
+    assert [main([stage, str(path)]) for stage in ("inspect", "reduce", "preload")] == [0, 0, 0]
+    capsys.readouterr()
+    result = PreloadResult.load(Store(path.parent / "results" / "corner"))
+    found = [warning for warning in result.warnings if "close under the preload" in warning]
+    assert len(found) == 2 * soft
+    if soft:
+        closed = float(found[0].split("N/m is ")[1].split(" mm")[0])
+        assert closed == pytest.approx(0.79) and "cells are 5 mm" in found[0] and "half-spaces of its size" in found[0]
 
 
 @pytest.mark.parametrize("along, share", [(0.04, None), (0.08, "92 of 100 mm2 (92%)")])

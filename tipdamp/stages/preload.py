@@ -16,6 +16,7 @@ from tipdamp.bodies.read import BODY_READS
 from tipdamp.gaps import check_gaps
 from tipdamp.pair_checks import jamming
 from tipdamp.progress import Tick
+from tipdamp.sanity_checks import closure_warnings
 from tipdamp.stages import fitted_stiffness
 from tipdamp.stages.fitted_stiffness import fit_factor
 from tipdamp.stages.model_inputs import balance_error, equilibrium, preload_map, side_sums
@@ -57,8 +58,8 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     PreloadResult(
         sides=side_forces(found.pairs, rest.forces, rest.balance), residual=found.residual,
         iterations=found.iterations, **rest.facts, stiffness=made, cases=cases,
-        warnings=(*said, *doubts, *jamming(pairs, np.array(study.driver.pull_direction)),
-                  *reaction_warnings(reactions)),
+        warnings=(*said, *doubts, *_closure(study, pulled, made),
+                  *jamming(pairs, np.array(study.driver.pull_direction)), *reaction_warnings(reactions)),
         kn_kt_N_per_m={s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()) for s in pairs.sides},
     ).save(store)
     files = ["preload_friction.csv"] if study.preload.friction else []
@@ -84,6 +85,15 @@ def _with_stiffness(study, store, model, bodies, materials):
     pairs = stiffness.with_values(study, pairs, materials, pull, fitted)
     check_gaps(study, pairs, model.position[(model.body == DAMPER) & model.moves])
     return pairs, made, said
+
+
+def _closure(study, pulled, made):
+    """Warnings of springs that are far too soft for the preload."""
+    if study.contact.normal == "hard":
+        return []
+    smooth = {name: one.nodes * way.kn_N_per_m for name, one in made.items() for way in one.ways
+              if way.way == "smooth half-spaces"}
+    return list(closure_warnings(pulled, smooth))
 
 
 def _frictionless(study, contact):
