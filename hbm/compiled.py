@@ -52,7 +52,7 @@ class KernelCache(FunctionCache):
         """Keep the code for a signature, where the disk allows it."""
         try:
             super().save_overload(sig, data)
-        except OSError as error:
+        except Exception as error:         # the disk, or a numba whose cache works otherwise
             _tell_once("compiled kernels cannot be kept, and every run compiles them again", error)
 
 
@@ -92,7 +92,7 @@ class KernelFiles(IndexDataCacheFile):
 def _cache_of(function):
     try:
         return KernelCache(function)
-    except (RuntimeError, OSError) as error:         # no folder that can be written to
+    except Exception as error:         # no folder that can be written to
         _tell_once("compiled kernels cannot be kept, and every run compiles them again", error)
         return NullCache()
 
