@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from hbm.errors import InputError, nearest, shown
+from hbm.io.csv_table import read_table
 from hbm.validation import brief
 
 GROUND = "ground"
@@ -97,8 +98,8 @@ class ContactTable:
                 allowed = "finite" if np.isinf(low) else f"finite and between {low:g} and {high:g}"
                 raise InputError(f"contact table, pair {i + 1}: {name} = {values[i]:g}, must be {allowed}")
         off = np.abs(self.frame @ self.frame.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
-        if (off > 1e-6).any():
-            i = int(off.argmax())
+        if not (off <= 1e-6).all():
+            i = int(np.where(np.isnan(off), np.inf, off).argmax())
             raise InputError(f"contact table, pair {i + 1}: t1, t2, n are not orthonormal (off by {off[i]:.1e})")
         left = np.linalg.det(self.frame) < 0
         if left.any():
@@ -158,30 +159,25 @@ class ContactTable:
 
     @classmethod
     def load(cls, path: str | Path) -> "ContactTable":
-        """Read a CSV with a header line; gap, preload, row, weight and area may be left out."""
+        """Read a CSV with a header line; gap, preload, row, weight and area may be left out. Columns are separated by
+        commas, or by semicolons, then also with decimal commas. Raises InputError with line and column where a row does
+        not fit the header, a column is there twice or a value is none."""
         path = Path(path)
         if not path.is_file():
             raise InputError(f"contact table not found: {path}")
-        try:
-            with open(path, newline="", encoding="utf-8-sig") as f:
-                lines = [line for line in csv.reader(f) if line]
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise InputError(f"{path}: is not a CSV text in UTF-8 ({error})") from None
-        if len(lines) < 2:
+        table = read_table(path, _kind)
+        if not table.rows:
             raise InputError(f"{path}: holds no contact pairs")
-        header = [h.strip() for h in lines[0]]
-        if len(header) == 1 and ";" in header[0]:
-            raise InputError(f"{path}: the columns are separated by semicolons; save it with commas and decimal points")
-        for h in header:
+        for h in table.header:
             if h not in COLUMNS:
                 raise InputError(f"{path}: unknown column '{shown(h)}'; {nearest(h, COLUMNS)}")
-        missing = [c for c in COLUMNS if c not in header and c not in _DEFAULT]
+        missing = [c for c in COLUMNS if c not in table.header and c not in _DEFAULT]
         if missing:
             raise InputError(f"{path}: column '{missing[0]}' is missing; needed: {', '.join(COLUMNS)}")
-        columns: dict = {c: [_DEFAULT[c]] * (len(lines) - 1) for c in _DEFAULT}
-        for k, name in enumerate(header):
-            columns[name] = [_parse(path, i + 2, name, line[k] if k < len(line) else "")
-                             for i, line in enumerate(lines[1:])]
+        columns: dict = {c: [_DEFAULT[c]] * len(table.rows) for c in _DEFAULT}
+        for name in table.header:
+            columns[name] = ([text.removeprefix("'") for text in table.texts(name)] if name in _TEXT else
+                             table.numbers(name, _kind(name)))
         vectors = {name: np.column_stack([columns.pop(label) for label in labels])
                    for name, labels in _VECTOR.items()}
         frame = np.stack([vectors["t1"], vectors["t2"], vectors["n"]], axis=1)
@@ -266,11 +262,5 @@ def _text(value) -> str:
     return repr(float(value)) if isinstance(value, np.floating | float) else str(value)
 
 
-def _parse(path, line, name, text):
-    text = text.strip()
-    if name in _TEXT:
-        return text.removeprefix("'")
-    try:
-        return int(text) if name in _WHOLE else float(text)
-    except ValueError:
-        raise InputError(f"{path}, line {line}: {name} = '{shown(text)}' is not a number") from None
+def _kind(column):
+    return str if column in _TEXT else int if column in _WHOLE else float

@@ -17,6 +17,7 @@ from hbm.balance.restraint import SUPPORT, check_rest, floating_motions, stiff_f
 from hbm.balance.series import ContactReceptance, contact_receptance
 from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
+from hbm.contact_doubts import mixed_partners, node_places, opposed_normals
 from hbm.errors import InputError
 from hbm.hold.spring import HeldMotion, Hold, held_motions, springs, with_springs
 from hbm.laws.base import ContactLaw
@@ -215,7 +216,8 @@ def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, o
     model, pairs, law, origin, damping_ratio : as in `hbm.response.forced_response`
     static : (r,) N - constant loads: all of them with the unloaded origin, those beside the preload's else
     hold : rigid motions of bodies that no contact resists, and that are held (`hbm.hold.spring.Hold`)
-    Raises InputError on unusable input; warns where the model cannot move along the normal of a pair.
+    Raises InputError on unusable input; warns where the model cannot move along the normal of a pair,
+    and where partners or normals of the pairs look mixed up (see `hbm.contact_doubts`).
     """
     problem, kept, doubts = doubted_problem(model, pairs, law, (origin, static, damping_ratio, hold))
     for doubt in doubts:
@@ -241,7 +243,8 @@ def doubted_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw,
     law = law.select(kept)
     B = relative_motion(model, used)
     held = held_motions(model, used, hold)
-    doubts = [without_normal_motion(B, used) if "n" in law.components else "", *(one.doubt for one in held)]
+    doubts = [without_normal_motion(B, used) if "n" in law.components else "", *(one.doubt for one in held),
+              mixed_partners(used, *node_places(model, used)), opposed_normals(used)]
     if law.components != ("t1", "t2", "n"):
         rows = ["t1", "t2", "n"]
         B = B[np.concatenate([[3 * i + rows.index(c) for c in law.components] for i in range(len(used))])]

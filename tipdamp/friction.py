@@ -12,6 +12,7 @@ import numpy as np
 
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
+from hbm.io.csv_table import read_table
 from hbm.model import ReducedModel
 from static_contact.friction import FrictionalContact, FrictionState
 from static_contact.sparse_bodies import SparseBodies
@@ -72,11 +73,10 @@ def save(path: Path, pairs: ContactTable, tangential: np.ndarray, slider: np.nda
 
 def load(path: Path, pairs: ContactTable) -> np.ndarray:
     """(P, 2) N: T1 and T2 of the file, which must belong to the pairs."""
-    with open(path, newline="", encoding="utf-8") as f:
-        rows = list(csv.DictReader(f))
-    if [int(r["damper_node"]) for r in rows] != pairs.damper_node.tolist():
+    table = read_table(path, lambda column: int if column in ("pair", "damper_node") else float)
+    if table.numbers("damper_node", int) != pairs.damper_node.tolist():
         raise InputError(f"{path} does not belong to the contact table beside it")
-    return np.array([[float(r["T1_N"]), float(r["T2_N"])] for r in rows]).reshape(-1, 2)
+    return np.column_stack([table.numbers("T1_N"), table.numbers("T2_N")])
 
 
 def start(model: ReducedModel, pairs: ContactTable, tangential: np.ndarray) -> StartState:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from hbm.contact import GROUND, ContactTable
+from hbm.contact_doubts import node_places
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from modal.faces import boundary_faces, node_normals
@@ -44,12 +45,8 @@ def places_in(model: ReducedModel | None, pairs: ContactTable) -> dict:
     """{"blades", "damper": (P, 3) m} of the two nodes of each pair; the table's place for what the model lacks."""
     if model is None:
         return {BLADES: pairs.position, DAMPER: pairs.position}
-    at = {(b, n): place for b, n, d, place in zip(model.body.tolist(), model.node.tolist(), model.direction.tolist(),
-                                                  model.position, strict=True) if d != "mode"}
-    return {name: np.array([at.get(key, pairs.position[i]) for i, key in
-                            enumerate(zip(bodies.tolist(), nodes.tolist(), strict=True))])
-            for name, bodies, nodes in ((BLADES, pairs.blade_body, pairs.blade_node),
-                                        (DAMPER, pairs.damper_body, pairs.damper_node))}
+    found = dict(zip((BLADES, DAMPER), node_places(model, pairs), strict=True))
+    return {name: np.where(np.isfinite(place), place, pairs.position) for name, place in found.items()}
 
 
 def surface_angles(pairs: ContactTable, meshes: dict) -> np.ndarray:

@@ -4,7 +4,8 @@ Compiled code is stored per file: nothing compiled here is called from compiled 
 """
 
 import numpy as np
-from numba import njit
+
+from hbm.compiled import njit
 
 
 @njit(cache=True)

@@ -1,7 +1,6 @@
 """Where the next point of a branch is expected: polynomials through the points before, along their tangents."""
 
 import numpy as np
-from numba import njit
 
 from hbm.continuation.point import Linearised, Metric, Point
 
@@ -47,30 +46,32 @@ def _places(points, units, metric):
     return np.array(places[::-1])
 
 
-@njit(cache=True, error_model="numpy")
 def _weights(places, at, highest):
     """(orders, 2 points) weights of the values and of the slopes at the places, by which polynomials continue to `at`.
 
     Order k passes through the first k + 1 of these: value and slope of the last point, of the one before, and so on
-    (Newton's divided differences with each place counted twice).
+    (Newton's divided differences with each place counted twice). Numbers of Python: for six of them arrays are slower.
     """
     count = len(places)
-    table, place = np.zeros((highest + 1, 2 * count)), np.empty(highest + 1)
-    for i in range(highest + 1):
-        place[i] = places[count - 1 - i // 2]
-        table[i, count - 1 - i // 2] = 1.0
-    weights, reach, found = table[0].copy(), 1.0, np.empty((highest, 2 * count))
+    behind = [count - 1 - i // 2 for i in range(highest + 1)]
+    place, unit = [places.tolist()[j] for j in behind], np.eye(2 * count).tolist()
+    table = [unit[j] for j in behind]
+    reach, weights, found = 1.0, table[0], []
     for k in range(1, highest + 1):
-        for i in range(highest + 1 - k):
-            if k == 1 and i % 2 == 0:           # a point and itself: the slope stands for their difference
-                table[i] = 0.0
-                table[i, 2 * count - 1 - i // 2] = 1.0
-            else:
-                table[i] = (table[i + 1] - table[i]) / (place[i + k] - place[i])
+        # a point and itself: the slope stands for their difference
+        table = [unit[count + behind[i]] if k == 1 and i % 2 == 0 else
+                 _slope(table[i], table[i + 1], place[i + k] - place[i]) for i in range(highest + 1 - k)]
         reach *= at - place[k - 1]
-        weights += reach * table[0]
-        found[k - 1] = weights
-    return found
+        weights = [w + reach * t for w, t in zip(weights, table[0], strict=True)]
+        found.append(weights)
+    return np.array(found)
+
+
+def _slope(low, high, apart):
+    """Not a number where two places are one, as arrays have it."""
+    if apart == 0:
+        return [np.nan] * len(low)
+    return [(b - a) / apart for a, b in zip(low, high, strict=True)]
 
 
 def tangent(e: Linearised, row: np.ndarray, corner: float, sign: float, metric: Metric) -> tuple[np.ndarray, float]:

@@ -1,6 +1,5 @@
 """Dof tables of reduced models in files: CSV, Ansys' .mapping, the labels of Abaqus' matrix text, saved models."""
 
-import csv
 import json
 import zipfile
 import zlib
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hbm.errors import InputError
+from hbm.io.csv_table import read_table
 from hbm.io.matlab import open_matlab
 from hbm.io.npz import open_npz
 from hbm.points import ContactPoints
@@ -28,24 +28,23 @@ def read_dofs(path: str | Path, body: str = "body") -> dict:
         raise InputError(f"dof table: no such file: {path}")
     if path.suffix.lower() == ".mapping":
         return _ansys_mapping(path, body)
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as f:
-            rows = [{k.strip(): (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(f)]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: is not a CSV text in UTF-8 ({error}); save the dof table as 'CSV UTF-8'") from None
+    table = read_table(path, _kind)
     for column in ("node", "direction"):
-        if not rows or column not in rows[0]:
+        if column not in table.header or not table.rows:
             raise InputError(f"{path}: column '{column}' is missing; needed: node, direction; may be: body, x, y, z")
-    try:
-        position = [[float(row.get(k) or "nan") for k in DIRECTIONS] for row in rows]
-        node = [int(row["node"]) for row in rows]
-        loads = {name: [float(row[key] or 0) for row in rows] for name, key in _named(rows[0], "load ")}
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
-    return dict(body=np.array([row.get("body") or body for row in rows]), node=node, position=position,
-                direction=[row["direction"].lower() for row in rows], loads=loads,
-                groups={name: list(dict.fromkeys(n for n, row in zip(node, rows, strict=True) if row[key]))
-                        for name, key in _named(rows[0], "group ")})
+    none = [float("nan")] * len(table.rows)
+    position = [table.numbers(k, empty=float("nan")) if k in table.header else none for k in DIRECTIONS]
+    node = table.numbers("node", int)
+    bodies = table.texts("body") if "body" in table.header else [body] * len(table.rows)
+    return dict(body=np.array([name or body for name in bodies]), node=node, position=np.transpose(position).tolist(),
+                direction=[text.lower() for text in table.texts("direction")],
+                loads={name: table.numbers(key, empty=0.0) for name, key in _named(table.header, "load ")},
+                groups={name: list(dict.fromkeys(n for n, mark in zip(node, table.texts(key), strict=True) if mark))
+                        for name, key in _named(table.header, "group ")})
+
+
+def _kind(column):
+    return int if column == "node" else float if column in DIRECTIONS or column.startswith("load ") else str
 
 
 def read_npz(path: str | Path) -> dict:
@@ -148,5 +147,5 @@ def _ansys_mapping(path, body):
     return dict(body=body, node=[int(f[1]) for f in found], direction=[ANSYS_DOFS[f[2].upper()] for f in found])
 
 
-def _named(row, prefix):
-    return [(key.removeprefix(prefix), key) for key in row if key.startswith(prefix)]
+def _named(header, prefix):
+    return [(key.removeprefix(prefix), key) for key in header if key.startswith(prefix)]

@@ -15,8 +15,15 @@ def announce(kernel):
     """
     if not isinstance(kernel, CPUDispatcher) or kernel.overloads:      # not its signatures: they are hashed
         return
-    source = Path(kernel.py_func.__code__.co_filename)
-    stored = Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__name__}*.nbi")
+    source, folder = Path(kernel.py_func.__code__.co_filename), kernel.stats.cache_path
+    stored = Path(folder).glob(f"{source.stem}.{kernel.py_func.__name__}*.nbi") if folder else ()
     newest, mark = source.stat().st_mtime, sha256(source.read_bytes()).digest()      # older, newer versions of numba
-    if not any(path.stat().st_mtime >= newest or mark in path.read_bytes() for path in stored):
+    if not any(path.is_file() and (path.stat().st_mtime >= newest or _holds(path, mark)) for path in stored):
         logging.getLogger("hbm").warning("compiling the contact kernels (once per machine, half a minute at most)")
+
+
+def _holds(path, mark):
+    try:
+        return mark in path.read_bytes()
+    except OSError:                    # of somebody else
+        return False

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from hbm import fourier
+from hbm.compiled import njit
 from hbm.laws.records import ContactForces, Motion, SliderStart, Tangents
 
 

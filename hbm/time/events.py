@@ -16,7 +16,8 @@ One file, because compiled code is stored per file.
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
+
+from hbm.compiled import njit
 
 System = namedtuple("System", "s out into static orders stuck w")
 System.__doc__ = """What the kernels need of the linear side; z = [Re y, Im y].

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numba import njit
 from scipy.linalg.blas import dgemm, dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 
+from hbm.compiled import njit
 from modal.solvers.cholesky import SingularStiffness
 
 CHUNK = 1 << 22         # numbers of the factor that lie together: small fronts are solved in one go

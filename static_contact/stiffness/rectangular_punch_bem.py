@@ -17,9 +17,9 @@ from functools import lru_cache
 from math import asinh, sinh, sqrt
 from pathlib import Path
 
-import numba
 import numpy as np
 
+from hbm.compiled import njit
 from static_contact.stiffness.rectangular_punch import TABLE, table_nodes
 
 MESHES = (8, 12, 16, 24, 32)  # cells over the half-width; multiples of 4, so that the cells along the length scale
@@ -27,7 +27,7 @@ ORDERS = (2, 3, 4, 5)         # powers of 1/n in the error on the quadratically 
 GAUSS = sqrt(0.6)             # three-point Gauss rule, weights 5/9, 8/9, 5/9
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _corner(x, y):
     """Antiderivatives in x and y of x^2/r^3 and y^2/r^3."""
     along = y * asinh(x / abs(y)) if y != 0.0 else 0.0
@@ -35,7 +35,7 @@ def _corner(x, y):
     return along, across
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _cell(x, y, a, b):
     """Integrals of x^2/r^3 and y^2/r^3 over the cell of half sizes a, b centred at (x, y), seen from the origin."""
     if x * x + y * y > 100.0 * max(a, b) ** 2:  # far: the closed form would cancel, Gauss is exact to 1e-9
@@ -55,7 +55,7 @@ def _cell(x, y, a, b):
     return p[0] - q[0] - r[0] + s[0], p[1] - q[1] - r[1] + s[1]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _influence(length, x_edges, y_edges):
     """Matrices (n, n) of both kernels between the cells of one quarter, images included.
 

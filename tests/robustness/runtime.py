@@ -264,3 +264,22 @@ def damaged(folder):
     said = tipdamp("tune", study, "--quiet")
     assert said.code == 0 and "counts as not run" in said.err, said
     yield said.err.strip()[:200].replace(str(folder) + "/", "")
+
+
+@row("x16", "compiled kernels that are cut off or overwritten", "R", slow=True)
+def damaged_kernels(folder):
+    program = ("import numpy as np; from hbm.balance import kernels\n"
+               "print(kernels.by_order(np.arange(6.0).reshape(2, 3) + 2j, np.ones((2, 3), dtype=complex)).tolist())")
+
+    def run():
+        return subprocess.run([sys.executable, "-c", program], env=environment(NUMBA_CACHE_DIR=str(folder)),
+                              capture_output=True, text=True, check=True, timeout=100)
+
+    first = run().stdout
+    for kind, damage in (("nbi", lambda content: content[:-9]), ("nbc", lambda content: bytes(len(content)))):
+        for path in folder.rglob(f"*.{kind}"):
+            path.write_bytes(damage(path.read_bytes()))
+        said = run()
+        assert said.stdout == first and said.stderr.count("\n") == 1 and "compiled anew" in said.stderr, said
+        yield said.stderr.strip()
+    assert not run().stderr

@@ -1,7 +1,7 @@
 """All rows, in the order of the catalogue."""
 
-from tests.robustness import hostile, matrices, meshes, runtime, solver, studies
+from tests.robustness import hostile, matrices, meshes, runtime, solver, studies, tables
 from tests.robustness.rows import in_order
 
-FILES = (meshes, matrices, studies, solver, runtime, hostile)
+FILES = (meshes, matrices, studies, tables, solver, runtime, hostile)
 ROWS = in_order()

@@ -11,6 +11,7 @@ from hbm.io.dof_table import DIRECTIONS
 from hbm.model import ReducedModel
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.pair import own_pairs
+from tipdamp.bodies.table_checks import check_against_model
 from tipdamp.loads import PULL
 from tipdamp.stages.results import Reduction
 from tipdamp.study.view import Study
@@ -44,6 +45,7 @@ def given_model(study: Study) -> tuple[ReducedModel, ContactTable]:
         if name not in model.body:
             raise InputError(f"{study.path}: the dof table of [model] matrices has no body named '{name}'")
     relative_motion(model, pairs)
+    check_against_model(study, model, pairs)
     for name in (BLADES, DAMPER):
         check_stiffness(f"{study.path}: [model] matrices", model.part(name), name, free=name == DAMPER)
     if PULL not in model.loads:

@@ -12,6 +12,7 @@ from static_contact.surfaces.pick import faces_of
 from static_contact.surfaces.settings import DEFAULT
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.surfaces import SurfaceContact, length_text, named_side, surface_points
+from tipdamp.bodies.table_checks import check_on_surface
 from tipdamp.study.view import Study
 
 
@@ -26,6 +27,7 @@ def matched(study: Study, meshes: dict[str, Mesh]) -> SurfaceContact:
     if study.contact.pairs:
         pairs = own_pairs(study)
         check_positions(study, meshes, pairs)
+        check_on_surface(study, meshes, pairs)
         return SurfaceContact(pairs, {})
     _check_not_swapped(study, meshes)
     met = surface_points(study, meshes)
@@ -96,6 +98,9 @@ def side_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> di
 def own_pairs(study: Study) -> ContactTable:
     """The user's own table, read and never written to."""
     pairs, where = ContactTable.load(study.file(study.contact.pairs)), f"{study.path}: [contact] pairs"
+    if not np.isfinite(pairs.position).all():
+        i = int((~np.isfinite(pairs.position)).any(axis=1).argmax())
+        raise InputError(f"{where}, pair {i + 1}: x, y, z = {pairs.position[i].tolist()}, must be finite")
     unknown = sorted(set(study.sides) - set(pairs.sides))
     if unknown:
         raise InputError(f"{study.path}: [contact.{unknown[0]}]: the pairs have sides {', '.join(pairs.sides)}")
@@ -150,10 +155,17 @@ def places_on(meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, np.ndar
 
 
 def check_positions(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> None:
-    """A user-supplied pair table must belong to these meshes: nodes exist and lie where the table says."""
+    """A user-supplied pair table must belong to these meshes: nodes exist and lie where the table says, or as far away
+    along the normal as its gap."""
     for name, numbers in ((BLADES, pairs.blade_node), (DAMPER, pairs.damper_node)):
-        off = np.linalg.norm(places_on(meshes, pairs)[name] - pairs.position, axis=1)
+        apart = places_on(meshes, pairs)[name] - pairs.position
+        across, along = apart - _along(apart, pairs.normal)[:, None] * pairs.normal, np.abs(_along(apart, pairs.normal))
+        off = np.hypot(np.linalg.norm(across, axis=1), np.maximum(along - np.abs(pairs.gap), 0.0))
         if off.max() > study.contact.tolerance:
             i, shown = int(off.argmax()), length_text(study.length_unit)
             raise InputError(f"{study.path}: [contact] pairs, row {i + 1}: node {numbers[i]} of the {name} lies "
                              f"{shown(off[i])} from where the table has it, more than [contact] tolerance")
+
+
+def _along(apart, normal):
+    return np.einsum("pd,pd->p", apart, normal)

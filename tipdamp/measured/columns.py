@@ -137,6 +137,8 @@ def _position(path, name, i, header):
     if name not in header:
         raise InputError(f"{path}: no column '{name}' in the header; {nearest(name, header)}" if header else
                          f"{path}: no header, so no column '{name}'")
+    if header.count(name) > 1:
+        raise InputError(f"{path}: column '{name}' is in the header {header.count(name)} times; take the others out")
     return header.index(name)
 
 

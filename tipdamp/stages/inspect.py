@@ -14,6 +14,7 @@ from tipdamp.bodies.matrices import given_model, ground_warnings
 from tipdamp.bodies.pair import matched, places_on
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.bodies.surfaces import damper_areas
+from tipdamp.bodies.table_checks import unknown_places
 from tipdamp.gaps import check_gaps
 from tipdamp.progress import Tick
 from tipdamp.report.inspection_page import Inspected, inspection_page
@@ -38,7 +39,8 @@ def _matrices(study, store):
     model, pairs = given_model(study)
     check_gaps(study, pairs, model.position[(model.body == DAMPER) & model.moves])
     shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
-    warnings = [*ground_warnings(model, pairs), *friction_warnings(study), *pair_checks.warnings(pairs)]
+    warnings = [*ground_warnings(model, pairs), *unknown_places(model, pairs)]
+    warnings += [*friction_warnings(study), *pair_checks.warnings(pairs)]
     warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
     warnings += pair_checks.axis_warnings(pairs, study.driver.axis)
     bodies = {b: InspectedBody(dofs=int((model.body == b).sum())) for b in (BLADES, DAMPER)}

@@ -17,6 +17,8 @@ from tipdamp.statics import StaticBodies, static_bodies, static_contact
 from tipdamp.store import Store
 from tipdamp.study.view import Study
 
+UNBALANCED = 0.1        # of the load: preload that was measured is hardly known better
+
 
 @dataclass(frozen=True)
 class KeptPreload:
@@ -68,8 +70,19 @@ def _of_table(study, model, whole, line):
     if study.preload.friction:
         raise InputError("[tune] preload = 'table': the table has no friction forces, and [preload] friction = true; "
                          "set [tune] preload = 'scaled' or 'resolved'")
-    balance = inputs.balance_error(study, line.select(line.carrying), loads.force_at_rest(study, model))
-    return KeptPreload(line, results.Redistribution(), inputs.equilibrium(study, model, whole), balance)
+    kept, load = line.select(line.carrying), loads.force_at_rest(study, model)
+    _check_held(study, kept, load)
+    return KeptPreload(line, results.Redistribution(), inputs.equilibrium(study, model, whole),
+                       inputs.balance_error(study, kept, load))
+
+
+def _check_held(study, kept, load):
+    """InputError where no friction within its limit balances the preload of a table and the load."""
+    loose, held = inputs.imbalance(study, kept, load)
+    if loose > held + UNBALANCED * np.linalg.norm(load):
+        raise InputError(f"{study.file(study.tune.kept)}: preload: its forces leave {loose:.4g} N beside the load of "
+                         f"{np.linalg.norm(load):.4g} N on the damper, friction can hold {held:.4g} N: scale it to the "
+                         "load, or leave it to [tune] preload = 'scaled' or 'resolved'")
 
 
 def _resolved(study, contact, whole):

@@ -160,6 +160,19 @@ def balance_error(study: Study, pairs: ContactTable, load: np.ndarray, tangentia
     return float(np.linalg.norm(beside(held_directions(study, pairs), load - total)) / np.linalg.norm(load))
 
 
+def imbalance(study: Study, pairs: ContactTable, load: np.ndarray) -> tuple[float, float]:
+    """N: what normal forces leave of the load (3,), beside the directions along which the damper is held; and at most
+    how much of it friction holds, mu N on every pair along its tangent plane."""
+    pairs = pairs.select(pairs.damper_body != GROUND)
+    force, ways = np.maximum(pairs.preload, 0), held_directions(study, pairs)
+    left = beside(ways, load - force @ pairs.normal)
+    size = float(np.linalg.norm(left))
+    if not size:
+        return 0.0, 0.0
+    tangent = np.linalg.norm(pairs.frame[:, :2] @ (left / size), axis=1)
+    return size, float(pairs.mu * force @ tangent)
+
+
 def side_sums(pairs: ContactTable) -> dict[str, float]:
     """{side: N} of the closed pairs."""
     return {s: float(np.maximum(pairs.preload, 0)[pairs.side == s].sum()) for s in pairs.sides}

@@ -19,6 +19,7 @@ from tipdamp.bodies.check import full_model_check
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.free_modes import tracking_warnings
 from tipdamp.pair_checks import one_row_warnings
+from tipdamp.pair_checks import warnings as pair_warnings
 from tipdamp.progress import Tick
 from tipdamp.stages import kept_area, results
 from tipdamp.stages import model_inputs as inputs
@@ -33,6 +34,7 @@ from tipdamp.visualization import keep_stuck
 
 DEVIATIONS = 2                      # of the peak frequency over the repeats: scatter of a measured target
 SHOWN_BELOW_HZ = 2 * CHECK_BELOW_HZ
+UNBALANCED = 0.01                   # of the pull, by a table's preload: more is told
 
 
 @dataclass(frozen=True)
@@ -208,10 +210,21 @@ def line(store: Store) -> str:
 
 
 def warnings(study: Study, store: Store) -> list[str]:
-    """Of the tracked mode, and of a closed part that follows the mesh."""
+    """Of the tracked mode, of a closed part that follows the mesh, and of a table of the user's own."""
     found = results.TuneResult.load(store)
     rows = one_row_warnings(ContactTable.load(store.path("preload.csv")))
-    return [*found.warnings, *tracking_warnings(study, found), *rows]
+    return [*found.warnings, *tracking_warnings(study, found), *rows, *_table_warnings(study, store, found)]
+
+
+def _table_warnings(study, store, found):
+    """Friction beyond that of metals; preload that is balanced by friction alone, which the response does not know."""
+    if not study.tune.kept:
+        return
+    yield from pair_warnings(ContactTable.load(store.path("kept.csv")))
+    left = max(side.balance_error for side in found.preload_kept.values())
+    if study.tune.preload == "table" and left > UNBALANCED:
+        yield (f"[tune] kept = '{study.tune.kept}': {left:.0%} of the pull is not balanced by the normal forces of the "
+               "table's preload, and friction would have to hold it; [tune] preload = 'scaled' balances it")
 
 
 def _reads_more(study):

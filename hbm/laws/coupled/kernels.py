@@ -16,8 +16,8 @@ from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from hbm.compiled import njit
 from hbm.laws.records import ContactState
 
 STICK, SLIP, OPEN = int(ContactState.STICK), int(ContactState.FORWARD), int(ContactState.OPEN)

@@ -16,8 +16,8 @@ Compiled code is stored per file: nothing compiled here is called from compiled 
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
 
+from hbm.compiled import njit
 from hbm.laws.records import ContactState
 
 STICK, FORWARD, BACKWARD, OPEN = (int(state) for state in ContactState)

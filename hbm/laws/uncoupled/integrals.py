@@ -8,8 +8,8 @@ Compiled code is stored per file: nothing compiled here is called from compiled 
 """
 
 import numpy as np
-from numba import njit
 
+from hbm.compiled import njit
 from hbm.laws.uncoupled.events import BACKWARD, BEGIN, BY_N, BY_U, END, FORWARD, INSTANT, OPEN, PLACE, STICK, TWO_PI
 
 

@@ -198,6 +198,12 @@ def test_decimal_commas_between_commas(tmp_path):
         read_one(path, columns=["frequency_hz", "amplitude"])
 
 
+def test_a_name_that_is_in_the_header_twice(tmp_path):
+    path = text_file(tmp_path, "f,x,x\n" + "".join(f"{k},{k},{2 * k}\n" for k in range(1, 9)))
+    with pytest.raises(InputError, match="column 'x' is in the header 2 times"):
+        read_one(path, columns=["frequency_hz:f", "amplitude:x"])
+
+
 def test_units_by_their_label(tmp_path):
     path = tmp_path / "run.unv"
     universal(path, 1e3 * X, motion=8, ordinate_axis_units_lab="mm")
