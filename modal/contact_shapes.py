@@ -27,7 +27,10 @@ from modal.body import Body
 class ShapeSettings:
     """Of the static shapes."""
 
-    energy: float = 1e-12       # of a force's own: less is a shape that the modes and the other forces have
+    weight: float = 1e-12       # of the largest: a force of less follows from the others, to the rounding of weights
+    energy: float = 1e-12       # of a force's own: less is a shape that the modes have
+    rounding: float = 10.0      # of the asymmetry of these energies, which are symmetric but for rounding: as little
+    mass: float = 1e-15         # of the largest at the same energy: less is rounding
     columns: int = 256          # forces that are dense at once, which bounds the memory
 
 
@@ -39,9 +42,10 @@ def contact_shapes(solve: Callable, M: sp.csr_matrix, W: sp.csr_matrix, omega: n
     """(c,) rad/s and (d, c): shapes of unit forces on the rows of W (n, d) beside the modes omega (m,), Phi (d, m).
 
     solve : K^-1 of (d, k). The shapes are orthogonal to the modes and to each other in K and M, and mass-normalised.
-    Forces that follow from others, as the weights of a coarse face may, are dropped by their energy.
+    Forces that follow from others, as many on a coarse face do, are dropped by their weights: energies, which go with
+    the square of these, would tell dependence to 1e-6 at best.
     """
-    W = W[np.diff(W.indptr) > 0]
+    W = independent(W, settings)
     Z = np.empty((W.shape[1], W.shape[0]), order="F")
     for first in range(0, W.shape[0], settings.columns):
         part = slice(first, first + settings.columns)
@@ -50,11 +54,21 @@ def contact_shapes(solve: Callable, M: sp.csr_matrix, W: sp.csr_matrix, omega: n
     Z -= Phi @ ((W @ Phi) / omega**2).T
     energy = (W @ Z) / np.outer(size, size)
     value, U = np.linalg.eigh((energy + energy.T) / 2)
-    good = value > settings.energy
-    U = U[:, good] / np.sqrt(value[good]) / size[:, None]
-    mass = Z.T @ (M @ Z)
-    compliance, V = np.linalg.eigh(U.T @ (mass + mass.T) @ U / 2)
-    return 1 / np.sqrt(compliance), Z @ (U @ V / np.sqrt(compliance))
+    good = value > max(settings.energy, settings.rounding * np.linalg.norm(energy - energy.T))
+    Z = Z @ (U[:, good] / np.sqrt(value[good]) / size[:, None])
+    mass = Z.T @ (M @ Z)        # of the shapes as they are: none is negative, whatever they lost by cancellation
+    compliance, V = np.linalg.eigh((mass + mass.T) / 2)
+    compliance = np.maximum(compliance, settings.mass * compliance.max(initial=0.0))
+    return 1 / np.sqrt(compliance), Z @ (V / np.sqrt(compliance))
+
+
+def independent(W: sp.csr_matrix, settings: ShapeSettings = SETTINGS) -> sp.csr_matrix:
+    """(c, d) forces at right angles to one another that span the rows of W (n, d), c its rank."""
+    used = np.unique(W.indices)
+    weight, forces = np.linalg.svd(W[:, used].toarray(), full_matrices=False)[1:]
+    rank = int((weight > settings.weight * weight.max(initial=0.0)).sum())
+    place = sp.csr_matrix((np.ones(len(used)), (np.arange(len(used)), used)), (len(used), W.shape[1]))
+    return sp.csr_matrix(forces[:rank]) @ place
 
 
 def spread(motion: sp.csr_matrix, tractions: sp.csr_matrix | None) -> sp.csr_matrix:

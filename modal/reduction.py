@@ -104,7 +104,9 @@ class Reduction:
         w, omega, T = self.omega[part], np.empty(0), np.empty((len(part), 0))
         if c:       # made again: they were orthogonal to the modes that are dropped
             W = spread(sp.csr_matrix(self.model.points[self.body.name].motion[:, b + part]), self.tractions)
-            omega, T = contact_shapes(lambda f: f / w[:, None]**2, sp.identity(len(part)), W, np.empty(0), T)
+            # on coordinates of unit stiffness, where weights go with energies
+            omega, T = contact_shapes(lambda f: f, sp.diags(1 / w**2), W @ sp.diags(1 / w), np.empty(0), T)
+            T /= w[:, None]
         # what is dropped beside the shapes, by its coupling with masters and shapes
         left = np.vstack([M[:b, b + part], T.T]) / w
         energy = w[:, None] * T / omega
