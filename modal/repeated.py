@@ -28,9 +28,8 @@ def turned(hz: np.ndarray, shapes: np.ndarray, row: np.ndarray, settings: Repeat
     for own in np.split(np.arange(len(hz)), apart):
         motion = row @ shapes[:, own]
         size = np.linalg.norm(motion)
-        away = motion.copy()
-        away[0] += np.copysign(size, motion[0])
         if size:
+            away = motion + np.copysign(size, motion[0]) * np.eye(len(own))[0]
             found[:, own] -= np.outer(shapes[:, own] @ away, 2 / (away @ away) * away)
             found[:, own[0]] *= -np.copysign(1.0, motion[0])
     return found
