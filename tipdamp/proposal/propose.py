@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hbm.errors import InputError
-from hbm.ties import first_largest
+from hbm.ties import first_largest, in_order
 from modal.elements.cells import tables
 from modal.mesh import Mesh
 from modal.mesh_checks import parts
@@ -96,7 +96,7 @@ def _bodies(paths, read):
     """Meshes and files by body, and the damper's group of cells in a common file: the damper is the piece with a
     group that sounds like a load, or the smallest."""
     if len(read) == 2:
-        order = sorted((0, 1), key=lambda i: -_volumes(read[i]).sum())
+        order = in_order([-_volumes(mesh).sum() for mesh in read])
         return (dict(zip((BLADES, DAMPER), (read[i] for i in order), strict=True)),
                 dict(zip((BLADES, DAMPER), (paths[i] for i in order), strict=True)), "")
     mesh = read[0]

@@ -93,6 +93,6 @@ def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
         (hz, top), largest = peaks[most], names[most]
         if not curve.at_border(largest):
             return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min(), unsolved=curve.why_unsolved(largest))
-    least = [curve.at_least(n) for n in names]
-    hz, least = least[first_largest([amplitude for _, amplitude in least])]
+    reached = [curve.at_least(n) for n in names]
+    hz, least = reached[first_largest([amplitude for _, amplitude in reached])]
     return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least)
