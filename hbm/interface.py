@@ -30,6 +30,7 @@ from hbm.laws.base import ContactLaw
 from hbm.laws.records import Contacts, SliderStart
 from hbm.model import ReducedModel
 from hbm.points import ContactPoints
+from hbm.ties import levels
 
 
 @dataclass(frozen=True)
@@ -184,7 +185,7 @@ def by_force(law: ContactLaw, contacts: Contacts, amplitude: np.ndarray, omega: 
         middle = (low + high) / 2
         sticks = off(10**middle) <= settings.sticks * 10**middle * springs
         low, high = np.where(sticks, middle, low), np.where(sticks, high, middle)
-    return np.lexsort((-off(np.ones(len(contacts))), low))
+    return np.lexsort((levels(-off(np.ones(len(contacts)))), low))
 
 
 def estimated(space: Space, columns: np.ndarray, top: float, settings: InterfaceSettings) -> tuple[float, float]:

@@ -13,13 +13,13 @@ shares of the points. What is left out then has no mean motion in a cell, yet it
 out too high by a little, and the bound does not hold.
 """
 
-import heapq
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
+from hbm.ties import first_largest, in_order
 from modal.body import Body
 
 
@@ -32,6 +32,7 @@ class ShapeSettings:
     rounding: float = 10.0      # of the asymmetry of these energies, which are symmetric but for rounding: as little
     mass: float = 1e-15         # of the largest at the same energy: less is rounding
     columns: int = 256          # forces that are dense at once, which bounds the memory
+    square: float = 1e-6        # of the larger moment of a cell: nearer ones are those of a square
 
 
 SETTINGS = ShapeSettings()
@@ -83,33 +84,44 @@ def traction_cells(position: np.ndarray, weight: np.ndarray, side: np.ndarray, m
     position (n, 3) m; weight (n,) > 0 - area of a point; side (n,) - points of a cell have the same. The cell of the
     largest weight is halved across its longest principal axis until there are enough.
     """
-    cells = [(-weight[own].sum(), own) for own in map(np.flatnonzero, (side == one for one in np.unique(side)))]
-    queue = [(size, k) for k, (size, own) in enumerate(cells) if len(own) > 1]
-    heapq.heapify(queue)
-    while queue and len(cells) < most:
-        k = heapq.heappop(queue)[1]
-        halves = _halves(position, weight, cells[k][1])
-        cells[k], place = (-weight[halves[0]].sum(), halves[0]), (k, len(cells))
-        cells.append((-weight[halves[1]].sum(), halves[1]))
-        for one in place:
-            if len(cells[one][1]) > 1:
-                heapq.heappush(queue, (cells[one][0], one))
+    cells = [np.flatnonzero(side == one) for one in np.unique(side)]
+    size = [_divisible(weight, own) for own in cells]
+    while len(cells) < most and max(size) > 0:
+        k = first_largest(size)
+        halves = _halves(position, weight, cells[k])
+        cells[k], size[k] = halves[0], _divisible(weight, halves[0])
+        cells.append(halves[1])
+        size.append(_divisible(weight, halves[1]))
     cell = np.empty(len(weight), dtype=int)
-    for k, (_, own) in enumerate(cells):
+    for k, own in enumerate(cells):
         cell[own] = k
     share = weight / np.bincount(cell, weight)[cell]
     return sp.csr_matrix((share, (np.arange(len(weight)), cell)))
+
+
+def _divisible(weight, own):
+    """Weight of a cell, 0 of one that is a single point."""
+    return weight[own].sum() if len(own) > 1 else 0.0
 
 
 def _halves(position, weight, own):
     """The points of a cell in two cells of the same weight, as nearly as can be."""
     x, w = position[own], weight[own]
     apart = x - w @ x / w.sum()
-    along = apart @ np.linalg.eigh((w[:, None] * apart).T @ apart)[1][:, -1]
-    order = np.argsort(along, kind="stable")
+    along = apart @ _longest((w[:, None] * apart).T @ apart)
+    order = in_order(along)
     before = np.cumsum(w[order])[:-1]
-    middle = int(np.abs(before - w.sum() / 2).argmin()) + 1
+    middle = first_largest(-np.abs(before / w.sum() - 0.5)) + 1
     return own[order[:middle]], own[order[middle:]]
+
+
+def _longest(moment):
+    """(3,) principal axis of the largest of the moments (3, 3); where they are equal, as of a square, the one that is
+    nearest to a coordinate axis."""
+    moments, axes = np.linalg.eigh(moment)
+    equal = axes[:, moments > moments[-1] * (1 - SETTINGS.square)]
+    along = equal @ equal.T
+    return along[:, first_largest(along.diagonal())]
 
 
 def holding_nodes(body: Body) -> np.ndarray:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import Delaunay
 
 from hbm.contact import ContactTable
+from hbm.ties import in_order
 
 Order = Literal["from_edge", "least_loaded", "from_middle"]
 
@@ -25,6 +26,7 @@ class CellSettings:
     reach: float = 3.0          # of the usual distance of neighbours: longer edges of a triangle bridge a hole
     straight: float = 0.1       # of its length: a triangle at the rim that is lower spans points of one row
     alike: float = 1e-2         # of the largest pressure: nearer ones are noise of a mesh, and the outer one goes first
+    round: float = 1e-3         # sine: four places that near to one circle have two diagonals, of which none counts
     same: float = 1e-9          # share: nearer ones are the same to rounding
     flat: float = 1e-6          # width over length below which the points lie on one line
 
@@ -79,9 +81,9 @@ def fade_of(pairs: ContactTable, area: np.ndarray, load: np.ndarray, axis: Array
         if order == "from_middle":
             middle = (along[mine].min() + along[mine].max()) / 2
             away = np.bincount(cell, np.abs(along[mine] - middle)) / np.bincount(cell)
-            leaves = np.argsort(np.round(away / (np.ptp(along[mine]) or 1.0) / settings.same), kind="stable")
+            leaves = in_order(away)
         else:
-            rank = np.round(pressure / pressure.max() / settings.alike)
+            rank = np.round(pressure / pressure.max() / settings.alike + settings.same)
             leaves = (np.argsort(rank, kind="stable") if order == "least_loaded" else
                       peeled(rank, *surroundings(plane, cell, settings)))
         left = 1 - np.r_[0.0, np.cumsum(own[leaves])] / own.sum()
@@ -101,7 +103,7 @@ def cells_in(plane: np.ndarray, size: float | None) -> np.ndarray:
     if size is None:
         return np.arange(len(plane))
     low, extent = plane.min(axis=0), np.ptp(plane, axis=0)
-    count = np.maximum(np.rint(extent / size), 1)
+    count = np.maximum(np.rint(extent / size + SETTINGS.same), 1)
     place = (plane - low) / np.where(extent > 0, extent, 1.0) * count
     square = np.minimum(np.floor(place + SETTINGS.same), count - 1).astype(int)
     return np.unique(square, axis=0, return_inverse=True)[1].ravel()
@@ -138,8 +140,19 @@ def _rim_of(plane, corner, settings):
         height = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None] / length
         bad = (outer & ((length > settings.reach * usual) | (height < settings.straight * length))).any(axis=1)
         if not bad.any() or bad.all():
-            return found, found[times == 1]
+            return found[~_either_way(plane, corner, place.reshape(-1, 3), settings)], found[times == 1]
         corner, length = corner[~bad], length[~bad]
+
+
+def _either_way(plane, corner, line, settings):
+    """(l,) bool: lines between two triangles (t, 3) that could as well be cut along the other diagonal, as rectangles
+    can; line (t, 3) - number of the line from each corner to the next."""
+    start, end, apex = (plane[np.roll(corner, -k, axis=1)] for k in range(3))
+    a, b = start - apex, end - apex
+    turn = (np.einsum("tki,tki->tk", a, b) + 1j * np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]))
+    both, times = np.ones(line.max() + 1, dtype=complex), np.bincount(line.ravel())
+    np.multiply.at(both, line, turn / np.abs(turn))
+    return (times == 2) & (np.abs(both.imag) < settings.round)        # opposite angles of a circle add up to pi
 
 
 def peeled(rank: np.ndarray, rim: np.ndarray, beside: list[set[int]]) -> np.ndarray:

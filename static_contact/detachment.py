@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
+from hbm.ties import SAME
 from static_contact.kept_pairs import conserve_total, ends_of
 from static_contact.stuck_assembly import StuckAssembly
 from static_contact.stuck_search import StuckSearch
@@ -180,7 +181,7 @@ def _least_loaded(pairs, closed, options) -> Iterator[_Kept]:
     share = sum((load / load[pairs.side == side].sum()) * (pairs.side == side) for side in pairs.sides
                 if load[pairs.side == side].any())
     stations = np.unique(pairs.station[closed])
-    share = np.round(np.bincount(pairs.station, share)[stations], 6)
+    share = np.round(np.bincount(pairs.station, share)[stations] + SAME, 6)
     order = stations[np.lexsort((-np.abs(stations - pairs.station.max() / 2), -share))]
     for count in range(len(order), options.at_least - 1, -1):
         kept = np.isin(pairs.station, order[:count]) & pairs.carrying

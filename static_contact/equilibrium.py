@@ -42,7 +42,7 @@ def side_forces(normals: dict[str, np.ndarray], pull: ArrayLike, settings: Rigid
     if np.linalg.norm(left) > settings.taken_up * size:
         raise InputError(f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without friction: a "
                          f"residual of {np.linalg.norm(left):.3g} N along "
-                         f"{np.round(left / np.linalg.norm(left), 3).tolist()} remains; take it off, or hold the "
+                         f"{(np.round(left / np.linalg.norm(left), 3) + 0.0).tolist()} remains; take it off, or hold the "
                          "damper there (hold, in [damper] or [model] of a study)")
     for name, value, known in zip(normals, force, alone, strict=True):
         if known and value < -settings.rounding * size:

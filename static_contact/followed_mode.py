@@ -16,6 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as sl
 
+from hbm.ties import first_largest
+from modal.repeated import SETTINGS as REPEATED
+
 
 @dataclass(frozen=True)
 class LanczosSettings:
@@ -70,8 +73,7 @@ class Assembled:
         """As of `Shifted`."""
         A = self.model.stiffness(k)
         factor = sl.lu_factor(A - self.shift * np.eye(len(A)), check_finite=False)
-        theta, mac = _lanczos(lambda y: sl.lu_solve(factor, y, check_finite=False), self.model.f)
-        return self.shift + 1 / theta, mac
+        return _lanczos(lambda y: sl.lu_solve(factor, y, check_finite=False), self.model.f, self.shift)
 
 
 @dataclass(frozen=True)
@@ -90,13 +92,19 @@ class Shifted:
         W = root[:, None] * self.model.V[on]
         factor = sl.lu_factor(np.eye(len(on)) + np.outer(root, root) * self.G[np.ix_(on, on)], check_finite=False)
         WR = W * self.R
-        theta, mac = _lanczos(lambda y: self.R * y - WR.T @ sl.lu_solve(factor, WR @ y, check_finite=False),
-                              self.model.f)
-        return self.shift + 1 / theta, mac
+        return _lanczos(lambda y: self.R * y - WR.T @ sl.lu_solve(factor, WR @ y, check_finite=False),
+                        self.model.f, self.shift)
 
 
-def _lanczos(solve, f) -> tuple[float, float]:
-    """Eigenvalue of `solve` (symmetric) whose eigenvector has the largest part (f.y)^2, and that part.
+def _best(lam, part) -> int:
+    """The mode of the largest part; of equal parts the lowest one."""
+    order = np.argsort(lam)
+    return int(order[first_largest(part[order], REPEATED.alike)])
+
+
+def _lanczos(solve, f, shift) -> tuple[float, float]:
+    """omega^2 = shift + 1/theta, theta the eigenvalue of `solve` (symmetric) whose eigenvector has the largest part
+    (f.y)^2, and that part.
 
     Ends when no other one can have more: the parts add up to f.f, so what is left beside the converged ones bounds it.
     All vectors are kept orthogonal, so that it ends with the last of the dofs at the latest.
@@ -115,8 +123,8 @@ def _lanczos(solve, f) -> tuple[float, float]:
             theta, s = np.linalg.eigh(np.diag(alpha) + np.diag(beta[:-1], 1) + np.diag(beta[:-1], -1))
             part = s[0] ** 2
             good = whole | (beta[-1] * np.abs(s[-1]) <= SETTINGS.residual * np.abs(theta))
-            best = int(np.argmax(np.where(good, part, 0.0)))
-            if whole or part[best] > 1 - part[good].sum():
+            best = _best(shift + 1 / theta, np.where(good, part, 0.0))
+            if whole or part[best] * (1 - REPEATED.alike) > 1 - part[good].sum():
                 break
         Q[j + 1] = w / beta[-1]
-    return float(theta[best]), float(total * part[best])
+    return float(shift + 1 / theta[best]), float(total * part[best])

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
+from hbm.ties import first_largest, in_order
 from modal.faces import boundary_faces, node_normals
 from modal.mesh import Mesh
 from static_contact.surfaces.normals import smooth_normals
@@ -127,7 +128,7 @@ def _shared_normal(blade, damper, side, number, mean=None):
     i, j = np.unravel_index(cosine.argmin(), cosine.shape)
     if mean is not None:
         best = np.argwhere(cosine <= cosine[i, j] + TIE)
-        i, j = best[(-blade[best[:, 0]] @ mean).argmax()]
+        i, j = best[first_largest(-blade[best[:, 0]] @ mean)]
     angle = np.degrees(np.arccos(np.clip(-cosine[i, j], -1, 1)))
     if angle > LARGEST_ANGLE:
         raise InputError(f"side '{side.name}', blade node {number}: normals of the two faces must oppose each other, "
@@ -154,7 +155,7 @@ def _grid(along, up, side, tolerance):
         row = np.empty_like(station)
         for s in range(station.max() + 1):
             members = np.flatnonzero(station == s)
-            row[members[np.argsort(up[members], kind="stable")]] = np.arange(len(members))
+            row[members[in_order(up[members])]] = np.arange(len(members))
         return station, row
     row = _clusters(up, tolerance)
     twice = len(np.unique(station * (row.max() + 1) + row)) < len(row)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hbm.errors import InputError
+from hbm.ties import in_order
 from modal.mesh import Mesh
 
 
@@ -19,7 +20,7 @@ def pull_forces(mesh: Mesh, group: str, axis: ArrayLike, direction: ArrayLike, *
     """
     axis = np.asarray(axis, float) / np.linalg.norm(axis)
     points = mesh.group(group)
-    points = points[np.argsort(mesh.position[mesh.index(points)] @ axis)]
+    points = points[in_order(mesh.position[mesh.index(points)] @ axis)]
     count = len(positions) or len(points)
     parts = np.asarray(weights if len(weights) else np.full(count, 1 / count), dtype=float)
     if len(parts) != count or abs(parts.sum() - 1) > 1e-9:

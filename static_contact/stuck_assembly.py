@@ -9,6 +9,9 @@ import scipy.linalg as sl
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
+from hbm.ties import first_largest
+from modal.repeated import SETTINGS as REPEATED
+from modal.repeated import turned
 
 MODES = 20          # computed at first; doubled until what is asked for is among them
 ENOUGH = 0.9        # of the followed shape must lie in the modes that were computed
@@ -52,6 +55,7 @@ class StuckAssembly:
         """Lowest modes with every carrying pair stuck (kt, kt, kn).
 
         follow (r,): mass-normalised shape; the mode of the highest MAC with it, (follow' M phi)^2, is the tracked one.
+        Modes of one frequency count as one: the shapes are such that one of them has all of the followed shape.
         For a shape without damper this is the MAC of the blades times their part of the kinetic energy.
         extra : (m, r) rows e with springs e'e added to K (declared roll springs), or None.
         As many modes are computed as reach above_hz and hold most of the followed shape.
@@ -73,10 +77,11 @@ class StuckAssembly:
             count = min(count, len(K))
             lam, y = sl.eigh(K, subset_by_index=(0, count - 1))
             shapes = sl.solve_triangular(self.L.T, y, lower=False)
-            mac = (follow @ self.model.M @ shapes) ** 2
             hz = np.sqrt(np.maximum(lam, 0)) / (2 * np.pi)
+            shapes = turned(hz, shapes, follow @ self.model.M)
+            mac = (follow @ self.model.M @ shapes) ** 2
             if count == len(K) or (hz[-1] > above_hz and mac.sum() > ENOUGH):
-                best = int(mac.argmax())
+                best = first_largest(mac, REPEATED.alike)
                 return StuckModes(hz, shapes, best, float(mac[best]))
             count *= 2
 

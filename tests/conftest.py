@@ -5,6 +5,9 @@ import os
 import pytest
 
 os.environ.setdefault("TIPDAMP_JOBS", "1")       # tests of several processes say so
+if "TIPDAMP_ROUNDING" in os.environ:             # before anything imports eigh by its name
+    from tests import rounding
+    rounding.install(int(os.environ["TIPDAMP_ROUNDING"]))
 
 STUDY = """
 [material]

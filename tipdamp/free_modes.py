@@ -11,13 +11,15 @@ import numpy as np
 from scipy.linalg import eigh
 
 from hbm.model import ReducedModel
+from hbm.ties import first_largest
+from modal.repeated import SETTINGS, turned
 from tipdamp.stages.results import TuneResult
 from tipdamp.study.view import Study
 
 NAMES = ("out_of_phase", "in_phase")
 BOTH = 0.1               # a mode involves both blades when each moves at least this part of what the other does
 LOWEST_MAC = 0.5          # below, the tracked mode hardly resembles the free one
-REPEATED = 1e-7          # of a frequency: modes nearer to each other have no shapes of their own, by the digits of K
+ALIKE = 0.5               # MAC of the two blades' own motions above which they are one
 BESIDE = (0.88, 1.14)    # default band of the free response: of the lower and of the upper of the two modes
 
 
@@ -56,32 +58,40 @@ def named_modes(blades: ReducedModel, one: np.ndarray, two: np.ndarray) -> FreeM
     """From the rows (r,) of the mean motion of the two patches.
 
     The mode that contributes most to the static compliance of their difference (sum), each measured by its patch's own
-    compliance, is the out-of-phase (in-phase) one: found by shape, whatever its number.
+    compliance, is the out-of-phase (in-phase) one: found by shape, whatever its number. Of modes with one frequency
+    the mixture is taken that has all of this motion.
     """
     hz, shapes = lowest_modes(blades)
     # patches may lie at different heights
-    one, two = (motion / (np.linalg.norm(motion / hz) or 1.0) for motion in (one @ shapes, two @ shapes))
-    best = [int((motion**2 / hz**2).argmax()) for motion in (one - two, one + two)]
-    part = np.abs([one[best], two[best]])
-    if best[0] != best[1] and (part.min(axis=0) >= BOTH * part.max(axis=0)).all():
-        found = {name: (float(hz[k]), shapes[:, k]) for name, k in zip(NAMES, best, strict=True)}
-        return FreeModes(hz[:10], {n: f for n, (f, _) in found.items()}, {n: s for n, (_, s) in found.items()},
-                         tuple(f for f, _ in found.values()))
-    own = [int((motion**2 / hz**2).argmax()) for motion in (one, two)]
-    a, b = (np.sign(motion[k]) * shapes[:, k] for motion, k in zip((one, two), own, strict=True))
-    follow = {"out_of_phase": a - b, "in_phase": a + b} if own[0] != own[1] else dict.fromkeys(NAMES, a)
-    size = np.sqrt(2) if own[0] != own[1] else 1.0        # M-orthogonal shapes of unit mass
-    return FreeModes(hz[:10], {}, {n: s / size for n, s in follow.items()}, tuple(float(hz[k]) for k in own))
+    one, two = (row / (np.linalg.norm(row @ shapes / hz) or 1.0) for row in (one, two))
+    best = [_most(hz, shapes, row) for row in (one - two, one + two)]
+    part = np.abs([[row @ shape for _, shape in best] for row in (one, two)])
+    if best[0][0] != best[1][0] and (part.min(axis=0) >= BOTH * part.max(axis=0)).all():
+        return FreeModes(hz[:10], {name: float(hz[k]) for name, (k, _) in zip(NAMES, best, strict=True)},
+                         {name: shape for name, (_, shape) in zip(NAMES, best, strict=True)},
+                         tuple(float(hz[k]) for k, _ in best))
+    (i, a), (j, b) = (_most(hz, shapes, row) for row in (one, two))
+    alike = (a @ blades.M @ b)**2 > ALIKE
+    follow = {name: a if alike else made for name, made in zip(NAMES, (a - b, a + b), strict=True)}
+    return FreeModes(hz[:10], {}, {name: s / np.sqrt(s @ blades.M @ s) for name, s in follow.items()},
+                     (float(hz[i]), float(hz[j])))
+
+
+def _most(hz, shapes, row) -> tuple[int, np.ndarray]:
+    """(number, shape) of the mode that contributes most to the static compliance of a row (r,)."""
+    shapes = turned(hz, shapes, row)
+    k = first_largest((row @ shapes / hz)**2, SETTINGS.alike)
+    return k, shapes[:, k]
 
 
 def repeated_warnings(hz: np.ndarray, which: str, used: Iterable[float]) -> list[str]:
     """One sentence where modes of the frequencies `used` share theirs with another one of hz (m,)."""
     for f in used:
-        same = np.abs(hz - f) <= REPEATED * f
+        same = np.abs(hz - f) <= SETTINGS.equal * f
         if same.sum() > 1:
             return [f"{same.sum()} {which} modes have the same frequency, {f:.1f} Hz: any mixture of their shapes is a "
-                    "mode too, so which of them is out of phase, in phase or tracked is arbitrary; make the blades "
-                    "differ by what real ones do"]
+                    "mode too; that with most of the motion looked for is taken; make the blades differ by what real "
+                    "ones do"]
     return []
 
 

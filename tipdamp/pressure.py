@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from hbm.contact import ContactTable
+from hbm.ties import in_order
 
 _FLAT = 1e-6      # width over length below which the pairs lie on one line
 
@@ -62,7 +63,7 @@ def _patch(pairs, side, hard):
     if not spread[0]:
         return None
     if spread[1] < _FLAT * spread[0] or len(rows) < 3:
-        order = np.argsort(plane @ _direction(plane), kind="stable")
+        order = in_order(plane @ _direction(plane))
         cells = np.column_stack([order[:-1], order[1:]])
         part = np.linalg.norm(place[cells[:, 1]] - place[cells[:, 0]], axis=1)[:, None] / 2
     else:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hbm.errors import InputError
+from hbm.ties import first_largest
 from static_contact.pairing import Side
 from static_contact.surfaces.facets import Surface, facets
 from static_contact.surfaces.overlap import overlap, reach_of
@@ -74,13 +75,16 @@ def _why_apart(blade, damper, shown, settings) -> str:
 
 
 def _unit_factor(blade: Surface, damper: Surface, settings: SurfaceSettings) -> float | None:
-    """The factor between two units by which most of the damper's faces would lie at those of the blade."""
+    """The factor between two units by which most of the damper's faces would lie at those of the blade; of those that
+    bring all of them there the largest, as the blade is covered best."""
     mesh = damper.mesh
     size = float(np.ptp(mesh.position, axis=0).max() / np.ptp(blade.mesh.position, axis=0).max())
     scaled = {f: overlap(Surface(replace(mesh, position=f * mesh.position), damper.faces), blade, settings)
-              for f in UNITS if settings.smallest <= f * size <= 1}
-    best = max(scaled, key=lambda f: scaled[f].covered, default=None)
-    return best if best and scaled[best].covered > settings.most else None
+              for f in sorted(UNITS, reverse=True) if settings.smallest <= f * size <= 1}
+    if not scaled:
+        return None
+    best = list(scaled)[first_largest([met.covered for met in scaled.values()])]
+    return best if scaled[best].covered > settings.most else None
 
 
 def _place(point, shown) -> str:

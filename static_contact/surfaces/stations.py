@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hbm.ties import SAME, in_order
 from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 
 
@@ -18,8 +19,9 @@ def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.nda
     size = max(sizes)
     label, spread = _lines(along, settings.line * size)
     if spread > settings.line * size:
-        count = max(1, round(float(np.ptp(along)) / size))
-        label = np.minimum((along - along.min()) / max(float(np.ptp(along)), 1e-300) * count, count - 1).astype(int)
+        count = max(1, round(float(np.ptp(along)) / size + SAME))
+        place = (along - along.min()) / max(float(np.ptp(along)), 1e-300) * count
+        label = np.minimum(place + SAME, count - 1).astype(int)
     found = []
     for place, own, station in zip(places, sizes, np.split(label, np.cumsum([len(p) for p in places])[:-1]),
                                    strict=True):
@@ -28,11 +30,11 @@ def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.nda
         interval, spread = _lines(height, settings.line * own)
         if spread > settings.line * own:
             low, whole = height.min(), float(np.ptp(height))
-            interval = np.rint((height - low) / whole * np.ceil(whole / own)).astype(int)
+            interval = np.rint((height - low) / whole * np.ceil(whole / own - SAME) + SAME).astype(int)
         row = np.empty(len(place), dtype=np.int64)
         for k in np.unique(station):
             mine = np.flatnonzero(station == k)
-            mine, rank = mine[np.argsort(height[mine], kind="stable")], np.arange(len(mine))
+            mine, rank = mine[in_order(height[mine])], np.arange(len(mine))
             row[mine] = np.maximum.accumulate(interval[mine] - rank) + rank
         found.append((station, row))
     return found

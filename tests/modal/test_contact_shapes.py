@@ -161,6 +161,16 @@ def test_cells_of_tractions(seed):
     assert traction_cells(x, weight, side, len(x)).shape[1] == len(x)
 
 
+@pytest.mark.parametrize("most", [3, 5, 8, 23])
+def test_cells_of_a_square_do_not_hang_on_rounding(most):
+    """Equal weights, square cells, and rows of points at one place along them: ties, whatever the last digits are."""
+    random, side = np.random.default_rng(most), np.zeros(81)
+    x = grid(9, 9, None) * [0.5, 0, 1]
+    cells = [traction_cells(x * (1 + 1e-15 * random.normal(size=x.shape)), 1 + 1e-15 * random.normal(size=81), side,
+                            most).indices for _ in range(4)]
+    assert all((one == cells[0]).all() for one in cells[1:]) and len(set(cells[0])) == most
+
+
 def test_a_cell_for_each_point(bodies):
     """The shapes of the points themselves."""
     for body in bodies:

@@ -133,8 +133,8 @@ def bent(good, place, among):
     """K minus a little more than the energy that it takes to bend three neighbours on one line, at the place of the
     first, when only the dofs `among` move: a motion with negative stiffness that no rigid motion and no diagonal shows.
     """
-    x = np.unique(good.position[:, 0])[place]
-    line = np.lexsort((good.position[:, 1], good.position[:, 2], np.abs(good.position[:, 0] - x).round(9)))[:3]
+    x, y, z = good.position.round(9).T
+    line = np.lexsort((y, z, np.abs(x - np.unique(x)[place]).round(9)))[:3]
     step = np.diff(good.position[line], axis=0)
     assert step[0] == pytest.approx(step[1])
     v = np.zeros(good.dofs)

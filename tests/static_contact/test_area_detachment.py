@@ -7,7 +7,7 @@ from scipy import ndimage
 from hbm.errors import InputError
 from hbm.model import ReducedModel
 from static_contact.area_detachment import detach_area, keep_area
-from static_contact.contact_cells import cells_in, fade_of
+from static_contact.contact_cells import SETTINGS, cells_in, fade_of, surroundings
 from static_contact.detachment import DetachmentOptions
 from static_contact.stuck_assembly import StuckAssembly
 from tests.contact_tables import contact_table
@@ -39,6 +39,15 @@ def bed(n, m, seed=None):
                           station=np.tile(np.repeat(np.arange(n), m), 2), row=np.tile(np.arange(m), 2 * n),
                           position=place, kn=STIFFNESS * area, kt=0 * area, area=area)
     return pairs, area
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_neighbours_of_a_grid_do_not_hang_on_rounding(seed):
+    """A rectangle is cut along either of its diagonals: neighbours share an edge, and not a corner."""
+    place = np.stack(np.meshgrid(np.arange(5) * 1.1, np.arange(4.0)), axis=-1).reshape(-1, 2)
+    place = place * (1 + 1e-15 * np.random.default_rng(seed).normal(size=place.shape))
+    rim, beside = surroundings(place, np.arange(20), SETTINGS)
+    assert rim.sum() == 14 and beside[0] == {1, 5} and beside[6] == {1, 5, 7, 11} and beside[12] == {7, 11, 13, 17}
 
 
 def hz_of(area):

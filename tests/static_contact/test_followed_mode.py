@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from hbm.model import ReducedModel
 from static_contact.followed_mode import FollowedMode
+from static_contact.stuck_assembly import StuckAssembly
+from tests.contact_tables import contact_table
 
 
 @pytest.mark.parametrize("springs", [12, 90])
@@ -20,3 +23,23 @@ def test_sets_in_turn(springs):
         mac = (follow @ shapes) ** 2
         search = mode.near(value[mac.argmax()] * 1.01)
         assert search.find(own) == pytest.approx((value[mac.argmax()], mac.max()), rel=1e-9)
+
+
+@pytest.mark.parametrize("shift", [0.9, 1.3, 5.0])
+@pytest.mark.parametrize("springs", [1, 9])
+@pytest.mark.parametrize("seed", range(3))
+def test_modes_that_resemble_the_shape_alike(seed, springs, shift):
+    """A shape that is half of one mode and half of two others of one frequency, in any mixture: the lower frequency is
+    followed, and equal modes count as one. With modes from LAPACK and by Lanczos the same."""
+    random = np.random.default_rng(seed)
+    lam = np.array([1.0, 4.0, 4.0, 9.0, 16.0, 25.0])
+    phi = np.linalg.qr(random.normal(size=(6, 6)))[0]
+    share = random.normal(size=2)
+    follow = phi[:, :3] @ np.r_[1.0, share / np.linalg.norm(share)] / np.sqrt(2)
+    K = phi @ np.diag(lam) @ phi.T
+    mode = FollowedMode(lam, phi, np.repeat(phi[:, 5:].T, springs, axis=0), follow)
+    assert mode.near(shift).find(np.full(springs, 0.1)) == pytest.approx((1.0, 0.5), rel=1e-9)
+    model = ReducedModel.from_matrices(np.eye(6), (K + K.T) / 2, body=["damper"] * 6)
+    found = StuckAssembly(model, lambda *_: np.zeros((3, 6))).modes(contact_table(np.eye(3)[None]), follow)
+    assert found.tracked == 0 and found.mac == pytest.approx(0.5, rel=1e-9)
+    assert ((follow @ found.shapes)**2)[:3] == pytest.approx([0.5, 0.5, 0.0], abs=1e-12)

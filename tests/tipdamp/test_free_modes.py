@@ -5,6 +5,7 @@ import pytest
 
 from hbm.model import ReducedModel
 from tests.tipdamp import corner_study
+from tipdamp import free_modes
 from tipdamp.cli import main
 from tipdamp.free_modes import band, band_warnings, named_modes, tracking_warnings
 from tipdamp.stages.results import OfSets, TuneResult
@@ -44,6 +45,25 @@ def test_weakly_coupled_blades(coupling):
     for name, sign in (("out_of_phase", -1), ("in_phase", 1)):
         assert np.abs(found.follow[name]) == pytest.approx([np.sqrt(0.5)] * 2, rel=1e-2)
         assert np.sign(found.follow[name].prod()) == sign
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_blades_of_equal_bending_stiffness(seed, monkeypatch):
+    """Two equal square blades that stand alone: four modes of one frequency. Whatever mixture of them a solver returns,
+    followed are the sum and the difference of what moves the patches."""
+    random = np.random.default_rng(seed)
+
+    def any_mixture(K, M, **_):
+        return np.ones(4), np.linalg.qr(random.normal(size=(4, 4)))[0]
+
+    monkeypatch.setattr(free_modes, "eigh", any_mixture)
+    square = ReducedModel.from_matrices(np.eye(4), np.eye(4), body=["blades"] * 4, node=[1, 1, 2, 2],
+                                        direction=["x", "y"] * 2, position=np.zeros((4, 3)), groups={}, loads={})
+    one, two = np.array([0.6, 0.8, 0, 0]), np.array([0, 0, 0, 2.0])
+    found = named_modes(square, one, two)
+    assert found.named == {} and "4 free modes have the same frequency" in found.warnings[0]
+    for name, sign in (("out_of_phase", -1), ("in_phase", 1)):
+        assert found.follow[name] == pytest.approx((one + sign * two / 2) / np.sqrt(2), abs=1e-14)
 
 
 def test_default_band_lies_around_the_two_modes():

@@ -6,6 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from hbm.ties import in_order
 from modal.faces import boundary_faces, face_corners, face_keys, group_faces
 from modal.mesh import Mesh
 from static_contact.surfaces.facets import Surface, facets
@@ -68,7 +69,8 @@ def contact_patches(damper: Mesh, blades: Mesh, reach: float) -> list[Patch]:
     for i in range(label.max() + 1):
         found.append(_patch(damper, mine, label == i, theirs.key[met == i]))
     largest = max(p.area for p in found)
-    return sorted((p for p in found if p.area > SETTINGS.small * largest and len(p.blades)), key=lambda p: -p.area)
+    found = [p for p in found if p.area > SETTINGS.small * largest and len(p.blades)]
+    return [found[i] for i in in_order([-p.area for p in found])]
 
 
 def within_group(damper: Mesh, patch: Patch, group: str) -> Patch:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hbm.errors import InputError
+from hbm.ties import first_largest, in_order
 from modal.elements.cells import tables
 from modal.mesh import Mesh
 from modal.mesh_checks import parts
@@ -95,7 +96,7 @@ def _bodies(paths, read):
     """Meshes and files by body, and the damper's group of cells in a common file: the damper is the piece with a
     group that sounds like a load, or the smallest."""
     if len(read) == 2:
-        order = sorted((0, 1), key=lambda i: -_volumes(read[i]).sum())
+        order = in_order([-_volumes(mesh).sum() for mesh in read])
         return (dict(zip((BLADES, DAMPER), (read[i] for i in order), strict=True)),
                 dict(zip((BLADES, DAMPER), (paths[i] for i in order), strict=True)), "")
     mesh = read[0]
@@ -105,7 +106,7 @@ def _bodies(paths, read):
                          "separate their nodes, or write a study with cells = \"...\" in [damper]")
     pulled = {int(i) for name, nodes in mesh.groups.items() if re.search(WORDS["load_points"], name, re.IGNORECASE)
               for i in label[mesh.index(nodes)]}
-    chosen = pulled.pop() if len(pulled) == 1 else int(_volumes(mesh).argmin())
+    chosen = pulled.pop() if len(pulled) == 1 else first_largest(-_volumes(mesh))
     mine = {kind: label[cells[:, 0]] == chosen for kind, cells in mesh.cells.items()}
     own = np.sort(np.concatenate([mesh.number[kind][m] for kind, m in mine.items()]))
     cells = next((name for name, found in sorted(mesh.cell_groups.items()) if np.array_equal(np.sort(found), own)), "")
@@ -128,12 +129,12 @@ def _volumes(mesh):
 def _directions(patches):
     """Axis of the damper, across the normals of its two largest sides; pull, into both."""
     first = patches[0].normal
-    other = max((p.normal for p in patches), key=lambda n: np.linalg.norm(np.cross(first, n)))
+    other = patches[first_largest([np.linalg.norm(np.cross(first, p.normal)) for p in patches])].normal
     along, into = np.cross(first, other), first + other
     if np.linalg.norm(along) < 1e-3:                       # parallel sides: along the longest edge of the patch
-        along = np.eye(3)[np.ptp(patches[0].box, axis=0).argmax()]
+        along = np.eye(3)[first_largest(np.ptp(patches[0].box, axis=0))]
     axis = _snapped(along / np.linalg.norm(along), ALONG)
-    axis = axis if axis[np.abs(axis).argmax()] > 0 else -axis
+    axis = axis if axis[first_largest(np.abs(axis))] > 0 else -axis
     into = into - axis * (into @ axis)
     if np.linalg.norm(into) < 1e-3:
         return axis, np.array([0.0, 0.0, 1.0])
@@ -143,7 +144,7 @@ def _directions(patches):
 
 
 def _snapped(direction, degrees):
-    i = int(np.abs(direction).argmax())
+    i = first_largest(np.abs(direction))
     near = np.degrees(np.arccos(min(abs(direction[i]), 1.0))) < degrees
     return np.sign(direction[i]) * np.eye(3)[i] if near else np.round(direction, 6)
 

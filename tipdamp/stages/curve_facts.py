@@ -11,6 +11,7 @@ from hbm.hold.check import hold_in_words
 from hbm.hold.spring import HeldMotion
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse
+from hbm.ties import first_largest
 from tipdamp.curves import Case
 from tipdamp.pair_checks import pair_names
 from tipdamp.stages.model_inputs import in_patch
@@ -88,8 +89,10 @@ def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
         python_warnings.simplefilter("ignore")         # `warnings` tells them
         peaks = np.array([curve.peak(n) for n in names])
     if np.isfinite(peaks).all():
-        (hz, top), largest = peaks[peaks[:, 1].argmax()], names[peaks[:, 1].argmax()]
+        most = first_largest(peaks[:, 1])
+        (hz, top), largest = peaks[most], names[most]
         if not curve.at_border(largest):
             return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min(), unsolved=curve.why_unsolved(largest))
-    hz, least = max((curve.at_least(n) for n in names), key=lambda p: p[1])
+    reached = [curve.at_least(n) for n in names]
+    hz, least = reached[first_largest([amplitude for _, amplitude in reached])]
     return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least)

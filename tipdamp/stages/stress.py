@@ -7,6 +7,7 @@ import numpy as np
 
 from hbm.cycles import whole_motion
 from hbm.result import ForcedResponse
+from hbm.ties import SAME, in_order
 from modal.mesh import Mesh
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.bodies.reduce import reduced_model, wants_error
@@ -84,8 +85,8 @@ def _places(body: str, mesh: Mesh, fields: VibrationStress) -> Iterator[StressPl
     around = np.zeros(len(value))
     for cells in mesh.cells.values():
         np.maximum.at(around, cells, value[cells].max(axis=1, keepdims=True))
-    tops = np.flatnonzero((value >= around) & (value > 0))
-    for i in tops[np.argsort(-value[tops])][:LARGEST]:
+    tops = np.flatnonzero((value >= around * (1 - SAME)) & (value > 0))
+    for i in tops[in_order(-value[tops])][:LARGEST]:
         yield StressPlace(body=body, node=mesh.node[i], position_m=tuple(mesh.position[i]), mean_Pa=fields.mean[i],
                           alternating_Pa=value[i], amplitude_m=fields.amplitude[i])
 
