@@ -13,7 +13,15 @@ from numpy.typing import ArrayLike
 from hbm.balance.named_motion import describe_motion, mostly
 from hbm.balance.receptance import Receptance, ratios, stuck_receptance
 from hbm.balance.reduced import StuckMatrices
-from hbm.balance.restraint import SUPPORT, check_rest, floating_motions, stiff_factor, with_gauge
+from hbm.balance.restraint import (
+    SUPPORT,
+    FreeMotions,
+    acts_along,
+    check_rest,
+    floating_motions,
+    stiff_factor,
+    with_gauge,
+)
 from hbm.balance.series import ContactReceptance, contact_receptance
 from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
@@ -134,11 +142,12 @@ class ContactProblem:
         """(motions of a structure that floats, what to do where another one is free); InputError where one is that
         nothing holds at rest."""
         has_springs = self.law.stuck_stiffness(self.contacts).any()
-        free = np.zeros((len(self.K), 0))
+        free = FreeMotions(np.zeros((len(self.K), 0)))
         if self._stuck_factor is None:
             free = floating_motions(self.M, self.stiffness, self.stuck_stiffness, self.B)
         if has_springs and not self.law.stiffness_at_rest(self.contacts).any():
-            check_rest(with_gauge(self.M, self.stiffness, free), None if self.preloaded else self.static, self.describe)
+            held = with_gauge(self.M, self.stiffness, free.shapes)
+            check_rest(held, None if self.preloaded else self.static, self.describe)
         return free, SUPPORT if has_springs else f"law {self.law.name} has no stuck stiffness: support the body"
 
     @property
@@ -153,7 +162,7 @@ class ContactProblem:
         if few or by_ratio is (self.C is not None) or any(one.mean for one in self.held):
             return None
         ratio = ratios(self.damping_ratio, r) if by_ratio else np.zeros(1)
-        if np.ptp(ratio) or self._checked_motions[0].shape[1] or self._stuck_factor is None:
+        if np.ptp(ratio) or self._checked_motions[0].shapes.shape[1] or self._stuck_factor is None:
             return None
         return StuckMatrices(self.M, self.stuck_stiffness, self.C, float(ratio[0]), *self._stuck_factor)
 
@@ -171,13 +180,14 @@ class ContactProblem:
 
     def check_mean(self, force: np.ndarray | None = None) -> None:
         """InputError where a constant force, `static` or `force` (r,) N of order 0, acts along a free motion."""
-        for motion in self._checked_motions[0].T:
-            for load in (self.static, force):
-                if load is not None and abs(motion @ load) > 1e-9 * (np.abs(motion) @ np.abs(load)):
-                    named = self.describe(motion) if self.describe else None
-                    raise InputError(f"a constant force acts along a motion that nothing restrains: "
-                                     f"{named or mostly(motion)}; leave it out, or "
-                                     f"{named.remedy if named else 'support the body, however softly'}")
+        free = self._checked_motions[0]
+        for load in (self.static, force) if free.shapes.shape[1] else ():
+            motion = None if load is None else acts_along(free, self.stuck_stiffness, load)
+            if motion is not None:
+                named = self.describe(motion) if self.describe else None
+                raise InputError(f"a constant force acts along a motion that nothing restrains: "
+                                 f"{named or mostly(motion)}; leave it out, or "
+                                 f"{named.remedy if named else 'support the body, however softly'}")
 
     def with_stiffer_holds(self, factor: float) -> "ContactProblem":
         """With so many times the stiffness of every spring that holds a motion."""
@@ -202,8 +212,10 @@ class ContactProblem:
             other = replace(self, C=factor * self.C)
         else:
             other = replace(self, damping_ratio=factor * np.asarray(self.damping_ratio))
-        if self.receptance().ratio.size:
-            other.__dict__["_receptance"] = replace(self.receptance(), ratio=factor * self.receptance().ratio)
+        known = self.receptance()
+        if known.ratio.size:
+            other.__dict__["_receptance"] = replace(known, ratio=factor * known.ratio,
+                                                    free_damping=factor * known.free_damping)
         return other
 
 
