@@ -7,6 +7,7 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
@@ -19,6 +20,7 @@ from hbm.balance.restraint import (
     acts_along,
     check_rest,
     floating_motions,
+    loose_motions,
     stiff_factor,
     with_gauge,
 )
@@ -45,7 +47,7 @@ class ContactProblem:
     preloaded : True when q = 0 is the preloaded state (the static loads that hold the preloads are implied: open
         contacts, of negative preload, carry nothing), False when q = 0 is the unloaded one and `static` carries all
         static loads
-    damping_ratio : of the modes of the stuck system; None takes C
+    damping_ratio : of the modes of the stuck system, where C is None
     describe : motion (r,) -> NamedMotion for messages (see `hbm.balance.named_motion.describe_motion`), or None
     held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see `hbm.hold.spring.held_motions`)
     Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or damping feeds energy in.
@@ -64,6 +66,9 @@ class ContactProblem:
     held: tuple[HeldMotion, ...] = ()
 
     def __post_init__(self):
+        if self.C is not None and self.damping_ratio is not None:
+            raise InputError("damping: both a damping matrix C and damping_ratio given, exactly one is needed; leave "
+                             "one of them out (C=None)")
         matrices = {name: vars(self)[name] for name in "MCK" if vars(self)[name] is not None}
         for name, matrix in matrices.items():
             object.__setattr__(self, name, symmetric(name, matrix))
@@ -105,14 +110,29 @@ class ContactProblem:
     @cached_property
     def stuck_stiffness(self) -> np.ndarray:
         """(r, r) K + B' K_c B, with the springs of what is held."""
-        k = self.law.stuck_stiffness(self.contacts).ravel()
-        B = sp.csr_matrix(self.B)
+        return self._with_contact_springs(self.stiffness, self.law.stuck_stiffness(self.contacts))
+
+    def _with_contact_springs(self, K, springs):
+        """K (r, r) with springs (P, nd) N/m at the contacts."""
+        k, B = springs.ravel(), sp.csr_matrix(self.B)
         if 2 * B.nnz > B.shape[0] * B.shape[1]:
             B = B.toarray()
-            return self.stiffness + (B.T * k) @ B
-        springs, stuck = (B.T @ B.multiply(k[:, None])).tocoo(), self.stiffness.copy()
-        stuck[springs.row, springs.col] += springs.data
-        return stuck
+            return K + (B.T * k) @ B
+        added, found = (B.T @ B.multiply(k[:, None])).tocoo(), K.copy()
+        found[added.row, added.col] += added.data
+        return found
+
+    def held_by_friction(self) -> np.ndarray:
+        """(r, n) motions that nothing but friction restrains: normal springs do not, nor what is held. They are told
+        apart by the tangential component in which the contacts slide."""
+        tangents = np.array([name != "n" for name in self.law.components])
+        normal = np.where(tangents, 0.0, self.law.stuck_stiffness(self.contacts))
+        K = self._with_contact_springs(with_springs(self.K, self.held), normal)
+        free = self._checked_motions[0].shapes
+        motions = loose_motions(with_gauge(self.M, K, free))
+        slip = np.asarray(self.B @ motions).reshape(len(self.contacts), len(tangents), -1)
+        first, whole = (np.einsum("pij,pik->jk", part, part) for part in (slip[:, :1], slip))
+        return motions @ la.eigh(first, whole)[1][:, ::-1] if motions.shape[1] else motions
 
     def rest_force(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or with other settings."""

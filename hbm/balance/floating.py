@@ -78,7 +78,7 @@ def coupled_poles(matrices: tuple, slowest: float, drag: Drag) -> tuple[np.ndarr
     """Shapes (r, n), poles (n,) and the free motions where damping couples these with the modes, as of a dashpot to the
     ground; slowest : squared period over (2 pi)^2 of the slowest mode.
 
-    With s = s' + shift the matrices of s' are M, C + 2 shift M and K + shift C + shift^2 M, which restrain every motion.
+    With s = s' + shift the matrices of s' are M, C + 2 shift M and K + shift C + shift^2 M, which restrain all motions.
     Each damped free motion has a pole at s = 0, and answers a force by 1/(i w).
     """
     M, C, K = matrices

@@ -123,6 +123,12 @@ def check_rest(K: np.ndarray, static: np.ndarray | None, describe: Callable | No
                       "load (origin = 'unloaded'), or support the body, however softly")
 
 
+def loose_motions(K: np.ndarray) -> np.ndarray:
+    """(r, e) motions, orthonormal in units of the dofs, that K does not resist."""
+    scale, scaled = in_units(K)
+    return scale[:, None] * _loose(scaled)[0]
+
+
 def _loose(scaled):
     """(r, e) unit motions that store no more than rounding of a stiffness in units of the dofs, and how far they may be
     off. Reduction rounds too: what stores a little more counts where all others store far more, as fine meshes bend
