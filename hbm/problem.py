@@ -7,13 +7,23 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from hbm.balance.named_motion import describe_motion, mostly
 from hbm.balance.receptance import Receptance, ratios, stuck_receptance
 from hbm.balance.reduced import StuckMatrices
-from hbm.balance.restraint import SUPPORT, check_rest, floating_motions, stiff_factor, with_gauge
+from hbm.balance.restraint import (
+    SUPPORT,
+    FreeMotions,
+    acts_along,
+    check_rest,
+    floating_motions,
+    loose_motions,
+    stiff_factor,
+    with_gauge,
+)
 from hbm.balance.series import ContactReceptance, contact_receptance
 from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion, without_normal_motion
@@ -38,7 +48,7 @@ class ContactProblem:
     preloaded : True when q = 0 is the preloaded state (the static loads that hold the preloads are implied: open
         contacts, of negative preload, carry nothing), False when q = 0 is the unloaded one and `static` carries all
         static loads
-    damping_ratio : of the modes of the stuck system; None takes C
+    damping_ratio : of the modes of the stuck system, where C is None
     describe : motion (r,) -> NamedMotion for messages (see `hbm.balance.named_motion.describe_motion`), or None
     held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see `hbm.hold.spring.held_motions`)
     Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or damping feeds energy in.
@@ -57,6 +67,9 @@ class ContactProblem:
     held: tuple[HeldMotion, ...] = ()
 
     def __post_init__(self):
+        if self.C is not None and self.damping_ratio is not None:
+            raise InputError("damping: both a damping matrix C and damping_ratio given, exactly one is needed; leave "
+                             "one of them out (C=None)")
         matrices = {name: vars(self)[name] for name in "MCK" if vars(self)[name] is not None}
         for name, matrix in matrices.items():
             object.__setattr__(self, name, symmetric(name, matrix))
@@ -98,14 +111,29 @@ class ContactProblem:
     @cached_property
     def stuck_stiffness(self) -> np.ndarray:
         """(r, r) K + B' K_c B, with the springs of what is held."""
-        k = self.law.stuck_stiffness(self.contacts).ravel()
-        B = sp.csr_matrix(self.B)
+        return self._with_contact_springs(self.stiffness, self.law.stuck_stiffness(self.contacts))
+
+    def _with_contact_springs(self, K, springs):
+        """K (r, r) with springs (P, nd) N/m at the contacts."""
+        k, B = springs.ravel(), sp.csr_matrix(self.B)
         if 2 * B.nnz > B.shape[0] * B.shape[1]:
             B = B.toarray()
-            return self.stiffness + (B.T * k) @ B
-        springs, stuck = (B.T @ B.multiply(k[:, None])).tocoo(), self.stiffness.copy()
-        stuck[springs.row, springs.col] += springs.data
-        return stuck
+            return K + (B.T * k) @ B
+        added, found = (B.T @ B.multiply(k[:, None])).tocoo(), K.copy()
+        found[added.row, added.col] += added.data
+        return found
+
+    def held_by_friction(self) -> np.ndarray:
+        """(r, n) motions that nothing but friction restrains: normal springs do not, nor what is held. They are told
+        apart by the tangential component in which the contacts slide."""
+        tangents = np.array([name != "n" for name in self.law.components])
+        normal = np.where(tangents, 0.0, self.law.stuck_stiffness(self.contacts))
+        K = self._with_contact_springs(with_springs(self.K, self.held), normal)
+        free = self._checked_motions[0].shapes
+        motions = loose_motions(with_gauge(self.M, K, free))
+        slip = np.asarray(self.B @ motions).reshape(len(self.contacts), len(tangents), -1)
+        first, whole = (np.einsum("pij,pik->jk", part, part) for part in (slip[:, :1], slip))
+        return motions @ la.eigh(first, whole)[1][:, ::-1] if motions.shape[1] else motions
 
     def rest_force(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or with other settings."""
@@ -135,11 +163,12 @@ class ContactProblem:
         """(motions of a structure that floats, what to do where another one is free); InputError where one is that
         nothing holds at rest."""
         has_springs = self.law.stuck_stiffness(self.contacts).any()
-        free = np.zeros((len(self.K), 0))
+        free = FreeMotions(np.zeros((len(self.K), 0)))
         if self._stuck_factor is None:
             free = floating_motions(self.M, self.stiffness, self.stuck_stiffness, self.B)
         if has_springs and not self.law.stiffness_at_rest(self.contacts).any():
-            check_rest(with_gauge(self.M, self.stiffness, free), None if self.preloaded else self.static, self.describe)
+            held = with_gauge(self.M, self.stiffness, free.shapes)
+            check_rest(held, None if self.preloaded else self.static, self.describe)
         return free, SUPPORT if has_springs else f"law {self.law.name} has no stuck stiffness: support the body"
 
     @property
@@ -154,7 +183,7 @@ class ContactProblem:
         if few or by_ratio is (self.C is not None) or any(one.mean for one in self.held):
             return None
         ratio = ratios(self.damping_ratio, r) if by_ratio else np.zeros(1)
-        if np.ptp(ratio) or self._checked_motions[0].shape[1] or self._stuck_factor is None:
+        if np.ptp(ratio) or self._checked_motions[0].shapes.shape[1] or self._stuck_factor is None:
             return None
         return StuckMatrices(self.M, self.stuck_stiffness, self.C, float(ratio[0]), *self._stuck_factor)
 
@@ -172,13 +201,14 @@ class ContactProblem:
 
     def check_mean(self, force: np.ndarray | None = None) -> None:
         """InputError where a constant force, `static` or `force` (r,) N of order 0, acts along a free motion."""
-        for motion in self._checked_motions[0].T:
-            for load in (self.static, force):
-                if load is not None and abs(motion @ load) > 1e-9 * (np.abs(motion) @ np.abs(load)):
-                    named = self.describe(motion) if self.describe else None
-                    raise InputError(f"a constant force acts along a motion that nothing restrains: "
-                                     f"{named or mostly(motion)}; leave it out, or "
-                                     f"{named.remedy if named else 'support the body, however softly'}")
+        free = self._checked_motions[0]
+        for load in (self.static, force) if free.shapes.shape[1] else ():
+            motion = None if load is None else acts_along(free, self.stuck_stiffness, load)
+            if motion is not None:
+                named = self.describe(motion) if self.describe else None
+                raise InputError(f"a constant force acts along a motion that nothing restrains: "
+                                 f"{named or mostly(motion)}; leave it out, or "
+                                 f"{named.remedy if named else 'support the body, however softly'}")
 
     def with_stiffer_holds(self, factor: float) -> "ContactProblem":
         """With so many times the stiffness of every spring that holds a motion."""
@@ -203,8 +233,10 @@ class ContactProblem:
             other = replace(self, C=factor * self.C)
         else:
             other = replace(self, damping_ratio=factor * np.asarray(self.damping_ratio))
-        if self.receptance().ratio.size:
-            other.__dict__["_receptance"] = replace(self.receptance(), ratio=factor * self.receptance().ratio)
+        known = self.receptance()
+        if known.ratio.size:
+            other.__dict__["_receptance"] = replace(known, ratio=factor * known.ratio,
+                                                    free_damping=factor * known.free_damping)
         return other
 
 

@@ -1,4 +1,5 @@
-"""Conformance of a contact law with its contract: `check_law`, for laws of your own as for those shipped here."""
+"""Conformance of a law with its contract, for laws of your own as for those shipped here: `check_law` of a contact law,
+`check_force` of a nonlinear force that is no contact."""
 
 from dataclasses import replace
 from typing import Any
@@ -9,10 +10,10 @@ from hbm import fourier
 from hbm.balance import aft
 from hbm.laws.base import ContactLaw
 from hbm.laws.differences import differences, history, samples_of, tangents_and_differences, worst_entry
-from hbm.laws.records import ContactForces, Contacts
+from hbm.laws.records import ContactForces, Contacts, Motion
 from hbm.laws.sampled import projector
 
-__all__ = ["check_law", "forces", "full_derivative", "history", "total_force"]
+__all__ = ["check_force", "check_law", "forces", "full_derivative", "history", "total_force"]
 
 ORDERS = 3               # harmonics of the motions that are tried
 PERIODS = 60             # in which the state must repeat
@@ -26,6 +27,26 @@ def check_law(law: ContactLaw, contacts: Contacts | None = None, amplitude: floa
     amplitude : m, of the random motions that are tried; it should make contacts stick, slip and open
     omega : rad/s, of the cycles
     """
+    contacts, x = _tried(law, contacts, amplitude)
+    for check in (_no_contacts, _tangents, _selection, _mirror, _cycle, _samples, _derivatives, _sums_of_derivatives,
+                  _sticking):
+        check(law, contacts, x, omega)
+
+
+def check_force(law: ContactLaw, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0) -> None:
+    """Raise AssertionError with the first point in which a force that is no contact breaks its contract
+    (`hbm.laws.NonlinearForce`): it depends on the present motion alone, and may prefer a direction.
+
+    contacts, amplitude, omega : as of `check_law`
+    """
+    contacts, x = _tried(law, contacts, amplitude)
+    for check in (_no_contacts, _tangents, _selection, _present_motion, _cycle, _samples, _derivatives,
+                  _sums_of_derivatives):
+        check(law, contacts, x, omega)
+
+
+def _tried(law, contacts, amplitude):
+    """The contacts, by default random ones, and random motions (P, nd, nh) of them."""
     rng = np.random.default_rng(0)
     if contacts is None:
         contacts = _random_contacts(rng, max((np.size(v) for v in vars(law).values()), default=0))
@@ -33,9 +54,7 @@ def check_law(law: ContactLaw, contacts: Contacts | None = None, amplitude: floa
     decay = (1 + np.r_[0, np.repeat(np.arange(1, ORDERS + 1), 2)]) ** 2
     x = amplitude * rng.normal(size=(P, nd, len(decay))) / decay
     law.check(contacts)
-    for check in (_no_contacts, _tangents, _selection, _mirror, _cycle, _samples, _derivatives, _sums_of_derivatives,
-                  _sticking):
-        check(law, contacts, x, omega)
+    return contacts, x
 
 
 def forces(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start: Any = "zero_slider",
@@ -109,8 +128,24 @@ def _mirror(law, contacts, x, omega):
     """No direction in the tangential plane is preferred to its opposite."""
     sign = np.array([-1.0 if name != "n" else 1.0 for name in law.components])[:, None]
     there, mirrored = (forces(law, contacts, a, omega) for a in (x, sign * x))
-    _agree(law, "mirrored tangential motion does not give mirrored tangential forces", mirrored.g, sign * there.g,
-           1e-10)
+    _agree(law, "mirrored tangential motion does not give mirrored tangential forces (a force that is no contact is "
+           "a NonlinearForce, for check_force)", mirrored.g, sign * there.g, 1e-10)
+
+
+def _present_motion(law, contacts, x, omega):
+    """No past, no time step and no setting of a contact enters the force."""
+    _require(law, law.states == 0, f"a force that is no contact has no state, states = {law.states}; is it a contact "
+             "law, for check_law?")
+    u, v = (a.reshape(-1, len(law.components)) for a in samples_of(x, 32))
+    every = np.tile(np.arange(len(contacts)), 32)
+    law, contacts, state = law.select(every), contacts.select(every), np.zeros((len(every), 0))
+    force = law.step(Motion(u, omega * v, 0.1), state, contacts)[0]
+    later = law.step(Motion(u, omega * v, 0.2), state, contacts)[0]
+    _agree(law, "the force depends on the length of the step, at [sample, component]", later, force, 1e-12)
+    others = Contacts(*(2 * a + 1 for a in (contacts.kn, contacts.kt, contacts.mu, contacts.preload)))
+    changed = law.step(Motion(u, omega * v, 0.1), state, others)[0]
+    _agree(law, "the force depends on kn, kt, mu or preload, at [sample, component]; is it a contact law, for "
+           "check_law?", changed, force, 1e-12)
 
 
 def _cycle(law, contacts, x, omega):

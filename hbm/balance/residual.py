@@ -121,7 +121,8 @@ class HarmonicBalance:
         of = self.receptance
         if of.poles.size:
             return of.shapes.conj().T @ (self.problem.C @ of.shapes)
-        return np.r_[2 * of.ratio * np.sqrt(of.mass * of.stiffness), np.zeros(of.shapes.shape[1] - len(of.mass))]
+        constraints = np.zeros(len(of.constraint_forces))
+        return np.r_[2 * of.ratio * np.sqrt(of.mass * of.stiffness), of.free_damping, constraints]
 
     @cached_property
     def static(self) -> np.ndarray:

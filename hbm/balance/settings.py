@@ -34,14 +34,15 @@ class BalanceSettings:
     noise: float = 50.0              # times the rounding of the stiffness: what a restrained motion must store
     loose: float = 1e-13             # share of the stiffness, for each dof, that a rigid motion must store: reduction
                                      # rounds too
+    far_more: float = 1e3            # times that, which all elastic motions then store
     restrained: float = 100.0        # times what a restrained motion must store: more needs no closer look
     static_pole: float = 1e18        # of a motion without mass and damping, in units of the slowest frequency
-    unseen: float = 1e-9             # of the motion of a node: relative motion at the contacts that is rounding
+    unseen: float = 1e-9             # of a motion: what of it is rounding at least
     equilibrium: float = 5e-9        # of the force scale: residual of the equation of motion at which a point is kept;
                                      # summed in another order it stays below 1e-8
-    terms: float = 8.0               # roundings of the terms of the equation of motion, no residual: of elements of
-                                     # uneven stiffness K q itself is not known better
-    most_rounding: float = 1e-7      # of the force scale, at most, that comes on top of the limit for it
+    terms: float = 8.0               # roundings of the terms of the equation of motion, no residual: of small elements
+                                     # K q itself is not known better
+    most_doubt: float = 1e-2         # of a vibration, by which that rounding may move a point that is kept
     no_input: float = 1e-6           # of the apparent input: an input of that size is rounding
     kept_at_once: int = 1 << 20      # entries of the derivatives, of points whose residuals are made at once
     more_steps: int = 8              # of Newton's method for a point above it

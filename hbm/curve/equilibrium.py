@@ -60,13 +60,14 @@ def settle(equation: Equation, points: list[Point],
             if residual <= DEFAULT.equilibrium:
                 break
     bad = residuals > DEFAULT.equilibrium
-    bad[bad] = [residuals[i] > _limit(equation, points[i], 1.0) for i in np.flatnonzero(bad)]
+    bad[bad] = [residuals[i] > _limit(equation, points[i], 1.0) or doubt(equation, points[i]) > DEFAULT.most_doubt
+                for i in np.flatnonzero(bad)]
     return residuals, errors, bad
 
 
 def _limit(equation, point, springs=0.0):
-    """Residual over the force scale that a point may have: where the terms of the equation of motion themselves are not
-    known better, as of elements of very uneven stiffness, their rounding comes on top.
+    """Residual over the force scale that a point may have: the terms of the equation of motion themselves are not known
+    better than their rounding, which is large beside their sum where elements are small.
 
     springs : share of the rounding of the motion of stiff contacts that comes on top as well, once further steps are of
         no help; none of it where it exceeds the limit, as there the stiffness is said to be too large
@@ -74,7 +75,30 @@ def _limit(equation, point, springs=0.0):
     kept = Kept(equation, [point])
     terms, motion = (float(kept.over_scale(error)[0]) for error in (kept.rounding(), kept.rounding_of_springs()))
     motion = springs * motion if motion <= DEFAULT.equilibrium else 0.0
-    return DEFAULT.equilibrium + min(terms, DEFAULT.most_rounding) + motion
+    return DEFAULT.equilibrium + terms + motion
+
+
+def doubt(equation: Equation, point: Point) -> float:
+    """Share of the vibration of a point by which rounding of the terms moves its branch: forces of that size and of
+    random phase, answered by the linearised equations."""
+    kept, detail, balance = Kept(equation, [point]), point.detail, point.detail.balance
+    shapes, orders = balance.receptance.shapes, np.arange(balance.H + 1)
+    forces = kept.rounding_forces()[0]
+    forces = forces * np.exp(2j * np.pi * np.random.default_rng(0).random(forces.shape))
+    moved = balance.receptance.factors(kept.w[0] * orders)[0] * (shapes.T @ forces)
+    row, corner = _across(point)
+    step = detail.solve(row, corner, 0.0, -fourier.to_real(balance.shapes @ moved).ravel())
+    moved = moved + detail.moved(*step).modal - detail.modal
+    change, whole = (norms((shapes @ y)[None], 1 / kept.unit)[0, 1] for y in (moved, detail.modal))
+    return float(change / max(whole, TINY))
+
+
+def _across(point):
+    """Row and corner of a border that leads across the branch; at its parameter where that has no tangent."""
+    if point.tangent is None or not np.any(point.tangent[0]):
+        return np.zeros(len(point.x)), 1.0
+    along, rate = point.tangent
+    return along / size(along)**2, rate / point.parameter**2
 
 
 def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray, np.ndarray]:
@@ -167,13 +191,18 @@ class Kept:
                 inner[:, :, 0] += reaction[:, None] * one.row
         return self._size(inner + self._at_dofs(self.h) - self.applied())
 
-    def rounding(self) -> np.ndarray:
-        """(n, 2) size of what K q and M q may be off by rounding alone, and of the contact forces the orders k > 0 by
-        that of the mean, with which a sampled cycle mixes them."""
+    def rounding_forces(self) -> np.ndarray:
+        """(n, r, H+1) N, what K q and M q may be off by rounding alone, and orders k > 0 by that of the mean contact
+        forces, with which a sampled cycle mixes them."""
         q = np.abs(self.motion())
-        terms = self._size(_times(abs(self.problem.stiffness), q) + _times(abs(self.problem.M), q * self._orders()**2))
-        terms[:, 1] += self._size(self._at_dofs(self.h))[:, 0]
+        terms = _times(abs(self.problem.stiffness), q) + _times(abs(self.problem.M), q * self._orders()**2)
+        at = self._at_dofs(self.h)
+        terms[:, :, 1:] = np.hypot(terms[:, :, 1:], np.abs(at[:, :, :1]) / np.sqrt(max(at.shape[2] - 1, 1)))
         return DEFAULT.terms * np.finfo(float).eps * terms
+
+    def rounding(self) -> np.ndarray:
+        """(n, 2) size of it."""
+        return self._size(self.rounding_forces())
 
     def rounding_of_springs(self) -> np.ndarray:
         """(n, 2) size of the contact forces that one rounding of the motion makes."""
@@ -297,9 +326,10 @@ def with_residuals(curve: ForcedResponse, residuals: np.ndarray, bad: np.ndarray
     and where rounding of the matrices stays above the limit."""
     rounded = residuals[~bad] > DEFAULT.equilibrium
     if rounded.any():
+        worst = int(np.nanargmax(np.where(bad, -1.0, residuals)))
         curve = replace(curve, ended=f"{curve.ended}; at {rounded.sum()} points the forces balance to "
-                        f"{residuals[~bad][rounded].max():.0e} of their scale, rounding of the given matrices or of "
-                        "stiff contacts")
+                        f"{residuals[worst]:.0e} of their scale, rounding of the given matrices or of stiff contacts: "
+                        f"the vibration is known to {doubt(equation, points[worst]):.0e}")
     if not bad.any():
         return replace(curve, force_residual=residuals)
     worst = int(np.nanargmax(np.where(bad, residuals, 0.0)))

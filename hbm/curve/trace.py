@@ -18,6 +18,7 @@ from hbm.parameter import Equation, Parameter
 from hbm.problem import ContactProblem
 from hbm.result import ForcedResponse, widest_gap
 
+SLIDES = "nothing but friction restrains a motion"
 LEFT = ("left", "closed")        # ends of branches that leave the band for good
 
 
@@ -132,7 +133,7 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
     ended = branch.sentence(named)
     good, failures = ([p for p in branch.points if p.converged == wanted] for wanted in (True, False))
     if not good:
-        return ended
+        return ended if problem is None else _slides(problem) + ended
     if branch.outside is not None and branch.complete:
         ended += f"; it left the band where it starts and was followed outside, to {named(branch.outside)}, and back"
     if branch.restarts:
@@ -147,6 +148,22 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
         ended += (f"; {len(failures)} point{'s' * (len(failures) > 1)} failed near {named(failures[0].parameter)}: "
                   "run in the other direction, or with other harmonics, there")
     return ended if branch.complete else ended + _unrestrained(good[-1], problem)
+
+
+def _slides(problem):
+    """The motions that nothing but friction restrains, and what holds them, in words, before what else may be tried;
+    empty where there are none."""
+    motions = problem.held_by_friction()
+    if not motions.shape[1]:
+        return ""
+    named = [problem.describe(motion) if problem.describe else mostly(motion) for motion in motions.T]
+    return (f"{SLIDES} ({'; '.join(map(str, named))}): where the contacts slide it drifts, and then no periodic state "
+            f"exists: {_held(named[0])}. Where they are not to slide: ")
+
+
+def _held(named):
+    """How to hold a motion that has a name, or none."""
+    return getattr(named, "remedy", "give that motion a stiffness that restrains it")
 
 
 def _lifts_off(points):
@@ -167,5 +184,4 @@ def _unrestrained(last, problem):
     motion = q[:, 0].real
     named = problem.describe(motion) if problem and problem.describe else None
     verb = "the damper rolls" if named and named.turns else "nothing restrains a mean motion"
-    remedy = named.remedy if named else "give that motion a stiffness that restrains it"
-    return f"; {verb} ({named or mostly(motion)}): no periodic state exists there; {remedy}"
+    return f"; {verb} ({named or mostly(motion)}): no periodic state exists there; {_held(named)}"

@@ -5,11 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from hbm.laws.base import ContactLaw
+from hbm.laws.force import NonlinearForce
 
 
 @dataclass(frozen=True)
-class CubicSpring(ContactLaw):
+class CubicSpring(NonlinearForce):
     """f = cubic u_n^3, the restoring force of Duffing's oscillator. Exact with more than 4 H samples.
 
     cubic : N/m^3, one number or one per contact; negative: softening
@@ -20,9 +20,9 @@ class CubicSpring(ContactLaw):
 
     cubic: float | np.ndarray
 
-    def step(self, motion, state, contacts):
-        """Force (P, 1) N; there is no state."""
-        return np.reshape(self.cubic, (-1, 1)) * motion.u**3, state
+    def force(self, u, v):
+        """(P, 1) N."""
+        return np.reshape(self.cubic, (-1, 1)) * u**3
 
     def check(self, contacts):
         """InputError where cubic is not finite or does not fit the contacts."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from hbm.balance.receptance import linear_response
 from hbm.contact import ContactTable
+from hbm.curve.trace import SLIDES
 from hbm.hold import spring
 from hbm.interface import InterfaceReduction
 from hbm.model import ReducedModel
@@ -283,7 +284,7 @@ def _incomplete(case: CurveResult, hold: str) -> Iterator[str]:
             continue
         failed = f", {one.failed_points} points failed" if one.failed_points else ""
         known = f"no peak, {at_least(one)}; " if one.peak_m is None else ""
-        advice = hold if one.solved_nothing else ""
+        advice = hold if one.solved_nothing and not one.ended.startswith(SLIDES) else ""
         whole = (f"; followed the other way it has a peak, {_micro(other.peak_m, other.peak_hz)}"
                  if known and other is not None and other.peak_m is not None else "")
         yield (f"the curve Fe = {case.Fe_N:g} N, H = {case.H}{way} is incomplete{failed}: {known}{advice}{one.ended}"
