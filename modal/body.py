@@ -22,7 +22,7 @@ class Body:
     loads : {name: (d,) N}; provenance : {str: str}
     M_clamped : (d, c) CSR kg or None - coupling to the clamped dofs (node by node, x, y, z): body forces near a clamp
     points : ContactPoints or None - where a contact meets an unlike mesh
-    piece_of_node : (n,) int or None - connected piece of each node; None: K tells (`parts`), as it does where it is whole
+    piece_of_node : (n,) int or None - connected piece of each node; None: a whole K tells (`parts`)
     """
 
     name: str

@@ -20,9 +20,10 @@ from hbm.contact import ContactTable
 class MirrorSettings:
     """When a contact counts as symmetric."""
 
-    map: float = 0.05           # of the forces: meshes of the same bodies differ by 1 to 2 %, a pull 1 % off the middle by 6
-    reach: float = 1.5          # of the distance of neighbours: mirrored points that lie further from any have no partner
-    alike: float = 0.25         # of the same: nearer to its partner a point is its mirror image
+    map: float = 0.05       # of the forces: meshes of one body differ by 1 to 2 %, a pull 1 % off the middle by 6
+    around: int = 6         # neighbours: those of a point in all directions, of cells three times as long as wide
+    reach: float = 1.0      # of the distance of the last of them: a point whose image lies further off has no partner
+    alike: float = 0.25     # of the distance of the first: nearer to its partner a point is its mirror image
 
 
 SETTINGS = MirrorSettings()
@@ -49,13 +50,13 @@ def mirrors_of(pairs: ContactTable, area: np.ndarray, load: np.ndarray, axis: Ar
     area : (P,) m2, or m of a line; load : (P,) N, static, closed where positive; axis, pull (3,). The second plane
     exchanges the sides; it counts only where the contacts of both are images of each other one by one.
     """
-    axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    across, rows = np.cross(axis, pull), np.flatnonzero(pairs.carrying & (area > 0))
+    along = np.asarray(axis, dtype=float)
+    across, rows = np.cross(along, np.asarray(pull, dtype=float)), np.flatnonzero(pairs.carrying & (area > 0))
     found = []
-    for normal in (axis, across):
+    for normal in (along, across):
         size = np.linalg.norm(normal)
         if size > 0 and len(rows) and (one := _mirror(pairs, rows, (area, load), normal / size, settings)):
-            if normal is axis or one.pairwise:
+            if normal is along or one.pairwise:
                 found.append(one)
     return found
 
@@ -66,19 +67,19 @@ def _mirror(pairs, rows, fields, normal, settings):
     offset = float(area[rows] @ (pairs.position[rows] @ normal) / area[rows].sum())
     image = pairs.position - 2 * np.outer(pairs.position @ normal - offset, normal)
     onto, noise, pairwise = {}, 0.0, True
-    tree = cKDTree(pairs.position[rows])
-    for side in pairs.sides:
-        mine = rows[pairs.side[rows] == side]
-        if not len(mine):
-            continue
-        nearest = rows[tree.query(image[mine])[1]]
-        names, count = np.unique(pairs.side[nearest], return_counts=True)
-        onto[side] = str(names[count.argmax()])
-        theirs = rows[pairs.side[rows] == onto[side]]
-        far, partner = _distance(pairs.position[theirs], image[mine])
-        if far.max() > settings.reach:
+    of_side = {side: rows[pairs.side[rows] == side] for side in pairs.sides if (pairs.side[rows] == side).any()}
+    facing = {side: pairs.normal[mine].mean(axis=0) for side, mine in of_side.items()}
+    for side, mine in of_side.items():
+        turned = facing[side] - 2 * (facing[side] @ normal) * normal
+        far, partner, onto[side] = min(
+            ((*cKDTree(pairs.position[of_side[other]]).query(image[mine]), other) for other in
+             sorted(of_side, key=lambda other: other != side)),
+            key=lambda found: found[0].mean() * (1 + np.linalg.norm(facing[found[2]] - turned)))
+        theirs = of_side[onto[side]]
+        near, around = _spacing(pairs.position[theirs], settings)
+        if far.max() > settings.reach * around:
             return None
-        pairwise &= bool(far.max() < settings.alike) and len(mine) == len(theirs) == len(np.unique(partner))
+        pairwise &= bool(far.max() < settings.alike * near) and len(mine) == len(theirs) == len(np.unique(partner))
         there = _pressure_at(pairs.select(theirs), load[theirs] / area[theirs], image[mine])
         noise += float(area[mine] @ np.abs(np.maximum(load[mine] / area[mine], 0) - np.maximum(there, 0)))
     noise /= np.maximum(load[rows], 0).sum() or np.inf
@@ -87,12 +88,11 @@ def _mirror(pairs, rows, fields, normal, settings):
     return Mirror(normal, offset, image, onto, noise, pairwise)
 
 
-def _distance(places, image):
-    """Of images (m, 3) from the nearest of the places (p, 3), in distances of neighbours, and which that is."""
-    tree = cKDTree(places)
-    far, partner = tree.query(image)
-    usual = np.median(tree.query(places, 2)[0][:, 1]) if len(places) > 1 else np.inf
-    return far / usual, partner
+def _spacing(places, settings):
+    """m: usual distance of a place (p, 3) from the nearest other one, and from the last of those around it."""
+    far = cKDTree(places).query(places, min(settings.around + 1, len(places)))[0].reshape(len(places), -1)
+    usual = np.median(far[:, 1:], axis=0) if far.shape[1] > 1 else np.full(1, np.inf)
+    return usual[0], usual[-1]
 
 
 def _pressure_at(pairs, pressure, places):
