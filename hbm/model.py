@@ -294,9 +294,11 @@ def _check_rigid(model):
     """Rigid motions fit their bodies, and K does not resist them."""
     for body, motions in model.rigid.items():
         mine = model.body == body
-        if motions.shape not in ((mine.sum(), 6), (mine.sum(), 0)) or not np.isfinite(motions).all():
+        fits = motions.ndim == 2 and len(motions) == mine.sum() and motions.shape[1] % 6 == 0
+        if not fits or not np.isfinite(motions).all():
             raise InputError(f"rigid motions of body '{shown(body)}' have the shape {motions.shape}, must be "
-                             f"({mine.sum()}, 6) where it floats and ({mine.sum()}, 0) where it does not, all finite")
+                             f"({mine.sum()}, 6) where it floats, 6 more for each further piece, and ({mine.sum()}, 0) "
+                             "where it does not, all finite")
         resisted = np.abs(model.K[:, mine] @ motions).max(initial=0.0)
         if resisted > RESISTED * np.abs(model.K).max() * np.abs(motions).max(initial=0.0):
             raise InputError(f"rigid motions of body '{shown(body)}': K resists them (by {resisted:.1e}); leave them "

@@ -22,6 +22,7 @@ class Body:
     loads : {name: (d,) N}; provenance : {str: str}
     M_clamped : (d, c) CSR kg or None - coupling to the clamped dofs (node by node, x, y, z): body forces near a clamp
     points : ContactPoints or None - where a contact meets an unlike mesh
+    piece_of_node : (n,) int or None - connected piece of each node; None: a whole K tells (`parts`)
     """
 
     name: str
@@ -37,6 +38,7 @@ class Body:
     provenance: dict = field(default_factory=dict)
     M_clamped: sp.csr_matrix | None = None
     points: ContactPoints | None = None
+    piece_of_node: np.ndarray | None = None
 
     @classmethod
     def from_matrices(cls, name: str, K: sp.spmatrix | np.ndarray, M: sp.spmatrix | np.ndarray, node: ArrayLike,
@@ -101,26 +103,35 @@ class Body:
         return motion_of(numbers, dofs, self.points, self.dofs)
 
     def rigid_motions(self) -> np.ndarray:
-        """(d, 6): translation along x, y, z and rotation about x, y, z through the centre of the nodes."""
-        arm = self.position[self.dof_node] - self.position.mean(axis=0)
-        motions = np.zeros((self.dofs, 6))
-        unit = np.eye(3)[self.dof_direction]
-        motions[:, :3] = unit
-        for k in range(3):
-            motions[:, 3 + k] = np.einsum("ij,ij->i", np.cross(np.eye(3)[k], arm), unit)
+        """(d, 6 p) of each of the p pieces that share no node: translation along x, y, z and rotation about x, y, z
+        through the centre of its nodes."""
+        label, unit = parts(self), np.eye(3)[self.dof_direction]
+        motions = np.zeros((self.dofs, 6 * (label.max(initial=0) + 1)))
+        for i in range(motions.shape[1] // 6):
+            mine = label == i
+            place, way = self.position[self.dof_node[mine]], unit[mine]
+            arm = place - self.position[np.unique(self.dof_node[mine])].mean(axis=0)
+            motions[mine, 6 * i:6 * i + 3] = way
+            for k in range(3):
+                motions[mine, 6 * i + 3 + k] = np.einsum("ij,ij->i", np.cross(np.eye(3)[k], arm), way)
         return motions
 
     def mass(self) -> np.ndarray:
         """Mass that a unit translation along x, y, z moves, (3,) kg. Clamped dofs do not move."""
-        t = self.rigid_motions()[:, :3]
+        t = np.eye(3)[self.dof_direction]
         return np.einsum("ij,ij->j", t, self.M @ t)
 
 
 def rigid_modes(body: Body) -> int:
-    """Number of independent rigid motions that the stiffness does not resist: 0 when fixed, 6 when free.
+    """Number of independent rigid motions that the stiffness does not resist: 0 when fixed, 6 of each piece when free.
 
     Raises InputError where one of them meets negative stiffness.
     """
+    return sum(_rigid_modes(one) for one in pieces(body))
+
+
+def _rigid_modes(body):
+    """Of a body in one piece."""
     motions = body.rigid_motions()
     scale = np.sqrt(np.einsum("ij,ij->j", motions, body.M @ motions))
     motions = motions[:, scale > 0] / scale[scale > 0]
@@ -137,6 +148,8 @@ def rigid_modes(body: Body) -> int:
 
 def parts(body: Body) -> np.ndarray:
     """(d,) int - connected piece of each dof: K couples no two pieces, directly or through a third."""
+    if body.piece_of_node is not None:
+        return np.unique(body.piece_of_node[body.dof_node], return_inverse=True)[1].ravel()
     if sp.csgraph.connected_components(body.K, connection="strong")[0] == 1:  # K is symmetric: no need to turn it over
         return np.zeros(body.dofs, dtype=int)
     count = len(body.node)
@@ -152,26 +165,38 @@ def piece(body: Body, dofs: np.ndarray) -> Body:
     used = np.unique(body.dof_node[dofs])
     return replace(body, node=body.node[used], position=body.position[used], K=body.K[dofs][:, dofs].tocsr(),
                    M=body.M[dofs][:, dofs].tocsr(), dof_node=np.searchsorted(used, body.dof_node[dofs]),
-                   dof_direction=body.dof_direction[dofs], loads={})
+                   dof_direction=body.dof_direction[dofs], loads={}, piece_of_node=np.zeros(len(used), dtype=int))
+
+
+def pieces(body: Body) -> list[Body]:
+    """The connected pieces of a body, each as one of its own."""
+    label = parts(body)
+    count = label.max(initial=0) + 1
+    return [body] if count == 1 else [piece(body, np.flatnonzero(label == i)) for i in range(count)]
+
+
+def piece_in_words(one: Body) -> str:
+    """'the one of 27 nodes around [0.005, 0.005, 0.005] m (node 28)'"""
+    return (f"the one of {len(one.node)} nodes around {np.round(one.position.mean(axis=0), 4).tolist()} m (node "
+            f"{one.node[0]})")
 
 
 def check_support(body: Body) -> int:
     """Number of rigid modes; raises InputError when the body or a piece of it floats undeclared, or is declared free
     and is held, and when a dof or a rigid motion meets negative stiffness, or a dof none."""
     check_stiffness_diagonal(body)
-    free = rigid_modes(body)
-    if free and not body.free:
-        support = "nothing holds it" if free == 6 else "it is not fully supported"
-        raise InputError(f"body '{body.name}': {support}, {free} rigid motions are free; name a clamp group whose "
+    own = [(one, _rigid_modes(one)) for one in pieces(body)]
+    for one, loose in own:
+        if loose == 6 * body.free:
+            continue
+        which = f"{piece_in_words(one)}: " * (len(own) > 1)
+        if body.free:
+            raise InputError(f"body '{body.name}': {which}declared free but {6 - loose} of its 6 rigid motions are "
+                             "held")
+        if len(own) > 1:
+            raise InputError(f"body '{body.name}' consists of {len(own)} pieces that share no node, and nothing holds "
+                             f"{which}{loose} rigid motions are free; clamp it, or join the meshes")
+        support = "nothing holds it" if loose == 6 else "it is not fully supported"
+        raise InputError(f"body '{body.name}': {support}, {loose} rigid motions are free; name a clamp group whose "
                          "nodes fix it")
-    if body.free and free != 6:
-        raise InputError(f"body '{body.name}': declared free but {6 - free} of its 6 rigid motions are held")
-    label = parts(body)
-    for i in range(label.max() + 1) if label.max() and not body.free else ():
-        one = piece(body, np.flatnonzero(label == i))
-        if loose := rigid_modes(one):
-            raise InputError(f"body '{body.name}' consists of {label.max() + 1} pieces that share no node, and "
-                             f"nothing holds the one of {len(one.node)} nodes around "
-                             f"{np.round(one.position.mean(axis=0), 4).tolist()} m "
-                             f"(node {one.node[0]}): {loose} rigid motions are free; clamp it, or join the meshes")
-    return free
+    return sum(loose for _, loose in own)

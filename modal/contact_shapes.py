@@ -20,7 +20,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hbm.ties import first_largest, in_order
-from modal.body import Body
+from modal.body import Body, pieces
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,12 @@ def _longest(moment):
 
 
 def holding_nodes(body: Body) -> np.ndarray:
-    """(3,) node numbers that hold a free body, far apart from each other: masters of a body that else has none."""
+    """(3 p,) node numbers that hold the p pieces of a free body, three far apart from each other of each: masters of a
+    body that else has none."""
+    return np.concatenate([_holding_nodes(one) for one in (pieces(body) if body.free else [body])])
+
+
+def _holding_nodes(body):
     whole = np.flatnonzero(np.bincount(body.dof_node, minlength=len(body.node)) == 3)
     x = body.position[whole]
     first = np.linalg.norm(x - x.mean(axis=0), axis=1).argmax()

@@ -145,9 +145,8 @@ def labelled(body: Body, boundary: np.ndarray, M: np.ndarray, K: np.ndarray, mod
     position = np.vstack([body.position[body.dof_node[boundary]], np.full((modes, 3), np.nan)])
     present = set(node[:len(boundary)].tolist())
     groups = {f"{body.name}/{k}": v for k, v in body.groups.items() if set(v.tolist()) <= present}
-    rigid = np.zeros((len(node), 6 * body.free))
-    if body.free:
-        rigid[:len(boundary)] = body.rigid_motions()[boundary]
+    motions = body.rigid_motions()[boundary] if body.free else np.zeros((len(boundary), 0))
+    rigid = np.vstack([motions, np.zeros((modes, motions.shape[1]))])
     return ReducedModel.from_matrices(M, K, body=body.name, node=node, direction=direction, position=position,
                                       groups=groups, provenance={body.name: body.provenance.get("mesh", "matrices")},
                                       rigid={body.name: rigid})

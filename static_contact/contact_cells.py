@@ -6,6 +6,7 @@ behind it is at the edge then. So it shrinks where the preload fades, and has no
 """
 
 import heapq
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,6 +16,7 @@ from scipy.spatial import Delaunay
 
 from hbm.contact import ContactTable
 from hbm.ties import in_order
+from static_contact.mirror import Mirror, mirrored_cells
 
 Order = Literal["from_edge", "least_loaded", "from_middle"]
 
@@ -59,22 +61,22 @@ class Fade:
 
 
 def fade_of(pairs: ContactTable, area: np.ndarray, load: np.ndarray, axis: ArrayLike, order: Order = "from_edge",
-            size: float | None = None, settings: CellSettings = SETTINGS) -> Fade:
+            size: float | None = None, mirrors: Sequence[Mirror] = (), settings: CellSettings = SETTINGS) -> Fade:
     """How the contacts of a table leave as its closed part shrinks, on every side in the same proportion.
 
     area : (P,) m2, or m where a side is a line; load : (P,) N, static, closed where positive; size : m of cells, None:
     every contact for itself; order : "from_edge", "least_loaded" by the pressure wherever it is, "from_middle" of the
-    axis outwards
+    axis outwards; mirrors - what is mirrored leaves together
     """
     begins, gone = np.ones(len(pairs)), np.ones(len(pairs))
     along = pairs.position @ (np.asarray(axis, dtype=float) / np.linalg.norm(axis))
     closed = pairs.carrying & (load > 0)
-    for side in pairs.sides:
-        mine = np.flatnonzero((pairs.side == side) & pairs.carrying)
+    cells = mirrored_cells(pairs, _all_cells(pairs, size), mirrors)
+    for sides in _exchanged(pairs.sides, mirrors):
+        mine = np.flatnonzero(np.isin(pairs.side, sides) & pairs.carrying)
         if not closed[mine].any():
             continue
-        plane = plane_of(pairs.select(mine))
-        cell = cells_in(plane, size)
+        cell = np.unique(cells[mine], return_inverse=True)[1].ravel()
         own = np.bincount(cell, np.where(closed[mine], area[mine], 0.0))
         force = np.bincount(cell, np.where(closed[mine], load[mine], 0.0))
         pressure = np.where(own > 0, force / np.where(own > 0, own, 1.0), -np.inf)
@@ -85,11 +87,45 @@ def fade_of(pairs: ContactTable, area: np.ndarray, load: np.ndarray, axis: Array
         else:
             rank = np.round(pressure / pressure.max() / settings.alike + settings.same)
             leaves = (np.argsort(rank, kind="stable") if order == "least_loaded" else
-                      peeled(rank, *surroundings(plane, cell, settings)))
+                      peeled(rank, *_all_surroundings(pairs.select(mine), cell, settings)))
         left = 1 - np.r_[0.0, np.cumsum(own[leaves])] / own.sum()
         place = np.argsort(leaves)
         begins[mine], gone[mine] = left[place][cell], np.maximum(left[place + 1][cell], 0.0)
     return Fade(begins, gone)
+
+
+def _exchanged(sides, mirrors):
+    """Lists of the sides that mirrors map onto each other."""
+    left = list(sides)
+    while left:
+        found = {left[0], *(mirror.onto.get(left[0], left[0]) for mirror in mirrors)}
+        yield sorted(found)
+        left = [side for side in left if side not in found]
+
+
+def _all_cells(pairs, size):
+    """(P,) number of the cell of each contact that carries, over all sides; -1 of the others."""
+    cells, count = np.full(len(pairs), -1), 0
+    for side in pairs.sides:
+        mine = np.flatnonzero((pairs.side == side) & pairs.carrying)
+        if len(mine):
+            cells[mine] = count + cells_in(plane_of(pairs.select(mine)), size)
+            count = int(cells[mine].max()) + 1
+    return cells
+
+
+def _all_surroundings(pairs, cell, settings):
+    """`surroundings` of cells (p,) that may have contacts on several sides."""
+    count = int(cell.max()) + 1
+    rim, beside = np.zeros(count, dtype=bool), [set[int]() for _ in range(count)]
+    for side in pairs.sides:
+        mine = pairs.side == side
+        names, own = np.unique(cell[mine], return_inverse=True)
+        at_rim, near = surroundings(plane_of(pairs.select(mine)), own.ravel(), settings)
+        rim[names[at_rim]] = True
+        for name, others in zip(names.tolist(), near, strict=True):
+            beside[name] |= set(names[list(others)].tolist())
+    return rim, beside
 
 
 def plane_of(pairs: ContactTable) -> np.ndarray:

@@ -94,8 +94,12 @@ class FreeMotions:
 
     def reactions(self, amounts: np.ndarray, load: np.ndarray, above: float) -> dict[str, float]:
         """{name: N or N m} constraint reactions: the amounts (m,) above a share of what the load (r,) could do."""
-        return {name: float(amount) for (name, _), amount, much in zip(
-            self.names, amounts, self._exceeds(amounts, load, above), strict=True) if much}
+        found: dict[str, float] = {}
+        for (name, _), amount, much in zip(self.names, amounts, self._exceeds(amounts, load, above), strict=True):
+            again = sum(one.startswith(name) for one in found)          # of another body, or another piece
+            if much:
+                found[f"{name} ({again + 1})" if again else name] = float(amount)
+        return found
 
 
 def free_motions(model: ReducedModel, rigid: np.ndarray, floats: np.ndarray, motion: sp.csr_matrix, rows: np.ndarray,

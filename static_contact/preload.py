@@ -176,8 +176,10 @@ class StaticContact:
             mine = self.model.body == body
             motions = np.array([mine & (self.model.direction == d) for d in "xyz"], dtype=float).T
             if body in self.model.rigid:
-                motions = np.zeros((len(mine), self.model.rigid[body].shape[1]))[:, :3]
-                motions[mine] = self.model.rigid[body][:, :3]
+                known = self.model.rigid[body]
+                known = known[:, np.arange(known.shape[1]) % 6 < 3]
+                motions = np.zeros((len(mine), known.shape[1]))
+                motions[mine] = known
             if np.abs(self.model.K @ motions).max(initial=0.0) < self.settings.rigid.free_stiffness * most:
                 slides.append(motions)
         return np.hstack(slides)

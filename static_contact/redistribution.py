@@ -3,21 +3,40 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from hbm.contact import ContactTable
+from hbm.contact import GROUND, ContactTable
 from hbm.errors import InputError
 from static_contact.rigid_motions import SETTINGS
 
 
 @dataclass(frozen=True)
+class MomentSettings:
+    """Of the moment that the kept pairs leave, as a share of the load times the length of the contact."""
+
+    refused: float = 0.05       # more is no small error of the whole map, but another damper: its load stands elsewhere
+    compared: float = 0.01      # more moves the forces of pairs by percents: what they would be is said beside them
+
+
+MOMENT = MomentSettings()
+
+
+@dataclass(frozen=True)
 class Redistribution:
     """pairs - the kept pairs with the preload that they carry; scale : {side: factor on their part of the whole map}
-    moment : (3,) N m about x, y, z by which what is kept differs from the whole map, since each station's force
-    moves to its kept row or a part is detached (in the reference state, taken up there and reported)."""
+    moment : (3,) N m on the damper about x, y, z by which what is kept differs from the whole map, since each station's
+    force moves to its kept row or a part is detached (in the reference state, taken up there and reported)."""
 
     pairs: ContactTable
     scale: dict[str, float]
     moment: np.ndarray
+
+    def with_friction(self, whole: ContactTable, tangential: np.ndarray, kept: np.ndarray) -> np.ndarray:
+        """(3,) N m: `moment` with the friction forces (P, 2) N of the whole map, and those of the kept pairs."""
+        none = np.zeros(len(whole)), np.zeros(len(self.pairs))
+        middle = whole.position.mean(axis=0)
+        return (self.moment + _moment(whole, none[0], middle, tangential)
+                - _moment(self.pairs, none[1], middle, kept))
 
 
 def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, float]) -> Redistribution:
@@ -29,8 +48,7 @@ def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, floa
     Pairs that carry nothing keep their opening. Raises InputError where no kept station of a side is closed.
     """
     preload = np.empty(len(kept))
-    scale, moment = {}, np.zeros(3)
-    before, whole = whole, whole.select(whole.carrying)
+    scale, before, whole = {}, whole, whole.select(whole.carrying)
     for side in kept.sides:
         mine = np.flatnonzero(kept.side == side)
         full = whole.select(whole.side == side)
@@ -40,9 +58,18 @@ def redistribute(whole: ContactTable, kept: ContactTable, forces: dict[str, floa
         if total <= 0 and forces[side] > SETTINGS.rounding * max(forces.values()):      # a stop may carry nothing
             raise InputError(f"side '{side}': none of the kept stations is closed under the pull")
         preload[mine] = np.where(part > 0, part * scale[side], part)
-        moment += _moment(before.select(before.side == side))
-        moment -= _moment(kept.replace(preload=preload).select(mine))
+    middle = before.position.mean(axis=0)
+    moment = _moment(before, before.preload, middle) - _moment(kept, preload, middle)
     return Redistribution(kept.replace(preload=preload), scale, moment)
+
+
+def contact_length(pairs: ContactTable, axis: ArrayLike) -> float:
+    """m: of the damper's contact along the axis; across it where that is more, as with a single station."""
+    place = pairs.position[pairs.damper_body != GROUND]
+    along = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    arm = place - place.mean(axis=0)
+    beside = np.linalg.norm(arm - np.outer(arm @ along, along), axis=1)
+    return float(max(np.ptp(place @ along), 2 * beside.max()))
 
 
 def carried(whole: ContactTable, kept: ContactTable) -> np.ndarray:
@@ -116,7 +143,10 @@ def balancing_forces(whole: ContactTable, kept: ContactTable, tangential: np.nda
     return dict(zip(kept.sides, forces.tolist(), strict=True))
 
 
-def _moment(pairs):
-    """(3,) N m: moment of the contact forces on the damper about the origin."""
-    force = -np.maximum(pairs.preload, 0.0)[:, None] * pairs.normal
-    return np.cross(pairs.position, force).sum(axis=0)
+def _moment(pairs, normal, middle, tangential=None):
+    """(3,) N m about `middle`: moment on the damper of the contact forces normal (P,) and tangential (P, 2) N."""
+    force = -np.maximum(normal, 0.0)[:, None] * pairs.normal
+    if tangential is not None:
+        force -= np.einsum("pd,pdx->px", tangential, pairs.frame[:, :2])
+    mine = pairs.damper_body != GROUND
+    return np.cross(pairs.position[mine] - middle, force[mine]).sum(axis=0)

@@ -39,13 +39,13 @@ def directed(motions: FreeMotions) -> list[str]:
 
 def said(motions: Iterable[str]) -> str:
     """'nothing but friction holds the damper (slide along y)', or '' without such a motion."""
-    names = ", ".join(motions)
+    names = ", ".join(dict.fromkeys(motions))
     return f"nothing but friction holds the damper ({names})" if names else ""
 
 
 def remedy(motions: Iterable[str], section: str = "damper") -> str:
     """The key that holds the mean position and leaves the vibration free: '[damper] hold = { motion = "y", ... }'."""
-    tables = [f"{{ motion = {_value(name)}, mean = true }}" for name in motions]
+    tables = [f"{{ motion = {_value(name)}, mean = true }}" for name in dict.fromkeys(motions)]
     return f"[{section}] hold = " + (tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]")
 
 

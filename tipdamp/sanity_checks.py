@@ -16,6 +16,7 @@ from modal.mesh_checks import parts
 from static_contact.pairing import offsets
 from static_contact.stiffness.contact_side import side_stiffness
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.pieces import merging
 from tipdamp.bodies.surfaces import damper_areas, length_text, named_side
 from tipdamp.loads import pull_vector
 from tipdamp.pair_checks import LIMITS
@@ -69,7 +70,8 @@ def _locking(name, mesh):
 
 
 def _loose_pieces(study, name, mesh):
-    """Pieces without contact: two blades that stand apart, each with a side of the damper, are none."""
+    """Pieces without contact: two blades that stand apart, each with a side of the damper, are none; and a damper of
+    several."""
     pieces, label = parts(mesh)
     clamped = _labels(mesh, label, study.blades.clamp if name == BLADES else ())
     sides = [] if study.contact.pairs else [named_side(study, one) for one in study.sides]
@@ -78,11 +80,11 @@ def _loose_pieces(study, name, mesh):
     loose = apart - clamped
     idle, how = (loose, "neither clamped nor in contact") if loose or study.contact.pairs else \
         (apart, "clamped and in no contact")
-    if pieces > 1 and idle:
+    if pieces > 1 and (idle or name == DAMPER):
         sizes = sorted(np.bincount(label).tolist(), reverse=True)
+        said = f"{len(idle)} of them {'is' if len(idle) == 1 else 'are'} {how}" if idle else "each floats by itself"
         yield (f"{name}: the mesh consists of {pieces} pieces that share no node (of "
-               f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {len(idle)} of them "
-               f"{'is' if len(idle) == 1 else 'are'} {how}")
+               f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {said}{merging(mesh)}")
 
 
 def _labels(mesh, label, groups):
@@ -189,6 +191,7 @@ def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]
     yield from _cover_warnings(study, pairs, damper_areas(study, meshes))
     shown = length_text(study.length_unit)
     pairs = pairs.select(~pairs.on_surface)
+    yield from _left_alone(study, pairs, meshes)
     apart = offsets(pairs, meshes[BLADES], meshes[DAMPER])
     for name in pairs.sides:
         mine = np.flatnonzero(pairs.side == name)
@@ -201,6 +204,18 @@ def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]
             yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'are apart'}, most at blade node "
                    f"{pairs.blade_node[i]} ({', '.join(map(shown, pairs.position[i]))}): {shown(apart[i])}, "
                    f"{abs(apart[i]) / size:.2g} of the distance of neighbouring nodes; {how}: [contact] distance")
+
+
+def _left_alone(study, pairs, meshes):
+    """Nodes of a face that lie where another one has the partner already, as those of unmerged nodes do."""
+    for name in pairs.sides:
+        mine, side = pairs.select(pairs.side == name), named_side(study, name)
+        for body, group, paired in ((BLADES, side.blade, mine.blade_node), (DAMPER, side.damper, mine.damper_node)):
+            alone = np.setdiff1d(nodes := meshes[body].group(group), paired)
+            if len(alone):
+                yield (f"side '{name}': {len(alone)} of {len(nodes)} nodes of '{group}' of the {body} have no partner "
+                       f"and no contact (first: node {alone[0]}): the node on the other side belongs to another one at "
+                       "the same place; merge coincident nodes where that is one body")
 
 
 def _gap_warnings(study, points):

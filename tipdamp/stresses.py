@@ -127,8 +127,8 @@ class WholeBody:
         held, lost = np.empty(0, dtype=int), 0.0
         if part.rigid:
             R = body.rigid_motions()
-            size = (np.abs(R).T @ np.abs(force)).reshape(2, 3).max(axis=1)           # of forces and of moments
-            lost = float((np.abs(R.T @ force).reshape(2, 3).max(axis=1) / np.maximum(size, 1e-300)).max())
+            size = (np.abs(R).T @ np.abs(force)).reshape(-1, 3).max(axis=1)          # of forces and of moments
+            lost = float((np.abs(R.T @ force).reshape(-1, 3).max(axis=1) / np.maximum(size, 1e-300)).max())
             force = force - body.M @ (R @ np.linalg.solve(R.T @ (body.M @ R), R.T @ force))
             held = sl.qr(R[part.boundary].T, mode="r", pivoting=True)[1][:R.shape[1]]
         q, moves = np.zeros(len(part.model.K)), np.setdiff1d(np.arange(b), held)

@@ -15,6 +15,7 @@ from modal.body import Body
 from modal.elasticity import Material, blocks
 from modal.elements.isoparametric import stiffness_and_mass
 from modal.mesh import Mesh
+from modal.mesh_checks import parts
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def _rows(part, low, high):
     mine[keep[low:high] // 3] = True
     body = Body(name=part.name, node=mesh.node, position=mesh.position, dof_node=keep // 3, dof_direction=keep % 3,
                 K=sp.csr_matrix((len(keep),) * 2), M=sp.csr_matrix((len(keep),) * 2), groups=dict(mesh.groups),
-                free=part.free, provenance={"mesh": mesh.source})
+                free=part.free, provenance={"mesh": mesh.source}, piece_of_node=parts(mesh)[1])
     if not mine.any():
         return body
     touching = {kind: mine[cells].any(axis=1) for kind, cells in mesh.cells.items()}

@@ -9,6 +9,7 @@ from hbm.model import ReducedModel
 from static_contact.area_detachment import detach_area, keep_area
 from static_contact.contact_cells import SETTINGS, cells_in, fade_of, surroundings
 from static_contact.detachment import DetachmentOptions
+from static_contact.mirror import mirrors_of
 from static_contact.stuck_assembly import StuckAssembly
 from tests.contact_tables import contact_table
 
@@ -170,3 +171,58 @@ def test_target_out_of_reach(factor):
     fade = fade_of(pairs, area, area, (1, 0, 0))
     with pytest.raises(InputError, match=r"target [\d.]+ Hz is not reachable: \d+\.\.\d+ Hz with 3.12..100 %"):
         detach_area(assembly(), pairs, fade, factor * hz_of(2 * LENGTH * WIDTH), FOLLOW, DetachmentOptions())
+
+
+def moment_left(pairs, load, weight):
+    """Of forces along n on what is kept, scaled to the whole load, about the middle, over load times length."""
+    kept = weight * load
+    arm = pairs.position - [LENGTH / 2, WIDTH / 2, 0]
+    return np.abs((kept / kept.sum()) @ arm[:, :2]).max() / LENGTH
+
+
+def noisy(pairs, share, seed=3):
+    """An even pressure, within that share of itself as an unsymmetric mesh of the counterpart leaves it."""
+    return pairs.area * (1 + share * np.random.default_rng(seed).uniform(-1, 1, len(pairs)))
+
+
+@pytest.mark.parametrize("order", ["from_edge", "least_loaded", "from_middle"])
+def test_mirrored_parts_go_together(order):
+    """A pressure that is symmetric but for the noise of a mesh: whatever is kept leaves no moment but that noise."""
+    pairs, area = bed(20, 9)
+    load = noisy(pairs, 0.02)
+    mirrors = mirrors_of(pairs, area, load, (1, 0, 0), (0, 0, 1))
+    assert [m.pairwise for m in mirrors] == [True, True] and all(0.005 < m.noise < 0.02 for m in mirrors)
+    alone, together = ([moment_left(pairs, load, fade_of(pairs, area, load, (1, 0, 0), order, None, found).factors(s))
+                        for s in np.linspace(0.02, 0.5, 40)] for found in ((), mirrors))
+    assert max(together) < 0.01 and (order == "from_middle" or max(alone) > 0.1)
+
+
+def test_mirrored_parts_of_an_unsymmetric_mesh_go_together():
+    """Points that have no images, as their distance doubles along the axis: of each share, mirrored parts are kept to
+    about a point."""
+    even, _ = bed(31, 7)
+    edges = np.arange(32) / 31
+    edges = LENGTH * edges * (2 + edges) / 3
+    area = np.diff(edges)[even.station] * WIDTH / 7
+    along = (edges[even.station] + edges[even.station + 1]) / 2
+    pairs = even.replace(position=np.column_stack([along, even.position[:, 1:]]), area=area)
+    load = noisy(pairs, 0.02)
+    mirrors = mirrors_of(pairs, area, load, (1, 0, 0), (0, 0, 1))
+    assert [m.pairwise for m in mirrors] == [False, True]
+    alone, together = ([moment_left(pairs, load, fade_of(pairs, area, load, (1, 0, 0), "least_loaded", None, found)
+                                    .factors(s)) for s in np.linspace(0.05, 0.9, 15)] for found in ((), mirrors))
+    assert max(together) < 0.02 and max(alone) > 0.1
+
+
+@pytest.mark.parametrize("pull", [(1, 0), (0, 1)])
+def test_what_is_not_symmetric_has_no_mirror(pull):
+    """A pressure that rises along the axis is symmetric about the plane along it alone; one that rises across, as of a
+    roll, on both sides in the same sense, about the plane across it alone."""
+    pairs, area = bed(20, 9)
+    pairs = pairs.replace(position=pairs.position + np.outer(pairs.side == "right", [0, 4 * WIDTH, 0]))
+    x, y, _ = (pairs.position / [LENGTH, WIDTH, 1] - [0.5, 0.5, 0]).T
+    y = np.where(pairs.side == "right", y - 4, y)
+    mirrors = mirrors_of(pairs, area, area * (2 + pull[0] * x + pull[1] * y), (1, 0, 0), (0, 0, 1))
+    normals = [np.abs(m.normal).argmax() for m in mirrors]
+    assert normals == [pull[0]] and all(m.noise < 1e-9 for m in mirrors)
+    assert mirrors[0].onto == ({"left": "right", "right": "left"} if pull[0] else {"left": "left", "right": "right"})

@@ -17,6 +17,7 @@ from tipdamp import loads
 from tipdamp.bodies import BLADES, CHECK_BELOW_HZ, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes, shape_counts, tractions_on, with_points
 from tipdamp.bodies.pair import matched
+from tipdamp.bodies.pieces import check_pieces
 from tipdamp.bodies.read import read_meshes
 from tipdamp.progress import Tick
 from tipdamp.stages.results import Reduction
@@ -70,10 +71,11 @@ def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
     pairs, points = matched(study, meshes)
     masters = master_nodes(study, meshes, pairs)
     bodies = assemble_bodies(study, meshes, tick, shape_counts(study, pairs, masters), points)
+    bodies = loads.with_loads(study, bodies, meshes)
+    check_pieces(study, meshes, bodies, pairs)
     masters |= {body.name: holding_nodes(body) for body in bodies if not len(masters[body.name])}
     bodies = [with_points(body, pairs, masters[body.name]) for body in bodies]
     side_moduli = side_materials(study, meshes, pairs)
-    bodies = loads.with_loads(study, bodies, meshes)
     springs = with_values(study, pairs, side_moduli) if wants_error(study) else pairs
     parts = reduce_bodies(study, bodies, masters, springs, tick)
     for part in parts:

@@ -12,6 +12,7 @@ from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes, shape_counts
 from tipdamp.bodies.matrices import given_model, ground_warnings
 from tipdamp.bodies.pair import matched, places_on
+from tipdamp.bodies.pieces import check_pieces
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.bodies.surfaces import damper_areas
 from tipdamp.bodies.table_checks import unknown_places
@@ -94,7 +95,9 @@ def _assembled(study, meshes, contact, bodies, tick):
 
     (pairs, points), found, warnings = contact, dict(bodies), []
     counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))
-    for body in assemble_bodies(study, meshes, tick, counts, points):
+    assembled = loads.with_loads(study, assemble_bodies(study, meshes, tick, counts, points), meshes)
+    check_pieces(study, meshes, assembled, pairs)
+    for body in assembled:
         found[body.name] = InspectedBody(**{**dict(bodies[body.name]), "free_dofs": body.dofs,
                                             "moving_mass_kg": body.mass(), "rigid_modes": check_support(body)})
         warnings += mesh_warnings(study, body.name, meshes[body.name], body.mass().max())

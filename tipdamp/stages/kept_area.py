@@ -6,6 +6,7 @@ from hbm.contact import ContactTable
 from static_contact.area_detachment import detach_area, keep_area
 from static_contact.contact_cells import cells_in, fade_of, plane_of
 from static_contact.detachment import DetachmentOptions, halves
+from static_contact.mirror import mirrors_of
 from static_contact.stuck_assembly import StuckAssembly
 from tipdamp.pressure import patches
 from tipdamp.progress import Tick
@@ -26,7 +27,8 @@ def keep(study: Study, assembly: StuckAssembly, line: ContactTable, follow: np.n
     area, found = np.zeros(len(line)), patches(line, study.contact.normal == "hard")
     for patch in found:
         area[patch.rows] = patch.loaded
-    fade = fade_of(line, area, load, study.driver.axis, tune.order, tune.cell_size)
+    mirrors = mirrors_of(line, area, load, study.driver.axis, study.driver.pull_direction)
+    fade = fade_of(line, area, load, study.driver.axis, tune.order, tune.cell_size, mirrors)
     fade = fade if tune.by == "area" or tune.graded else fade.whole()
     if target_hz is None:
         kept = keep_area(assembly, line, fade, tune.kept_share or 1.0, follow, options)
@@ -38,7 +40,8 @@ def keep(study: Study, assembly: StuckAssembly, line: ContactTable, follow: np.n
     front, back = halves(line, kept.pairs.weight > 0)
     return kept.pairs, {
         "area": results.KeptArea(share=kept.chosen.share, hz_per_percent=kept.hz_per_share / 100, sides=sides,
-                                 history=steps),
+                                 history=steps, mirrors=tuple(
+                                     results.KeptMirror(normal=tuple(m.normal), noise=m.noise) for m in mirrors)),
         "tuned_pairs": results.Stations(front=front, back=back), "history": (),
         "kept_stations": tuple(np.unique(line.station[kept.pairs.carrying]).tolist())}
 

@@ -1,15 +1,23 @@
 """The preload of the kept pairs, and what they carry in further load cases."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from hbm.contact import ContactTable
 from hbm.errors import InputError
+from hbm.hold.rigid_motion import parse_motion
 from hbm.model import ReducedModel
+from static_contact.equilibrium import beside
 from static_contact.preload import StaticContact
-from static_contact.redistribution import balancing_forces, redistribute, redistribute_friction
+from static_contact.redistribution import (
+    MOMENT,
+    balancing_forces,
+    contact_length,
+    redistribute,
+    redistribute_friction,
+)
 from tipdamp import friction, loads
 from tipdamp.stages import model_inputs as inputs
 from tipdamp.stages import results
@@ -60,9 +68,58 @@ def kept_preload(study: Study, store: Store, whole: ContactTable, contact: KeptC
     tangential = friction.load(store.path("preload_friction.csv"), whole) if study.preload.friction else None
     if study.tune.preload == "table":
         return _of_table(study, model, whole, line)
-    if study.tune.preload == "resolved":
-        return _resolved(study, contact, whole)
-    return _scaled(study, model, whole, line, tangential)
+    kept = (_resolved(study, contact, whole) if study.tune.preload == "resolved" else
+            _scaled(study, model, whole, line, tangential))
+    facts = kept.facts.model_copy(update={"moment_share": _moment_share(study, model, whole, kept.facts)})
+    _check_moment(study, facts)
+    if facts.scale and facts.moment_share > MOMENT.compared:
+        facts = facts.model_copy(update={"resolved": _solved_again(study, contact, whole)})
+    return replace(kept, facts=facts)
+
+
+def _moment_share(study, model, whole, facts):
+    """Of the load at rest times the length of the contact: the moment left, beside what the study holds."""
+    rolls = np.array([value for name, value in facts.reactions.items() if name.startswith("roll")])
+    moment = np.array(facts.moments_Nm) if facts.moments_Nm is not None else np.append(rolls, 0.0)
+    if len(moment) == 3 and facts.moments_Nm is not None:
+        held = np.array([parse_motion(one.motion)[2][3:] for one in study.driver.hold]).reshape(-1, 3)
+        moment = beside(held[held.any(axis=1)], moment)
+    load = np.linalg.norm(loads.force_at_rest(study, model))
+    return float(np.linalg.norm(moment) / (load * contact_length(whole, study.driver.axis)))
+
+
+def _check_moment(study, facts):
+    """InputError where what is kept leaves more than a small moment: the damper would stand otherwise."""
+    if facts.moment_share <= MOMENT.refused:
+        return
+    amount = {name: value for name, value in facts.reactions.items() if name.startswith("roll")} or {
+        f"about {way}": value for way, value in zip("xyz", facts.moments_Nm or (), strict=False)}
+    said = ", ".join(f"{value:.3g} N m {name}" for name, value in amount.items())
+    rows = "rows = \"all\" in the [contact.NAME] that keeps its edge alone, " * any(
+        side.rows == "edge" for side in study.sides.values())
+    even = "like parts on both sides of the middle (stations = [n, n]), " * (study.tune.by == "station")
+    other = " or preload = \"resolved\"" * bool(facts.scale)
+    raise InputError(f"{study.path}: [tune] what is kept of the contact leaves a moment of {said}: "
+                     f"{facts.moment_share:.1%} of the load at rest times the length of the contact, allowed are "
+                     f"{MOMENT.refused:.0%}; keep {rows}{even}more of it{other}")
+
+
+def _solved_again(study, contact, whole):
+    """Static contact solved again on what is kept, to stand beside the scaled map."""
+    try:
+        found = _resolved(study, contact, whole)
+    except InputError as error:
+        return results.KeptCase(refused=str(error))
+    kept = found.pairs.select(found.pairs.carrying)
+    return results.KeptCase(sides=side_loads(kept, kept.preload), reactions=found.facts.reactions,
+                            residual=found.facts.residual)
+
+
+def side_loads(pairs: ContactTable, force: np.ndarray) -> dict[str, results.SideLoad]:
+    """{side: sum and largest of the forces (P,) N of the pairs that carry, and how many are open}"""
+    of_side = {s: force[(pairs.side == s) & pairs.carrying] for s in pairs.sides}
+    return {s: results.SideLoad(sum_N=np.maximum(f, 0).sum(), max_N=f.max(initial=0.0), detached=(f <= 0).sum())
+            for s, f in of_side.items()}
 
 
 def _of_table(study, model, whole, line):
@@ -112,13 +169,18 @@ def _scaled(study, model, whole, line, tangential):
     done = redistribute(whole, kept, forces)
     preload = line.preload.copy()
     preload[carrying] = done.pairs.preload
-    facts = results.Redistribution(scale=done.scale, moment_Nm=float(done.moment @ axis), moments_Nm=done.moment)
     if tangential is None:
-        return KeptPreload(line.replace(preload=preload), facts, forces, inputs.balance_error(study, done.pairs, load))
+        return KeptPreload(line.replace(preload=preload), _scaled_facts(done, done.moment, axis), forces,
+                           inputs.balance_error(study, done.pairs, load))
     moved = np.zeros_like(tangential)
     moved[carrying] = redistribute_friction(whole, tangential, done)
+    facts = _scaled_facts(done, done.with_friction(whole, tangential, moved[carrying]), axis)
     return KeptPreload(line.replace(preload=preload), facts, forces,
                        inputs.balance_error(study, done.pairs, load, moved[carrying]), moved)
+
+
+def _scaled_facts(done, moment, axis):
+    return results.Redistribution(scale=done.scale, moment_Nm=float(moment @ axis), moments_Nm=moment)
 
 
 def kept_case(study: Study, contact: KeptContact, name: str) -> results.KeptCase:
@@ -128,8 +190,5 @@ def kept_case(study: Study, contact: KeptContact, name: str) -> results.KeptCase
         result = contact.statics.solve(load, constrain=True)
     except InputError as error:
         return results.KeptCase(refused=str(error))
-    pairs = contact.pairs
-    forces = {s: result.force[(pairs.side == s) & pairs.carrying] for s in pairs.sides}
-    sides = {s: results.SideLoad(sum_N=f.sum(), max_N=f.max(initial=0.0), detached=(f <= 0).sum())
-             for s, f in forces.items()}
-    return results.KeptCase(sides=sides, reactions={**result.reactions, **result.held}, residual=result.residual)
+    return results.KeptCase(sides=side_loads(contact.pairs, result.force),
+                            reactions={**result.reactions, **result.held}, residual=result.residual)

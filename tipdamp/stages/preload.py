@@ -12,6 +12,7 @@ from hbm.model import ReducedModel
 from static_contact.preload import StaticContact
 from tipdamp import friction, loads, only_friction, statics, stiffness, stresses
 from tipdamp.bodies import DAMPER
+from tipdamp.bodies.pieces import check_loaded
 from tipdamp.bodies.read import BODY_READS
 from tipdamp.gaps import check_gaps
 from tipdamp.pair_checks import jamming
@@ -42,6 +43,7 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     """Unilateral static contact of the whole patch under the pull, or the case in its place: the preload map."""
     model, reduced = ReducedModel.load(store.path("model.npz")), ReduceResult.load(store)
     bodies = statics.static_bodies(study, model, reduced.reduction)
+    check_loaded(study, bodies.model)
     pairs, made, said = _with_stiffness(study, store, model, bodies, reduced.side_materials)
     tick(0.2, f"{len(pairs)} pairs on {bodies.model.size} dofs")
     contact = statics.static_contact(study, bodies, pairs)

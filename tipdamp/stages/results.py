@@ -279,12 +279,20 @@ class KeptSide(Record):
     kept_cells: int
 
 
+class KeptMirror(Record):
+    """A plane about which contact and preload map are symmetric, so that mirrored parts leave together; noise - of the
+    map: sum of the differences of mirrored places over the sum of the forces."""
+    normal: Numbers
+    noise: float
+
+
 class KeptArea(Record):
     """Tuning by area or by cell: the share kept on every side; hz_per_percent - what a percent of it is worth."""
     share: float
     hz_per_percent: float
     sides: dict[str, KeptSide]
     history: tuple[AreaStep, ...]
+    mirrors: tuple[KeptMirror, ...] = ()
 
 
 class TrackedMode(Record):
@@ -301,23 +309,27 @@ class FullModelCheck(Record):
     error_bound: Annotated[tuple[float | None, ...], BeforeValidator(plain)] = ()
 
 
-class Redistribution(Record):
-    """How the preload came onto the kept stations. Scaled: factor of each side and the moment left about the axis of
-    the damper, and about x, y, z; solved again: constraint reactions and residual, with friction its figures."""
-    scale: dict[str, float] = {}
-    moment_Nm: float | None = None
-    moments_Nm: Numbers | None = None
-    reactions: dict[str, float] = {}
-    residual: float | None = None
-    friction: FrictionFacts | None = None
-
-
 class KeptCase(Record):
     """Contact forces of a load case on the kept pairs, or why there is no equilibrium (`refused`)."""
     sides: dict[str, SideLoad] = {}
     reactions: dict[str, float] = {}
     residual: float | None = None
     refused: str | None = None
+
+
+class Redistribution(Record):
+    """How the preload came onto the kept stations. Scaled: factor of each side and the moment left about the axis of
+    the damper, and about x, y, z; moment_share - of the load times the length of the contact, that which no hold takes;
+    where it is more than 1 % `resolved` - the same pairs with their static contact solved again. Solved again:
+    constraint reactions and residual, with friction its figures."""
+    scale: dict[str, float] = {}
+    moment_Nm: float | None = None
+    moments_Nm: Numbers | None = None
+    moment_share: float | None = None
+    resolved: KeptCase | None = None
+    reactions: dict[str, float] = {}
+    residual: float | None = None
+    friction: FrictionFacts | None = None
 
 
 class TuneResult(Result):

@@ -267,3 +267,54 @@ def test_a_given_share_of_the_area(variant):
     hz = {share: read(variant("tune", ("stations = [5, 4]", f'by = "area"\nkept_share = {share}')),
                       "tune.json")["stuck_hz"] for share in (1, 0.5)}
     assert hz[1]["tuned"] == pytest.approx(hz[1]["full_line"], rel=1e-9) and hz[0.5]["tuned"] < hz[1]["tuned"] - 50
+
+
+def test_a_moment_of_the_choice_is_refused(variant, capsys):
+    """Nearly all of the kept contact at one end: by the lever rule 9 + 1 of 31 stations of equal loads have their middle
+    at (9 * 4 + 30) / 10 = 6.6 instead of 15 stations, 28 % of the length."""
+    with pytest.raises(AssertionError):
+        variant("tune", ("stations = [5, 4]", "stations = [9, 1]"))
+    said = capsys.readouterr().err
+    assert re.search(r"leaves a moment of .*: 2\d\.\d% of the load at rest times the length of the contact", said)
+    assert 'stations = [n, n]' in said and 'preload = "resolved"' in said
+
+
+def test_scaled_beside_resolved(variant, tmp_path):
+    """5 + 4 of 31 stations of equal loads: their middle is (5 * 2 + 4 * 28.5) / 9 = 13.8 instead of 15, 4 % of the
+    length; beside it the same pairs solved again, as preload = "resolved" has them. 5 + 5 leave the roll of the edge
+    line alone, 0.8 % of it."""
+    folder = variant("report")
+    done = read(folder, "tune.json")["redistribution"]
+    assert 0.01 < done["moment_share"] < 0.05
+    size = 113 * 0.07
+    assert done["moment_share"] == pytest.approx(np.linalg.norm(done["moments_Nm"]) / size, rel=1e-6)
+    assert "solved again" in (folder / "report.html").read_text()
+    even = read(variant("tune", ("stations = [5, 4]", "stations = [5, 5]")), "tune.json")["redistribution"]
+    assert even["moment_share"] < 0.01 and even["resolved"] is None
+    again = read(variant("tune", ("[tune]", '[tune]\npreload = "resolved"')), "tune.json")
+    for side, found in done["resolved"]["sides"].items():
+        expected = again["preload_kept"][side]
+        assert found == pytest.approx({key: expected[key] for key in found}, rel=1e-9)
+    assert done["resolved"]["reactions"] == pytest.approx(again["redistribution"]["reactions"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("changes, damper", [((), {}), ((("2e11", "5e9"), ("1.5e11", "4e9")), {"along": 9})])
+def test_a_symmetric_damper_is_tuned_symmetrically(tmp_path, changes, damper):
+    """Damper, pull and preload are symmetric about y = 0 and about x = 0, the blades' tetrahedra are not: what is kept
+    leaves no moment, and no more on one end than on the other."""
+    pytest.importorskip("dolfinx")
+    pytest.importorskip("gmsh")
+    from tests.tipdamp import symmetric_wedge
+
+    study = symmetric_wedge.write(tmp_path, *changes, **damper)
+    for verb in ("reduce", "preload", "tune"):
+        assert main([verb, str(study), "--quiet"]) == 0
+    found = read(tmp_path / "results" / "wedge", "tune.json")
+    assert found["redistribution"]["moment_share"] < 1e-3
+    assert [m["noise"] < 0.01 for m in found["area"]["mirrors"]] == [True, True]
+    kept = ContactTable.load(tmp_path / "results" / "wedge" / "kept.csv")
+    for side in kept.sides:
+        mine = kept.select(kept.side == side)
+        order, mirrored = np.lexsort((mine.row, mine.station)), np.lexsort((mine.row, -mine.station))
+        assert mine.weight[order] == pytest.approx(mine.weight[mirrored])

@@ -116,6 +116,10 @@ def _kept(results):
     if tune.roll_stiffness_Nm_per_rad or not tune.line_is_whole:
         yield ("roll stiffness of the kept edge lines",
                f"{amount(tune.roll_stiffness_Nm_per_rad, 'N m/rad')}, for the rows that the line model leaves out")
+    for mirror in tune.area.mirrors if tune.area else ():
+        yield ("parts that mirror each other are detached together", f"about the plane across "
+               f"({listing(f'{v:.3g}' for v in mirror.normal)}): preloads of mirrored places differ by "
+               f"{number(100 * mirror.noise, 2)} % of the whole")
     done = tune.redistribution
     if done.scale:
         scale = ", ".join(f"{k:.3f} on side '{s}'" for s, k in done.scale.items())
