@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from hbm.errors import InputError
 from hbm.io.dof_table import DIRECTIONS
-from modal.body import Body, check_support
+from modal.body import Body, check_support, parts
 from modal.contact_shapes import holding_nodes
 from modal.craig_bampton import side_by_side
 from modal.solvers.cholesky import SingularStiffness
@@ -47,13 +47,15 @@ class SparseBodies:
 
     @classmethod
     def of(cls, bodies: list[Body]) -> "SparseBodies":
-        """Raises InputError where a body is not supported as declared, or has the name of another."""
+        """Raises InputError where a body is not supported as declared, floats in pieces, or has the name of another."""
         names = [one.name for one in bodies]
         if not names or len(set(names)) < len(names):
             twice = [name for name in names if names.count(name) > 1]
             raise InputError(f"two bodies '{twice[0]}': give each its own name" if twice else "no bodies")
         for one in bodies:
-            check_support(one)
+            if check_support(one) and (count := parts(one).max() + 1) > 1:
+                raise InputError(f"body '{one.name}' floats in {count} pieces that share no node: make each a body of "
+                                 "its own, or join the meshes")
         join = np.concatenate
         K, M = (sp.block_diag(each, format="csr") for each in zip(*((one.K, one.M) for one in bodies), strict=True))
         return cls(tuple(bodies), K, M,
@@ -61,8 +63,7 @@ class SparseBodies:
                    join([one.node[one.dof_node] for one in bodies]),
                    join([np.array(DIRECTIONS)[one.dof_direction] for one in bodies]),
                    join([one.position[one.dof_node] for one in bodies]),
-                   {one.name: one.rigid_motions() if one.free else np.zeros((one.dofs, 0)) for one in bodies},
-                   side_by_side(bodies))
+                   {one.name: one.rigid_motions()[:, :6 * one.free] for one in bodies}, side_by_side(bodies))
 
     @property
     def size(self) -> int:
@@ -159,14 +160,13 @@ def _whole(lower):
 
 
 def pinned(body: Body) -> sp.csr_matrix:
-    """K of a body; with springs as stiff as its dofs at six dofs that hold each of its pieces, where it floats."""
+    """K of a body; with springs as stiff as its dofs at six dofs that hold it, where it floats."""
     if not body.free:
         return body.K
     dofs = body.node_dofs(holding_nodes(body))
-    motions = body.rigid_motions()[dofs]
-    pins = dofs[sl.qr(motions.T, mode="r", pivoting=True)[1][:motions.shape[1]]]
+    six = dofs[sl.qr(body.rigid_motions()[dofs].T, mode="r", pivoting=True)[1][:6]]
     springs = np.zeros(body.dofs)
-    springs[pins] = body.K.diagonal()[pins]
+    springs[six] = body.K.diagonal()[six]
     return (body.K + sp.diags(springs)).tocsr()
 
 

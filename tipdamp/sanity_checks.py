@@ -84,7 +84,9 @@ def _loose_pieces(study, name, mesh):
         sizes = sorted(np.bincount(label).tolist(), reverse=True)
         said = f"{len(idle)} of them {'is' if len(idle) == 1 else 'are'} {how}" if idle else "each floats by itself"
         yield (f"{name}: the mesh consists of {pieces} pieces that share no node (of "
-               f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {said}{merging(mesh)}")
+               f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {said}")
+        if (loose or name == DAMPER) and (merged := merging(mesh)):      # two blades may touch each other
+            yield f"{name}: {merged}"
 
 
 def _labels(mesh, label, groups):

@@ -96,7 +96,12 @@ def _full(study):
             start += body.dofs
             yield body.name, meshes[body.name], out
 
-    return StaticBodies(SparseBodies.of(bodies), SparseCompliance, stuck_bodies, shapes)
+    try:
+        whole = SparseBodies.of(bodies)
+    except InputError as error:
+        raise InputError(f"{study.path}: {error}; or let the reduced bodies do: [preload] bodies = 'auto', and "
+                         "[contact] tractions above the number of contact points") from None
+    return StaticBodies(whole, SparseCompliance, stuck_bodies, shapes)
 
 
 def static_contact(study: Study, bodies: StaticBodies, pairs: ContactTable) -> StaticContact:

@@ -31,12 +31,12 @@ def coincident(mesh: Mesh) -> np.ndarray:
 
 
 def merging(mesh: Mesh) -> str:
-    """'; 9 nodes of different pieces lie on one another ...: merge ...', or '' where there are none."""
+    """'9 of its nodes lie on nodes of other pieces ...: merge ...', or '' where none do."""
     twice = coincident(mesh)
     if not len(twice):
         return ""
     first, second = mesh.node[twice[0]]
-    return (f"; {len(np.unique(twice[:, 1]))} of its nodes lie on nodes of other pieces (first: {second} on {first}): "
+    return (f"{len(np.unique(twice[:, 1]))} of its nodes lie on nodes of other pieces (first: {second} on {first}): "
             "merge coincident nodes where that is one body")
 
 
@@ -55,10 +55,11 @@ def check_pieces(study: Study, meshes: dict[str, Mesh], bodies: Sequence[Body], 
         mine = label == i
         lacks = [what for what, there in (("contact", touched), ("load", loaded)) if not there[mine].any()]
         if lacks:
+            merged = merging(meshes[DAMPER])
             raise InputError(
                 f"{study.path}: [damper] mesh: the damper consists of {label.max() + 1} pieces that share no node, and "
                 f"{piece_in_words(piece(damper, np.flatnonzero(mine)))} has no {' and no '.join(lacks)} of its own: "
-                f"nothing holds it{merging(meshes[DAMPER])}; join the pieces, take it out of the mesh, or give it "
+                f"nothing holds it; {merged}{'; ' * bool(merged)}join the pieces, take it out of the mesh, or give it "
                 f"{_remedy(lacks)}")
 
 

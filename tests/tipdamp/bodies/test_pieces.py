@@ -17,6 +17,7 @@ pytest.importorskip("dolfinx")
 ALL = ("[respond]", '[tune]\nstations = "all"\n[respond]')
 SURFACES = (("mu = 0.3", 'mu = 0.3\nmethod = "surfaces"'), *[("kn = 1e6", "kn_per_area = 1e11"),
                                                               ("kt = 1e6", "kt_per_area = 1e11")] * 2)
+POINTS = (("mu = 0.3", 'mu = 0.3\nreduction = "contact_points"'),)
 UNREDUCED = ("[respond]", '[preload]\nbodies = "full"\n[respond]')
 
 
@@ -92,7 +93,7 @@ def test_a_load_at_rest_on_one_piece_alone_is_refused(tmp_path, capsys):
     assert code == 2 and "has no load of its own in the pull" in said
 
 
-@pytest.mark.parametrize("change", [(), SURFACES, (("mu = 0.3", 'mu = 0.3\nreduction = "contact_points"'), UNREDUCED)])
+@pytest.mark.parametrize("change", [(), SURFACES, POINTS], ids=["nodes", "surfaces", "points"])
 def test_two_pieces_with_contact_and_load_each(tmp_path, finer, change):
     """Each floats by itself and balances its half of the pull, 10 / (2 sqrt(2)) N on both of its sides; the stuck
     frequencies are those of the unreduced bodies. Nodes that have no partner are told."""
@@ -114,6 +115,13 @@ def test_two_pieces_with_contact_and_load_each(tmp_path, finer, change):
             assert np.maximum(pairs.preload[mine], 0).sum() == pytest.approx(10 / 2 / 2**0.5, rel=1e-9)
     for check in store.read_json("tune.json")["full_model_check"].values():
         assert check["largest_error"] < 1e-3
+
+
+def test_unreduced_bodies_float_in_one_piece(tmp_path, capsys, finer):
+    damper = cut(corner_study.damper())
+    study = corner_study.write(tmp_path, corner_study.blades(), damper, [ALL, UNREDUCED])
+    assert [main([verb, str(study), "--quiet"]) for verb in ("reduce", "preload")] == [0, 2]
+    assert "body 'damper' floats in 2 pieces" in (said := capsys.readouterr().err) and "bodies = 'auto'" in said
 
 
 def test_one_piece_says_nothing_of_pieces(tmp_path, capsys):

@@ -270,8 +270,8 @@ def test_a_given_share_of_the_area(variant):
 
 
 def test_a_moment_of_the_choice_is_refused(variant, capsys):
-    """Nearly all of the kept contact at one end: by the lever rule 9 + 1 of 31 stations of equal loads have their middle
-    at (9 * 4 + 30) / 10 = 6.6 instead of 15 stations, 28 % of the length."""
+    """Nearly all of the kept contact at one end: by the lever rule 9 + 1 of 31 stations of equal loads have their
+    middle at (9 * 4 + 30) / 10 = 6.6 instead of 15 stations, 28 % of the length."""
     with pytest.raises(AssertionError):
         variant("tune", ("stations = [5, 4]", "stations = [9, 1]"))
     said = capsys.readouterr().err
