@@ -172,8 +172,7 @@ class _Case:
     def balance(self, problem, options, w) -> HarmonicBalance:
         """The harmonic balance: the first thing that takes time. The derivatives of a law of one's own are checked, on
         the stuck response at w rad/s."""
-        default = "zero_slider" if problem.preloaded else "zero_force"
-        start = default if options.start is None else options.start
+        start = "zero_slider" if options.start is None else options.start
         arguments = problem, self.forces, self.H, start, options.samples
         made = RecordedBalance(options.journal, *arguments) if options.journal else HarmonicBalance(*arguments)
         if type(problem.law) not in SHIPPED.values():
