@@ -24,6 +24,7 @@ from hbm.contact import ContactTable
 from hbm.continuation.corrector import solve_fixed
 from hbm.continuation.crossings import insert_crossings
 from hbm.continuation.settings import Settings
+from hbm.curve.band_end import further_solutions
 from hbm.curve.drawn import refine_drawn
 from hbm.curve.equilibrium import check_carried, settle, with_residuals
 from hbm.curve.journal import Journal
@@ -43,6 +44,7 @@ from hbm.peaks import refine_largest
 from hbm.problem import ContactProblem, doubted_problem
 from hbm.result import ForcedResponse, PeriodicSolution
 from hbm.validation import (
+    check_beyond,
     check_forcing,
     check_groups,
     check_harmonics,
@@ -172,8 +174,7 @@ class _Case:
     def balance(self, problem, options, w) -> HarmonicBalance:
         """The harmonic balance: the first thing that takes time. The derivatives of a law of one's own are checked, on
         the stuck response at w rad/s."""
-        default = "zero_slider" if problem.preloaded else "zero_force"
-        start = default if options.start is None else options.start
+        start = "zero_slider" if options.start is None else options.start
         arguments = problem, self.forces, self.H, start, options.samples
         made = RecordedBalance(options.journal, *arguments) if options.journal else HarmonicBalance(*arguments)
         if type(problem.law) not in SHIPPED.values():
@@ -195,7 +196,10 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     equation, settings = Equation(case.balance(problem, options, w), parameter, hz), case.settings
     scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
     outputs = Outputs(case.rows)
-    branch = trace(equation, scale * first, scale * last, settings, options.progress, outputs.along)
+    past = check_beyond(options.beyond, argument, (first, last), parameter.unit)
+    past = None if past is None else scale * past
+    branch = trace(equation, scale * first, scale * last, settings, options.progress, outputs.along, past)
+    further = further_solutions(equation, branch, scale * last, past, settings)
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
         warnings.warn(f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3)
     if len(branch.points) > 2:
@@ -205,7 +209,9 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     residuals, energies, bad = settle(equation, branch.points, (scale * first, scale * last, *scale * at))
     curve = record(branch, equation, (case.names, outputs), options.contact, (peak_points, change),
                    time.perf_counter() - began)
-    return with_residuals(replace(curve, energy_error=energies), residuals, bad, equation, branch.points)
+    curve = replace(curve, energy_error=energies, further=further,
+                    ended=f"{curve.ended}; {further}" if further else curve.ended)
+    return with_residuals(curve, residuals, bad, equation, branch.points)
 
 
 def _with_all_pairs(curve, kept):

@@ -54,6 +54,18 @@ def interval(name: str, ends: Any, unit: str = "") -> tuple[float, float]:
     return first, last
 
 
+def check_beyond(beyond: Any, name: str, ends: tuple[float, float], unit: str = "") -> float | None:
+    """A finite positive number past the end of the interval `name` = ends; None stays None."""
+    if beyond is None:
+        return None
+    first, last = ends
+    value = float(positive("beyond", beyond, unit))
+    if (value - last) * (last - first) <= 0:
+        raise InputError(f"beyond = {value:g}{unit}: must lie past the end of {name} = ({first:g}, {last:g}){unit}")
+    interval(f"({name}[0], beyond)", (first, value), unit)
+    return value
+
+
 def check_samples(samples: Any, H: int) -> int | None:
     """None stays None: the law's own number."""
     least = max(8, 4 * H)

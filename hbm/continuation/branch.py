@@ -46,6 +46,7 @@ class Branch:
     restarts : (from, to) parameters: a branch that folds without progress was left there and a solution taken up here;
         between them there are solutions found in small steps of the parameter, or none: then not far, or marked failed
     outside : the parameter furthest out of the band where it starts that the branch went through, or None
+    beyond : the parameter furthest beyond the end of the band from which the branch came back into it, or None
     count : points when it ended
     """
 
@@ -56,6 +57,7 @@ class Branch:
     calls: int = 0
     restarts: list[tuple[float, float]] = field(default_factory=list)
     outside: float | None = None
+    beyond: float | None = None
     count: int = 0
 
     @property

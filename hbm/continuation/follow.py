@@ -5,10 +5,9 @@ solution, or where the branch folds without progress: `restart`.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
-
 import numpy as np
 
+from hbm.continuation.beyond import cut
 from hbm.continuation.branch import Branch, BranchTracer
 from hbm.continuation.budget import BudgetExceeded
 from hbm.continuation.point import Evaluate, OnPoint, Point
@@ -52,19 +51,14 @@ def _advance(tracer, on_point):
 
 def _cut(tracer):
     """Leave out what lies outside the band where it starts; solve where the branch goes out and comes in."""
-    branch, kept, before, left = tracer.branch, [], None, False
-    for point in branch.points:
-        out = tracer.outside(point.parameter) > 0
-        crosses = before is not None and out != (tracer.outside(before.parameter) > 0)
-        if crosses and branch.end != "budget" and before.converged and point.converged:
-            border = tracer.solve_between(before, point, tracer.begin)
-            if border.converged and not any(_same(border, known, tracer) for known in (before, point)):
-                kept.append(replace(border, jump=left))
-                left = False
-        if not out:
-            kept.append(replace(point, jump=True) if left else point)
-        before, left = point, out
-    branch.points = kept
+    def border(before, point):
+        if tracer.branch.end == "budget":
+            return None
+        found = tracer.solve_between(before, point, tracer.begin)
+        known = any(_same(found, end, tracer) for end in (before, point))
+        return found if found.converged and not known else None
+
+    tracer.branch.points = cut(tracer.branch.points, lambda p: tracer.outside(p) > 0, border)
 
 
 def _same(a, b, tracer) -> bool:

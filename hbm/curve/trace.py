@@ -6,6 +6,7 @@ import numpy as np
 
 from hbm import fourier
 from hbm.balance.named_motion import mostly
+from hbm.continuation.beyond import cut_at_end
 from hbm.continuation.branch import Branch
 from hbm.continuation.budget import Budget, BudgetExceeded
 from hbm.continuation.follow import follow
@@ -23,9 +24,10 @@ LEFT = ("left", "closed")        # ends of branches that leave the band for good
 
 
 def trace(equation: Equation, first: float, last: float, settings: Settings,
-          progress: Callable | None = None, note: Callable | None = None) -> Branch:
+          progress: Callable | None = None, note: Callable | None = None, beyond: float | None = None) -> Branch:
     """The branch from `first` to `last`, in units of the branch; progress(value, step, calls) or None.
 
+    beyond : up to where it is followed past `last`, for what comes back from there; None ends it at `last`
     note(point) : called for every point with its tangent, before the next one, or None: a journal knows these alone
     Of the branches from several solutions at `first`, the first one that does not leave the band for good.
     """
@@ -33,7 +35,7 @@ def trace(equation: Equation, first: float, last: float, settings: Settings,
     equation.balance.on_call = budget.call
     found: list[Branch] = []
     try:
-        _first_staying(equation, first, last, settings, budget, found, note)
+        _first_staying(equation, first, last if beyond is None else beyond, settings, budget, found, note)
     except BudgetExceeded:                  # while further first points were sought
         pass
     finally:
@@ -42,6 +44,8 @@ def trace(equation: Equation, first: float, last: float, settings: Settings,
         found.append(Branch([failed(len(equation.weights), first)]))
         found[0].finish("no start", first)
     best = found[-1] if found[-1].end not in LEFT else found[0]
+    if beyond is not None:
+        cut_at_end(equation.evaluate, best, last, equation.weights, settings)
     best.calls = budget.calls
     return best
 
@@ -136,6 +140,8 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
         return ended if problem is None else _slides(problem) + ended
     if branch.outside is not None and branch.complete:
         ended += f"; it left the band where it starts and was followed outside, to {named(branch.outside)}, and back"
+    if branch.beyond is not None:
+        ended += f"; it left the band before its fold and was followed beyond, to {named(branch.beyond)}, and back"
     if branch.restarts:
         places = ", ".join(f"{named(a)} to {named(b)}" for a, b in branch.restarts)
         gap = widest_gap([p.parameter for p in branch.points], [p.converged for p in branch.points], branch.restarts)

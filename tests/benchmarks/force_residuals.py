@@ -42,7 +42,7 @@ def residuals(cases):
     """Figures of cases: points, the largest residual and error of the energy balance, and points that were left out."""
     found = {"curves": 0, "points": 0, "not_solved": 0, "worst": 0.0, "energy": 0.0, "said": []}
     for problem, force, band, H in cases:
-        curve = follow_band(problem, force, band, harmonics=H, outputs=every_dof(problem))
+        curve = follow_band(problem, force, band, harmonics=H, outputs=every_dof(problem), start="zero_force")
         found["curves"] += 1
         found["points"] += int(curve.converged.sum())
         found["not_solved"] += int((~curve.converged).sum())

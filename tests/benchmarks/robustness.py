@@ -32,7 +32,8 @@ def main():
     parser.add_argument("--count", type=int, default=200)
     curves, listed = [], []
     for i, (mu, kn, kt, level, H) in enumerate(draw(parser.parse_args().count)):
-        curve = follow_band(oscillator(mu, kn, kt), level * FORCE, BAND, harmonics=H, outputs=Y2)
+        curve = follow_band(oscillator(mu, kn, kt), level * FORCE, BAND, harmonics=H, outputs=Y2,
+                            start="zero_force")
         curves.append(curve)
         if not curve.complete or len(curve.restarts):
             listed.append(f"{i}: mu {mu:.2f}, kn {kn:.2g}, kt {kt:.2g}, excitation {level:.2g}, H {H}, "

@@ -103,7 +103,8 @@ def one(i, settings) -> list:
     """The drawn points of an oscillator."""
     mu, kn, kt, level, H = settings
     problem, force = oscillator(mu, kn, kt), level * FORCE
-    curve = follow_band(problem, force, BAND, harmonics=H, outputs={f"q{j}": r for j, r in enumerate(np.eye(6))})
+    curve = follow_band(problem, force, BAND, harmonics=H, start="zero_force",
+                        outputs={f"q{j}": r for j, r in enumerate(np.eye(6))})
     good = np.flatnonzero(curve.converged)
     drawn = np.random.default_rng([SEED + 1, i]).choice(good, max(1, round(SHARE * len(good))), replace=False)
     return [{"oscillator": i} | check(curve.frequency[j], problem, force, curve.harmonics[j]) for j in np.sort(drawn)]

@@ -6,6 +6,7 @@ Free damper, no springs to ground, statics solved with the rest.
 import numpy as np
 import pytest
 
+from hbm.laws import DryFriction2T
 from hbm.response import follow_band
 from hbm.time.comparison import compare_point
 from tests.hbm.cases import solve
@@ -21,12 +22,23 @@ def test_stuck_frequencies():
 
 def test_static_normal_loads():
     """Friction-free start, m = (0, 0): 31.388 and 79.436 N when the force vanishes."""
-    curve = follow_band(oscillator(), 0 * FORCE, (100, 110), harmonics=1,
+    curve = follow_band(oscillator(), 0 * FORCE, (100, 110), harmonics=1, start="zero_force",
                         outputs={f"u{i}": row for i, row in enumerate(oscillator().B)})
     assert curve.complete and len(curve.frequency) == 2
     assert curve.origin == "unloaded" and curve.start == "zero_force"
     assert np.allclose(curve.harmonics[..., 1], 0)
     assert np.allclose(3e5 * curve.harmonics[0, [2, 5], 0].real, [31.388, 79.436], atol=1e-3)
+
+
+def test_static_normal_loads_from_the_unloaded_place():
+    """By default the friction springs are at rest before the load: the statics of the springs alone, as none slips."""
+    problem, law = oscillator(mu=5.0), DryFriction2T()
+    curve = follow_band(problem, 0 * FORCE, (100, 110), harmonics=1,
+                        outputs={f"u{i}": row for i, row in enumerate(problem.B)})
+    springs = np.diag(law.stuck_stiffness(problem.contacts).ravel())
+    stuck = problem.B @ np.linalg.solve(problem.K + problem.B.T @ springs @ problem.B, problem.static)
+    assert curve.start == "zero_slider" and (curve.share_stick == 1).all()
+    assert np.allclose(curve.harmonics[0, :, 0].real, stuck, rtol=1e-9, atol=1e-15)
 
 
 def test_slider_start_is_part_of_the_problem():

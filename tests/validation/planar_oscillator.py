@@ -27,7 +27,7 @@ def rows():
             if H == 9:
                 yield row(f"{f} Hz, H = 9", ours, known[4], "published time integration")
         for band in ((150, 180), (180, 150)):
-            curve = follow_band(oscillator(), FORCE, band, harmonics=H, outputs=Y2)
+            curve = follow_band(oscillator(), FORCE, band, harmonics=H, outputs=Y2, start="zero_force")
             found = find_peaks(curve, oscillator(), "y2", "harmonic")[0]
             yield row(f"{band[0]} to {band[1]} Hz, H = {H}", float(curve.complete), 1.0, "complete curve")
             yield row(f"peak, Hz, H = {H}", found[0], hz, "frequency of the peak (to 0.1 Hz)")

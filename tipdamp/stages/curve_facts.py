@@ -10,7 +10,7 @@ from hbm.contact import ContactTable
 from hbm.hold.check import hold_in_words
 from hbm.hold.spring import HeldMotion
 from hbm.problem import ContactProblem
-from hbm.result import ForcedResponse
+from hbm.result import ForcedResponse, local_maxima
 from hbm.ties import first_largest
 from tipdamp.curves import Case
 from tipdamp.pair_checks import pair_names
@@ -30,14 +30,14 @@ def curve_result(settings: Respond, kept: ContactTable, problem: ContactProblem,
     first = in_patch(curve.output_names, settings.patches[0])
     top = patches[settings.patches[0]]
     other = [BackCurve(**dict(peak_of(one, first)), complete=one.complete, ended=one.ended,
-                       failed_points=(~one.converged).sum(), seconds=one.seconds, held=held_forces(one, held, first),
+                       further=one.further, failed_points=(~one.converged).sum(), seconds=one.seconds, held=held_forces(one, held, first),
                        energy_error=worst(one.energy_error)) for one in back]
     return CurveResult(
         file=case.file, Fe_N=case.Fe_N, H=case.H, **dict(top), patches=patches, points=len(curve.frequency),
         failed_points=(~curve.converged).sum(), slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)),
         lift_off_pairs=tuple(pair_names(kept, [i for i in curve.opening_pairs if kept.preload[i] > 0])),
         seconds=curve.seconds, residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended,
-        origin=curve.origin, start=curve.start,
+        further=curve.further, origin=curve.origin, start=curve.start,
         back=other[0] if other else None, held=held_forces(curve, held, first), held_change=curve.held_change,
         held_reaction_change=curve.held_reaction_change, hold_doubts=tuple(hold_in_words(curve, problem)),
         energy_error=worst(curve.energy_error))
@@ -95,4 +95,14 @@ def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
             return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min(), unsolved=curve.why_unsolved(largest))
     reached = [curve.at_least(n) for n in names]
     hz, least = reached[first_largest([amplitude for _, amplitude in reached])]
-    return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least)
+    inside = largest_inside(curve, outputs) if np.isfinite(peaks).all() else (None, None)
+    return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least,
+                inside_hz=inside[0], inside_m=inside[1])
+
+
+def largest_inside(curve: ForcedResponse, outputs: np.ndarray) -> tuple[float, float] | tuple[None, None]:
+    """(Hz, m) of the highest point of the local maxima of the outputs, a mask (m,); (None, None) without any."""
+    a = curve.amplitude()
+    found = [(curve.frequency[i], a[i, j]) for j in np.flatnonzero(outputs)
+             for i in local_maxima(a[:, j], curve.jumps)]
+    return found[first_largest([height for _, height in found])] if found else (None, None)

@@ -214,7 +214,8 @@ def line(store: Store) -> str:
 def warnings(study: Study, store: Store) -> list[str]:
     """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends, or what to
     hold where it has no solved point and nothing but friction holds the damper; for each that is largest at an end of
-    the band, or whose peak is not solved; and for each on which what holds a motion is not soft."""
+    the band, or whose peak is not solved; for each that does not hold all solutions known at the end of its band; and
+    for each on which what holds a motion is not soft."""
     whole = RespondResult.load(store)
     found = whole.responses
     stuck = TuneResult.load(store).stuck_modes_hz.tuned if any(map(_at_an_end, found)) else ()
@@ -251,8 +252,17 @@ def _without_resonance(case, stuck_hz):
         return
     nearest = f"; the nearest stuck mode has {min(stuck_hz, key=lambda f: abs(f - case.at_least_hz)):.1f} Hz" \
         if stuck_hz else ""
-    yield (f"the curve Fe = {case.Fe_N:g} N, H = {case.H} has no peak inside the band: it is largest at the end, "
+    peak = ("has no peak inside the band: it" if case.inside_m is None else
+            f"has a local maximum inside the band, {_micro(case.inside_m, case.inside_hz)}, but")
+    yield (f"the curve Fe = {case.Fe_N:g} N, H = {case.H} {peak} is largest at the end, "
            f"{_micro(case.at_least_m, case.at_least_hz)}{nearest}; widen [respond] band")
+
+
+def _further(case):
+    """Not where the curve from the other end is complete, and knows of no further solution."""
+    back = case.back
+    if case.further and not (back is not None and back.complete and not back.further):
+        yield f"the curve Fe = {case.Fe_N:g} N, H = {case.H}: {case.further}"
 
 
 def _unsolved(case):

@@ -10,13 +10,16 @@ from tipdamp.study.law import LawChoice
 class Peak(Record):
     """Largest peak over the nodes of a patch, half of peak-to-peak along the force; min_peak_m - of its smallest
     node. Where the curve stopped, or its highest point borders a gap or is an end of the band, these are None, and
-    at_least_m is the largest amplitude that was solved; None where there is a peak. unsolved - why a peak in the band
-    is no solved maximum."""
+    at_least_m is the largest amplitude that was solved; None where there is a peak. inside_m - the largest local
+    maximum inside the band of a curve whose highest point is an end of it. unsolved - why a peak in the band is no
+    solved maximum."""
     peak_hz: Number
     peak_m: Number
     min_peak_m: Number
     at_least_hz: Number = None
     at_least_m: Number = None
+    inside_hz: Number = None
+    inside_m: Number = None
     unsolved: str = ""
 
     @property
@@ -42,6 +45,7 @@ class BackCurve(Peak):
     held: dict[str, HeldForce] = {}
     complete: bool
     ended: str
+    further: str = ""
     failed_points: int
     seconds: float
     energy_error: Number = None
@@ -50,7 +54,7 @@ class BackCurve(Peak):
 class CurveResult(Peak):
     """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names` of those
     that slip or open, lift_off_pairs - of those that open somewhere and are closed at rest;
-    mac - of the outputs at the peak with those at the peak of the next lower level;
+    further - see ForcedResponse; mac - of the outputs at the peak with those at the peak of the next lower level;
     energy_error - of input = damping + friction over a period, relative to the input, the largest of its points;
     back - None where the band was followed one way; held {motion: ...}; held_change, held_reaction_change -
     see ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
@@ -66,6 +70,7 @@ class CurveResult(Peak):
     residual_calls: int
     complete: bool
     ended: str
+    further: str = ""
     origin: str
     start: str
     energy_error: Number = None

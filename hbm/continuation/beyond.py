@@ -1,0 +1,73 @@
+"""Beyond the end of a band: where the branch folds there, and what of it lies inside the band."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from hbm.continuation import arc
+from hbm.continuation.branch import Branch, BranchTracer
+from hbm.continuation.point import Evaluate, Point, failed
+from hbm.continuation.settings import Settings
+
+
+def cut(points: Iterable[Point], outside: Callable[[float], bool],
+        border: Callable[[Point, Point], Point | None]) -> list[Point]:
+    """The points of a branch that do not lie outside, with one where it goes out and one where it comes in.
+
+    border(before, point) : the point between two of which one is outside, or None where it is not solved
+    """
+    kept, before, left = list[Point](), None, False
+    for point in points:
+        out = outside(point.parameter)
+        if before is not None and out != outside(before.parameter) and before.converged and point.converged:
+            there = border(before, point)
+            if there is not None:
+                kept.append(replace(there, jump=left))
+                left = False
+        if not out:
+            kept.append(replace(point, jump=True) if left else point)
+        before, left = point, out
+    return kept
+
+
+def cut_at_end(evaluate: Evaluate, branch: Branch, end: float, weights: np.ndarray, settings: Settings) -> None:
+    """Leave out of a branch, which was followed beyond `end`, what lies there; it then ends with its last point at
+    `end`, and `branch.beyond` says from how far it came back."""
+    sense, points = np.sign(end - branch.points[0].parameter), branch.points
+
+    def border(a, b):
+        if end in (a.parameter, b.parameter):
+            return None
+        new, calls = arc.crossing(evaluate, a, b, end, arc.metric_at(a, weights), settings)
+        branch.calls += calls
+        return new if new.converged else None
+
+    inside = [sense * (point.parameter - end) <= 0 for point in points]
+    last = max(i for i, within in enumerate(inside) if within)
+    if not all(inside[:last]):
+        branch.beyond = max((point.parameter for point in points[:last]), key=lambda p: sense * p)
+    branch.points = cut(points, lambda p: sense * (p - end) > 0, border)
+    if branch.complete and branch.points[-1].parameter != end:
+        branch.points.append(failed(len(weights), end))
+        branch.finish("last", end)
+
+
+def fold_ahead(evaluate: Evaluate, start: Point, limit: float, weights: np.ndarray, settings: Settings,
+               most: int) -> tuple[float | None, float, int]:
+    """(parameter of the next fold of a branch from a point on, or None; the parameter up to which it
+    was followed; residual calls).
+
+    limit : of the parameter; most : residual calls
+    """
+    tracer = BranchTracer(evaluate, start, limit, weights, settings, None)
+    furthest = start.parameter
+    while not (tracer.branch.end or tracer.lost) and tracer.branch.calls < most:
+        new = tracer.next_point()
+        if new is None:
+            continue
+        furthest = max(furthest, new.parameter, key=lambda p: tracer.sense * p)
+        if tracer.sense * new.tangent[1] < 0:
+            return furthest, furthest, tracer.branch.calls
+        tracer.accept(new, None)
+    return None, limit if tracer.branch.end == "end" else furthest, tracer.branch.calls
