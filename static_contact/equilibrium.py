@@ -40,10 +40,10 @@ def side_forces(normals: dict[str, np.ndarray], pull: ArrayLike, settings: Rigid
     shared = way[(amount > settings.parallel).sum():]         # of forces: what changes nothing on the damper
     alone = np.abs(shared).max(axis=0, initial=0.0) < settings.parallel
     if np.linalg.norm(left) > settings.taken_up * size:
+        along = (np.round(left / np.linalg.norm(left), 3) + 0.0).tolist()          # no -0.0
         raise InputError(f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without friction: a "
-                         f"residual of {np.linalg.norm(left):.3g} N along "
-                         f"{(np.round(left / np.linalg.norm(left), 3) + 0.0).tolist()} remains; take it off, or hold the "
-                         "damper there (hold, in [damper] or [model] of a study)")
+                         f"residual of {np.linalg.norm(left):.3g} N along {along} remains; take it off, or "
+                         "hold the damper there (hold, in [damper] or [model] of a study)")
     for name, value, known in zip(normals, force, alone, strict=True):
         if known and value < -settings.rounding * size:
             raise InputError(f"side '{name}' would have to pull the damper ({value:.3g} N): check the pull direction "

@@ -2,7 +2,8 @@
 
 Eigensolvers and singular value decompositions return the vectors of equal values as any mixture of them, and every
 vector with any sign; the last digits of solutions are noise. Here both are drawn at random, by the seed and by the
-matrix, so that the same call gives the same bits. A test that then fails has found a result that hangs on rounding.
+values, so that the same call gives the same bits. A test that then fails has found a result that hangs on rounding.
+Processes that a test starts are left alone.
 """
 
 import zlib
@@ -11,43 +12,56 @@ from functools import wraps
 import numpy as np
 import scipy.linalg as sl
 
-EQUAL = 1e-10       # of the largest value, and of a value: nearer ones have any mixture of vectors
-DIGITS = 4.0        # noise of solutions and of values, in units of the last digit
+EQUAL = 1e-10       # of a value: nearer ones have any mixture of vectors
+ZERO = 1e-15        # of the largest value: so are those nearer to each other than that
+DIGITS = 4.0        # noise of solutions, in units of the last digit
 SOLVES = ("solve", "lu_solve", "cho_solve", "solve_triangular", "lstsq", "inv")
 
 
 def install(seed: int) -> None:
     """For what is called as np.linalg.f or sl.f, and what is imported by name after this."""
     for home in (np.linalg, sl):
-        for name in ("eigh", *SOLVES):
+        for name, change in (("eigh", _eigenvectors), ("svd", _singular_vectors), *((name, _noisy) for name in SOLVES)):
             if hasattr(home, name):
-                change = _mixed if name == "eigh" else _noisy
                 setattr(home, name, _changed(getattr(home, name), change, seed))
 
 
 def _changed(function, change, seed):
     @wraps(function)
     def other(*args, **kwargs):
-        found = function(*args, **kwargs)
-        return change(found, lambda a: np.random.default_rng([seed, zlib.crc32(np.ascontiguousarray(a).tobytes())]))
+        return change(function(*args, **kwargs), seed)
     return other
 
 
-def _noisy(found, random):
+def _random(values, seed):
+    return np.random.default_rng([seed, zlib.crc32(np.ascontiguousarray(values).tobytes())])
+
+
+def _noisy(found, seed):
     if isinstance(found, tuple):
-        return (_noisy(found[0], random), *found[1:])
+        return (_noisy(found[0], seed), *found[1:])
     found = np.asarray(found)
-    return found * (1 + DIGITS * np.finfo(float).eps * random(found).uniform(-1, 1, found.shape))
+    return found * (1 + DIGITS * np.finfo(float).eps * _random(found, seed).uniform(-1, 1, found.shape))
 
 
-def _mixed(found, random):
-    if not isinstance(found, tuple):
-        return _noisy(found, random)
-    values, vectors = found
-    if values.ndim > 1 or not values.size:
+def _eigenvectors(found, seed):
+    if not isinstance(found, tuple) or found[0].ndim > 1:
         return found
-    turned, draw = vectors.copy(), random(values)
-    apart = np.flatnonzero(np.diff(values) > EQUAL * np.abs(values[1:]) + 1e-15 * np.abs(values).max()) + 1
-    for own in np.split(np.arange(len(values)), apart):
-        turned[:, own] = vectors[:, own] @ np.linalg.qr(draw.normal(size=(len(own), len(own))))[0]
-    return type(found)(values, turned) if hasattr(found, "_fields") else (values, turned)
+    return found[0], found[1] @ _mixture(found[0], found[1].shape[1], seed)
+
+
+def _singular_vectors(found, seed):
+    if not isinstance(found, tuple) or found[1].ndim > 1:
+        return found
+    left, values, right = found
+    return (left @ _mixture(values, left.shape[1], seed), values, _mixture(values, len(right), seed).T @ right)
+
+
+def _mixture(values, count, seed):
+    """(count, count) orthogonal: of vectors of equal values any, of others any sign; what is beyond the values is one
+    set more."""
+    random, Q = _random(values, seed), np.eye(count)
+    apart = np.abs(np.diff(values)) > EQUAL * np.abs(values[1:]) + ZERO * np.abs(values).max(initial=0.0)
+    for own in np.split(np.arange(count), np.r_[np.flatnonzero(apart) + 1, len(values)]):
+        Q[np.ix_(own, own)] = np.linalg.qr(random.normal(size=(len(own), len(own))))[0] if len(own) else 0.0
+    return Q

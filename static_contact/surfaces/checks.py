@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hbm.errors import InputError
-from hbm.ties import first_largest
+from hbm.ties import SAME, first_largest
 from static_contact.pairing import Side
 from static_contact.surfaces.facets import Surface, facets
 from static_contact.surfaces.overlap import overlap, reach_of
@@ -80,7 +80,7 @@ def _unit_factor(blade: Surface, damper: Surface, settings: SurfaceSettings) -> 
     mesh = damper.mesh
     size = float(np.ptp(mesh.position, axis=0).max() / np.ptp(blade.mesh.position, axis=0).max())
     scaled = {f: overlap(Surface(replace(mesh, position=f * mesh.position), damper.faces), blade, settings)
-              for f in sorted(UNITS, reverse=True) if settings.smallest <= f * size <= 1}
+              for f in sorted(UNITS, reverse=True) if settings.smallest <= f * size <= 1 + SAME}
     if not scaled:
         return None
     best = list(scaled)[first_largest([met.covered for met in scaled.values()])]
