@@ -21,7 +21,7 @@ _HOME = {
     **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "cycles"),
     "find_peaks": "peaks", "compare": "time.comparison", "IntegrationSettings": "time.settings",
     "Settings": "continuation.settings", "MixedLaw": "laws.mixed",
-    "NonlinearForce": "laws.force",
+    "PlainForce": "laws.force",
     **{law: f"laws.{home}" for law, home in import_module("hbm.laws").LAWS.items()},
 }
 __all__ = sorted(_HOME)

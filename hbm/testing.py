@@ -35,7 +35,7 @@ def check_law(law: ContactLaw, contacts: Contacts | None = None, amplitude: floa
 
 def check_force(law: ContactLaw, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0) -> None:
     """Raise AssertionError with the first point in which a force that is no contact breaks its contract
-    (`hbm.laws.NonlinearForce`): it depends on the present motion alone, and may prefer a direction.
+    (`hbm.laws.PlainForce`): it depends on the present motion alone, and may prefer a direction.
 
     contacts, amplitude, omega : as of `check_law`
     """
@@ -129,7 +129,7 @@ def _mirror(law, contacts, x, omega):
     sign = np.array([-1.0 if name != "n" else 1.0 for name in law.components])[:, None]
     there, mirrored = (forces(law, contacts, a, omega) for a in (x, sign * x))
     _agree(law, "mirrored tangential motion does not give mirrored tangential forces (a force that is no contact is "
-           "a NonlinearForce, for check_force)", mirrored.g, sign * there.g, 1e-10)
+           "a PlainForce, for check_force)", mirrored.g, sign * there.g, 1e-10)
 
 
 def _present_motion(law, contacts, x, omega):

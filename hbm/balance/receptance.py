@@ -27,11 +27,13 @@ from hbm.balance.named_motion import describe_motion
 from hbm.balance.restraint import (
     SUPPORT,
     FreeMotions,
+    acts_along,
     check_restrained,
     floating_motions,
     stiff_factor,
     with_gauge,
 )
+from hbm.balance.settings import DEFAULT
 from hbm.contact import ContactTable, relative_motion
 from hbm.errors import InputError
 from hbm.model import ReducedModel
@@ -97,7 +99,8 @@ class Receptance:
 
     def constrained(self, rows: np.ndarray) -> "Receptance":
         """With rows (h, r) q = 0 in order 0; InputError where that takes hold of a free motion."""
-        if self.free and np.abs(rows @ self.shapes[:, -self.free:]).max() > 0:
+        free = self.shapes[:, self.shapes.shape[1] - self.free:]
+        if (np.abs(rows @ free) > DEFAULT.on_axis * (np.abs(rows) @ np.abs(free))).any():
             raise InputError("hold with mean = true: no contact resists the motion even where it sticks; hold it by a "
                              "spring, without mean")
         reach = (self.shapes @ (self.factors(0.0)[0] * (self.shapes.T @ rows.T))).real     # K^-1 rows'
@@ -208,6 +211,19 @@ def linear_response(model: ReducedModel, pairs: ContactTable | None, forcing: Ar
     if damping_ratio is not None:
         receptance = free_receptance(model.M, K, damping_ratio)
     else:
-        free = None if stiff_factor(K) else floating_motions(model.M, K, K, np.zeros((0, model.size)))
-        receptance = stuck_receptance(model.M, model.C, K, None, lambda v: describe_motion(model, v), free=free)
+        receptance = stuck_receptance(model.M, model.C, K, None, lambda v: describe_motion(model, v),
+                                      free=_checked_free(model, K, force, frequencies))
     return receptance.respond(rows, force, 2 * np.pi * np.asarray(frequencies, dtype=float))
+
+
+def _checked_free(model, K, force, frequencies):
+    """Free motions of a model that floats; InputError where a force of 0 Hz acts along one."""
+    if stiff_factor(K) is not None:
+        return None
+    free = floating_motions(model.M, K, K, np.zeros((0, model.size)))
+    if not np.all(frequencies):
+        motion = next((m for part in (force.real, force.imag) if (m := acts_along(free, K, part)) is not None), None)
+        if motion is not None:
+            raise InputError(f"0 Hz: a constant force acts along a motion that nothing restrains: "
+                             f"{describe_motion(model, motion)}; leave 0 Hz out, or support the body, however softly")
+    return free

@@ -8,7 +8,7 @@ LAWS = {          # those that are chosen by name, and the module of each: a new
 }
 _HOME = {
     **dict.fromkeys(("ContactState", "Contacts", "Motion", "SliderStart", "Tangents", "ContactForces"), "records"),
-    "ContactLaw": "base", "NonlinearForce": "force", "SHIPPED": "shipped", **LAWS, "MixedLaw": "mixed",
+    "ContactLaw": "base", "PlainForce": "force", "SHIPPED": "shipped", **LAWS, "MixedLaw": "mixed",
 }
 __all__ = list(_HOME)
 

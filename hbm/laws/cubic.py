@@ -5,11 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from hbm.laws.force import NonlinearForce
+from hbm.laws.force import PlainForce
 
 
 @dataclass(frozen=True)
-class CubicSpring(NonlinearForce):
+class CubicSpring(PlainForce):
     """f = cubic u_n^3, the restoring force of Duffing's oscillator. Exact with more than 4 H samples.
 
     cubic : N/m^3, one number or one per contact; negative: softening

@@ -1,4 +1,4 @@
-"""A force between coordinates that is no contact: a nonlinear spring or dashpot, of one or of several components."""
+"""Plain forces: nonlinear springs and dashpots of one or several components that are no contact."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from hbm.errors import InputError
 from hbm.laws.base import ContactLaw
 
 
-class NonlinearForce(ContactLaw):
+class PlainForce(ContactLaw):
     """Base of forces f(u, v) that depend on the present motion alone: no state, no friction, no preload.
 
     A subclass states its components, its parameters and `force`. It may prefer a direction, as u^2 does; the settings

@@ -278,6 +278,13 @@ def test_supported_or_pressed_bodies_while_open(changes):
     assert ContactProblem(**given, contacts=Contacts(one, zero, zero, zero)).receptance()
 
 
+@pytest.mark.parametrize("ratio", [0.01, [0.01, 0.02]], ids=str)
+def test_a_damping_matrix_and_ratios_at_once(ratio):
+    given = dict(M=np.eye(2), K=np.eye(2), B=np.eye(2), law=CubicSpring(1.0), contacts=Contacts(*np.zeros((4, 2))))
+    with pytest.raises(InputError, match="both a damping matrix C and damping_ratio given, exactly one is needed"):
+        ContactProblem(**given, C=0.1 * np.eye(2), damping_ratio=ratio)
+
+
 def test_law_without_stuck_stiffness_restrains_nothing():
     zero, one = np.zeros(2), np.ones(2)
     free = ContactProblem(np.eye(2), None, np.zeros((2, 2)), np.eye(2), CubicSpring(1.0),

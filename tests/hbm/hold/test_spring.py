@@ -1,5 +1,6 @@
 """Rigid motions that a soft spring, or a constraint of their mean, holds; and structures that float as a whole."""
 
+import re
 import warnings
 from dataclasses import replace
 
@@ -20,10 +21,12 @@ from hbm import (
     compare,
     contact_problem,
     follow_band,
+    follow_parameter,
     forced_response,
     linear_response,
     solve_at,
 )
+from hbm.continuation.settings import Settings
 from hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
 from hbm.hold.spring import held_motions
 from tests.contact_tables import contact_table
@@ -258,6 +261,44 @@ def test_two_free_masses_are_one_reduced_mass(damping):
     assert compare(free, problem, 33.0).difference < 1e-3
 
 
+LINK, MASS = np.array([[1.0, -1], [-1, 1]]), np.diag([M1, M2])
+DRAG = {"by mass": 4.0 * MASS, "by mass and stiffness": 4.0 * MASS + 1e-4 * STIFF * LINK,
+        "dashpots to the ground": 8.0 * np.eye(2), "one dashpot": np.diag([8.0, 0.0])}
+
+
+@pytest.mark.parametrize("C", DRAG.values(), ids=DRAG)
+def test_damping_of_a_free_structure_to_the_ground(C):
+    """The contact sticks: the motion is that of the matrices; it slips: as on a spring to the ground too soft to tell;
+    and in time."""
+    F, rows = np.array([60.0, 15.0j]), {"1": [1.0, 0], "2": [0, 1.0]}
+    stuck = follow_band(two_masses(C=C, contacts=Contacts([0.0], [6e4], [1.0], [1e5])), F, (0.5, 60), harmonics=1,
+                        outputs=rows)
+    assert stuck.complete and stuck.share_stick.min() == 1
+    for hz, X in zip(stuck.frequency, stuck.harmonics[:, :, 1], strict=True):
+        w = 2 * np.pi * hz
+        Z = (STIFF + 6e4) * LINK + 1j * w * C - w**2 * MASS
+        assert X == pytest.approx(np.linalg.solve(Z, F), rel=1e-8)
+    free, soft = two_masses(C=C), two_masses(C=C, K=STIFF * LINK + 1e-4 * np.eye(2))
+    one, other = (solve_at(problem, F, 33.0, harmonics=5, outputs=rows) for problem in (free, soft))
+    assert one.converged and one.share_slip.max() > 0.1
+    assert one.harmonics[:, 1:] == pytest.approx(other.harmonics[:, 1:], rel=1e-6, abs=1e-12)
+    curve = follow_band(free, F, (30, 36), harmonics=5, outputs=rows)
+    assert compare(curve, free, 33.0).difference < 1e-3 and np.nanmax(curve.energy_error) < 1e-8
+    more = follow_parameter(free, F, 33.0, "damping", (1.0, 2.0), harmonics=5, outputs=rows)
+    twice = solve_at(two_masses(C=2 * C), F, 33.0, harmonics=5, outputs=rows)
+    assert more.complete and more.harmonics[-1] == pytest.approx(twice.harmonics, rel=1e-7, abs=1e-12)
+
+
+def test_linear_response_of_a_free_model_with_its_own_damping():
+    model = ReducedModel.from_matrices(MASS, STIFF * LINK, 4.0 * MASS)
+    found = linear_response(model, None, [12.0, 0], [5.0, 40.0], None, {"1": [1.0, 0], "2": [0, 1.0]})
+    for hz, X in zip([5.0, 40.0], found, strict=True):
+        Z = STIFF * LINK + 8j * np.pi * hz * MASS - (2 * np.pi * hz)**2 * MASS
+        assert X == pytest.approx(np.linalg.solve(Z, [12.0, 0]), rel=1e-9)
+    with pytest.raises(InputError, match="0 Hz: a constant force acts along a motion that nothing restrains"):
+        linear_response(model, None, [12.0, 0], [0.0, 40.0], None, {"1": [1.0, 0]})
+
+
 def test_free_structure_with_modes_enough_for_a_series():
     """A free chain of many masses, where the modes far above enter the receptance by a series."""
     n = 80
@@ -276,13 +317,13 @@ def test_free_structure_with_modes_enough_for_a_series():
 
 
 def test_free_structures_that_are_refused():
-    """A constant force along the motion, a dashpot to the ground, and a body that its contacts leave a mechanism."""
+    """A constant force along the motion, however it is damped, and a body that its contacts leave a mechanism."""
     given = dict(harmonics=1, outputs={"x": [1.0, 0]})
     with pytest.raises(InputError, match="a constant force acts along a motion that nothing restrains: mostly dof"):
         follow_band(two_masses(static=[1.0, 0]), [1.0, 0], (20, 60), **given)
+    with pytest.raises(InputError, match="a constant force acts along a motion that nothing restrains: mostly dof"):
+        follow_band(two_masses(static=[1.0, 0], C=8.0 * np.eye(2)), [1.0, 0], (20, 60), **given)
     assert follow_band(two_masses(static=[1.0, -1.0]), [1.0, 0], (20, 60), **given).complete
-    with pytest.raises(InputError, match="a motion meets damping but no stiffness, even when every contact sticks"):
-        follow_band(two_masses(C=8.0 * np.eye(2)), [1.0, 0], (20, 60), **given)
     lever = dict(M=np.eye(3), C=None, K=np.diag([4e4, 0, 0]), B=np.array([[1.0, -1, 0]]), damping_ratio=0.01)
     with pytest.raises(InputError, match="a motion is unrestrained even when every contact sticks: mostly dof 3"):
         follow_band(two_masses(**lever), np.ones(3), (20, 60), harmonics=1, outputs={"x": [1.0, 0, 0]})
@@ -302,3 +343,32 @@ def test_linear_response_of_a_free_model_stays_as_it_was():
     found = linear_response(model, None, [1.0, 0, 0], [40.0], 0.01, {"x": [1.0, 0, 0]})
     assert found[0, 0] == pytest.approx(-1 / (2.0 * (2 * np.pi * 40) ** 2))
     assert isinstance(block()[1], ContactTable)
+
+
+# ---- where nothing is held ---------------------------------------------------------------------------------------
+
+ADVICE = r"hold its mean position, .* hold = \{ motion = 'x', mean = true \}.* start it further from the resonance"
+
+
+def test_a_block_that_slides_away_is_named_before_the_general_advice():
+    """No first point: it drifts with its mean friction force. With the hold that is advised there is one."""
+    w = 2 * np.pi * 40
+    model, pairs = block()
+    given = dict(law=DryFriction2T(), forcing=shaken(2e3, w, 20.0), band=(38, 42), harmonics=3,
+                 outputs={"x": [1.0, 0, 0]}, settings=Settings(max_first_calls=300))
+    lost = forced_response(model, pairs, **given)
+    assert not lost.converged.any()
+    assert re.match(r"nothing but friction restrains a motion \(body 'damper' slides along \(1.00, 0.00, 0.00\)\): .*"
+                    + ADVICE, lost.ended)
+    assert forced_response(model, pairs, hold=Hold("x", mean=True), **given).complete
+
+
+def test_motions_that_friction_alone_restrains():
+    """A block on a plane slides along both tangents; a hold, or a spring, takes one of them away."""
+    model, pairs = block()
+    both = replace(model, K=np.diag([0.0, 0.0, 1e5]))
+    count = [contact_problem(one, pairs, DryFriction2T(), damping_ratio=0.01, hold=hold)[0].held_by_friction().shape[1]
+             for one, hold in ((both, ()), (both, Hold("x", mean=True)), (model, ()), (model, Hold("x")))]
+    assert count == [2, 1, 1, 0]
+    motions = contact_problem(both, pairs, DryFriction2T(), damping_ratio=0.01)[0].held_by_friction()
+    assert np.abs(motions / np.abs(motions).max(axis=0)) == pytest.approx(np.eye(3)[:, :2], abs=1e-9)
