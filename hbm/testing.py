@@ -13,9 +13,10 @@ from hbm.laws.differences import differences, history, samples_of, tangents_and_
 from hbm.laws.records import ContactForces, Contacts, Motion
 from hbm.laws.sampled import projector
 
-__all__ = ["check_force", "check_law", "forces", "full_derivative", "history", "total_force"]
+__all__ = ["check_force", "check_law", "forces", "full_derivative", "history", "shifted", "total_force"]
 
 ORDERS = 3               # harmonics of the motions that are tried
+SHIFTED = 1, 15, 60      # harmonics of those that are shifted in time
 PERIODS = 60             # in which the state must repeat
 
 
@@ -28,8 +29,8 @@ def check_law(law: ContactLaw, contacts: Contacts | None = None, amplitude: floa
     omega : rad/s, of the cycles
     """
     contacts, x = _tried(law, contacts, amplitude)
-    for check in (_no_contacts, _tangents, _selection, _mirror, _cycle, _samples, _derivatives, _sums_of_derivatives,
-                  _sticking):
+    for check in (_no_contacts, _tangents, _selection, _mirror, _cycle, _shift, _samples, _derivatives,
+                  _sums_of_derivatives, _sticking):
         check(law, contacts, x, omega)
 
 
@@ -40,7 +41,7 @@ def check_force(law: ContactLaw, contacts: Contacts | None = None, amplitude: fl
     contacts, amplitude, omega : as of `check_law`
     """
     contacts, x = _tried(law, contacts, amplitude)
-    for check in (_no_contacts, _tangents, _selection, _present_motion, _cycle, _samples, _derivatives,
+    for check in (_no_contacts, _tangents, _selection, _present_motion, _cycle, _shift, _samples, _derivatives,
                   _sums_of_derivatives):
         check(law, contacts, x, omega)
 
@@ -77,6 +78,12 @@ def full_derivative(f: ContactForces, x: np.ndarray) -> np.ndarray:
     D = np.zeros((*x.shape, *x.shape[1:]))
     D[f.contacts] = f.D
     return D
+
+
+def shifted(x: np.ndarray, phase: float) -> np.ndarray:
+    """(..., nh) harmonics of what comes earlier by the phase (rad)."""
+    X = fourier.to_complex(x)
+    return fourier.to_real(X * np.exp(1j * phase * np.arange(X.shape[-1])))
 
 
 def _random_contacts(rng, P):
@@ -164,6 +171,28 @@ def _cycle(law, contacts, x, omega):
                np.abs(f.shares).sum(axis=1), np.ones(len(x)), 1e-5)
         resting = np.abs(full_derivative(f, x)[~f.active]).max(initial=0.0)
         _require(law, resting == 0, f"a component that is not active has a derivative, {resting:.3g} N/m")
+
+
+def _shift(law, contacts, x, omega):
+    """No instant is preferred, where the forces do not hang on where the state starts."""
+    at = np.arange(min(4, len(contacts)))
+    law, contacts, rng = law.select(at), contacts.select(at), np.random.default_rng(4)
+    for H in SHIFTED:
+        m, n = 3, law.default_samples(H)
+        decay = (1 + np.r_[0, np.repeat(np.arange(1, H + 1), 2)]) ** 2
+        size = np.sqrt(np.mean(x[:, :, 0] ** 2))
+        motion, along = size * rng.normal(size=(2, len(at), x.shape[1], 2 * H + 1)) / decay
+        here, other = (forces(law, contacts, motion, omega, start) for start in aft.STARTS)
+        later = forces(law, contacts, shifted(motion, 2 * np.pi * m / n), omega)
+        slopes = [np.einsum("pijkl,pkl->pij", full_derivative(f, motion), dx) for f, dx in (
+            (here, along), (later, shifted(along, 2 * np.pi * m / n)))]
+        scale = np.abs(total_force(law, contacts, motion, here)).max() + 1e-300
+        forgets = (np.abs(here.g - other.g) <= 1e-9 * scale).all(axis=(1, 2))
+        for what, found, expected, allowed in (
+                ("", later.g, here.g, 1e-8), ("derivatives of the ", slopes[1], slopes[0], 1e-6)):
+            expected = shifted(expected, 2 * np.pi * m / n)[forgets]
+            _agree(law, f"a motion shifted in time does not shift the {what}harmonics, H = {H}", found[forgets],
+                   expected, allowed, max(scale, np.abs(expected).max(initial=0.0)))
 
 
 def _samples(law, contacts, x, omega):

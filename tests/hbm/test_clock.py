@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hbm.problem import contact_problem
-from hbm.response import follow_band, solve_at
+from hbm.response import solve_at
 from tests.hbm.conformance import LAWS, one_dof
 
 PHASES = 2 * np.pi * np.array([3, 16, 29, 53]) / 64      # rad, of the force: whole samples, of laws that are sampled

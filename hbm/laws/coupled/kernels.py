@@ -22,6 +22,7 @@ from hbm.laws.records import ContactState
 
 STICK, SLIP, OPEN = int(ContactState.STICK), int(ContactState.FORWARD), int(ContactState.OPEN)
 TWO_PI = 2 * np.pi
+TINY = 1e-150                # of what is divided by: products with the quotient neither overflow nor vanish
 P1, P2, LIMIT, RATE1, RATE2, LIMIT_RATE = range(6)      # of the motion at an instant, in forces
 
 
@@ -39,7 +40,8 @@ class CycleSettings(NamedTuple):
     narrowest: float = 1e-9      # rad
     newton: int = 12             # steps of the collocation, else the panel is too wide
     turned: float = 1e-8         # rad: Newton's method squares the error once more
-    pieces: int = 400            # of a period, of stick and of slip
+    pieces: int = 400            # of a period, of stick and of slip ...
+    panels: int = 20             # ... and more of them for each harmonic
 
 
 SETTINGS = CycleSettings()
@@ -300,9 +302,9 @@ def add_rest(a, b, r, sums, collect):
 
 
 @njit(cache=True)
-def add_panel(h, panel, sums, collect):
-    """Add the integrals over a panel of slip and carry the derivatives to its end, its last node; return the work times
-    kt."""
+def add_panel(h, limit, panel, sums, collect):
+    """Add the integrals over a panel of slip that begins at `limit`, and carry the derivatives to its end, its last
+    node; return the work times kt."""
     e, dr, work = panel.e, sums.dr, 0.0
     nh, columns = e.shape[1], dr.shape[1]
     for i in range(STAGES):
@@ -314,7 +316,7 @@ def add_panel(h, panel, sums, collect):
             sums.g[1, j] += weight * e[i, j] * (at[P2] - L * sin)
         if not collect and i < STAGES - 1:
             continue
-        turns(i, h, panel, sums)
+        turns(i, h, limit, panel, sums)
         if i == STAGES - 1:
             sums.turn[:] = dr[0]
         for q in range(columns):
@@ -334,12 +336,17 @@ def add_panel(h, panel, sums, collect):
 
 
 @njit(cache=True)
-def turns(i, h, panel, sums):
-    """Fill dr[0] with the derivative of the angle at node i: that of the collocation, from the one at its begin."""
+def turns(i, h, limit, panel, sums):
+    """Fill dr[0] with the derivative of the angle at node i: that of the collocation, from the one at its begin.
+
+    Slip brings sliders together, never apart: of the limit times the angle at the begin no more than all is kept.
+    """
     into, e, nh = sums.dr[0], panel.e, panel.e.shape[1]
     keeps = 0.0
     for k in range(STAGES):
         keeps += panel.inverse[i, k] * panel.at[k, LIMIT] * OF_START[k]
+    most = limit / max(panel.at[i, LIMIT], TINY)
+    keeps = min(max(keeps, -most), most)
     for q in range(len(into)):
         into[q] = keeps * sums.turn[q]
     for k in range(STAGES if len(into) > 2 else 0):
@@ -354,12 +361,13 @@ def turns(i, h, panel, sums):
 
 
 @njit(cache=True)
-def slip_through(contact, t, stop, psi, h, panel, sums, collect):
-    """Slip from t up to `stop`, or to where the slider comes to rest: (instant, angle, width of the next panel, whether
-    it rests, work times kt)."""
+def slip_through(contact, t, stop, psi, h, limit, panel, sums, collect):
+    """Slip from t, where it begins at `limit`, up to `stop` or to where the slider comes to rest: (instant, angle, width
+    of the next panel, whether it rests, work times kt)."""
     nh, work = sums.g.shape[1], 0.0
     widest, at = min(SETTINGS.wide, 2 * SETTINGS.widest / max(nh - 1, 1)), np.empty(6)
-    for _ in range(SETTINGS.pieces):
+    h = min(h, widest)
+    for _ in range(SETTINGS.pieces + SETTINGS.panels * (nh // 2)):
         left = stop - t
         if left <= SETTINGS.narrowest:
             break
@@ -375,8 +383,8 @@ def slip_through(contact, t, stop, psi, h, panel, sums, collect):
         if share < 1 and share * width > 1e-14:
             collocate(contact, t, share * width, psi, panel)
         if share * width > 1e-14:
-            work += add_panel(share * width, panel, sums, collect)
-            psi = panel.psi[STAGES - 1]
+            work += add_panel(share * width, limit, panel, sums, collect)
+            psi, limit = panel.psi[STAGES - 1], panel.at[STAGES - 1, LIMIT]
         t += share * width
         if share < 1:
             return t, psi, h, True, work
@@ -386,18 +394,22 @@ def slip_through(contact, t, stop, psi, h, panel, sums, collect):
 
 @njit(cache=True)
 def turn_at(psi, limit, sums):
-    """Fill the derivative of the angle where slip begins, from that of the slider; the basis is in sums.e."""
+    """Fill the derivative of the angle where slip begins, from that of the slider, and return the limit; the basis is
+    in sums.e."""
     nh, cos, sin = sums.g.shape[1], np.cos(psi), np.sin(psi)
+    limit = max(limit, TINY)
     for q in range(len(sums.turn)):
         sums.turn[q] = (sin * sums.dr[0, q] - cos * sums.dr[1, q]) / limit
     for m in range(nh if len(sums.turn) > 2 else 0):
         sums.turn[2 + m] -= sin * sums.e[m] / limit
         sums.turn[2 + nh + m] += cos * sums.e[m] / limit
+    return limit
 
 
 @njit(cache=True)
 def after_contact(contact, t, r, sums):
-    """(state, angle) of a contact that closes at t, and the slider with its derivatives: of the motion there."""
+    """(state, angle) of a contact that closes at t, and the slider with its derivatives: at the place of the motion
+    there it rests, or from it it is pulled along."""
     at, e, dr, nh = np.empty(6), sums.e, sums.dr, sums.g.shape[1]
     motion(contact.c, t, e, at)
     r[0], r[1] = at[P1], at[P2]
@@ -411,8 +423,10 @@ def after_contact(contact, t, r, sums):
     for m in range(nh if dr.shape[1] > 2 else 0):
         later = -e[m] / closing                  # the instant of contact by the limit
         dr[0, 2 + m] = dr[1, 2 + nh + m] = e[m]
-        dr[0, 2 + 2 * nh + m], dr[1, 2 + 2 * nh + m] = at[RATE1] * later, at[RATE2] * later
-        if slips:
+        if not slips:
+            dr[0, 2 + 2 * nh + m], dr[1, 2 + 2 * nh + m] = at[RATE1] * later, at[RATE2] * later
+        else:
+            dr[0, 2 + 2 * nh + m], dr[1, 2 + 2 * nh + m] = -np.cos(psi) * e[m], -np.sin(psi) * e[m]
             k = (m + 1) // 2
             rate = 0.0 if m == 0 else k * (e[m + 1] if m % 2 else -e[m - 1])
             sums.turn[2 + m], sums.turn[2 + nh + m] = -np.sin(psi) * rate / speed, np.cos(psi) * rate / speed
@@ -432,7 +446,7 @@ def one_period(contact, r, panel, sums, collect):
     if collect:
         sums.D[:] = 0.0
     dr[0, 0] = dr[1, 1] = 1.0
-    t, k, slid, work, h, psi, state = 0.0, 0, 0.0, 0.0, SETTINGS.wide, 0.0, STICK
+    t, k, slid, work, h, psi, limit, state = 0.0, 0, 0.0, 0.0, SETTINGS.wide, 0.0, 0.0, STICK
     motion(contact.c, 0.0, e, at)
     if len(opened) and opened[0, 0] == 0:
         state = OPEN
@@ -440,13 +454,13 @@ def one_period(contact, r, panel, sums, collect):
         psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
         if np.hypot(at[P1] - r[0], at[P2] - r[1]) >= (1 - SETTINGS.on_limit) * at[LIMIT] and slides(at, psi) > 0:
             state = SLIP
-            turn_at(psi, at[LIMIT], sums)
+            limit = turn_at(psi, at[LIMIT], sums)
     for _ in range(SETTINGS.pieces):
         stop = opened[k, 0] if k < len(opened) else TWO_PI
         if state == OPEN:
             t = opened[k, 1]
             k += 1
-            state, psi = after_contact(contact, t, r, sums)
+            limit, (state, psi) = np.inf, after_contact(contact, t, r, sums)
         elif state == STICK:
             end, slips = onset(contact, r, t, stop, e, at)
             add_rest(t, end, r, sums, collect)
@@ -455,10 +469,10 @@ def one_period(contact, r, panel, sums, collect):
                 state = SLIP
                 motion(contact.c, t, e, at)
                 psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
-                turn_at(psi, np.hypot(at[P2] - r[1], at[P1] - r[0]), sums)
+                limit = turn_at(psi, np.hypot(at[P2] - r[1], at[P1] - r[0]), sums)
         else:
             begin = t
-            t, psi, h, stops, done = slip_through(contact, t, stop, psi, h, panel, sums, collect)
+            t, psi, h, stops, done = slip_through(contact, t, stop, psi, h, limit, panel, sums, collect)
             slid, work, state = slid + t - begin, work + done, STICK if stops else OPEN
             motion(contact.c, t, e, at)
             r[0], r[1] = at[P1] - at[LIMIT] * np.cos(psi), at[P2] - at[LIMIT] * np.sin(psi)
@@ -497,9 +511,11 @@ def determinant(A):
 
 @njit(cache=True)
 def settle(contact, r, newton, panel, sums, room):
-    """Take the slider to where its path repeats; returns (periods, converged, by Newton, slipped).
+    """Take the slider to where its path repeats; returns (periods, repeats, whether there is no other such place,
+    slipped).
 
-    In the plane a slider only creeps to where it repeats. Newton on the map of a period takes it there.
+    In the plane a slider only creeps to where it repeats. Newton on the map of a period takes it there, to the begin of
+    the period with that map: where the limit is only touched, the next one may slip or stick by the last digit.
     """
     A, before, slid, jumped = sums.dr, np.empty(2), 0.0, False
     for periods in range(1, SETTINGS.max_periods + 1):
@@ -507,10 +523,12 @@ def settle(contact, r, newton, panel, sums, room):
         slid += one_period(contact, r, panel, sums, False)[0]
         if slid == 0:
             return periods, True, False, False
-        if np.abs(A).max() < SETTINGS.forgets:
-            return periods, True, jumped, True
+        if newton and np.abs(A).max() < SETTINGS.forgets:
+            return periods, True, True, True
         e1, e2 = r[0] - before[0], r[1] - before[1]
         if periods > 1 and max(abs(e1), abs(e2)) <= SETTINGS.repeats * contact.size:
+            if jumped:
+                r[:] = before
             return periods, True, jumped, True
         det = determinant(A)
         if periods > 1 and newton and abs(det) > SETTINGS.regular:
@@ -519,6 +537,34 @@ def settle(contact, r, newton, panel, sums, room):
             r[1] = before[1] + (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
             begin(contact, r, room, sums.e)
     return SETTINGS.max_periods, False, jumped, True
+
+
+@njit(cache=True)
+def fixed_point(contact, r, panel, sums, start):
+    """(slipped, work times kt) of the period from r, and whether what it does to the slider can be inverted: `start`
+    (2, 3 nh) is filled with the derivative of r by the series, where r comes back to itself."""
+    slip, work = one_period(contact, r, panel, sums, True)
+    A, e1, e2 = sums.dr[:, :2], sums.dr[0, 2:], sums.dr[1, 2:]
+    det = determinant(A)
+    if not abs(det) > SETTINGS.regular:
+        return slip, work, False
+    start[0], start[1] = ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
+    return slip, work, True
+
+
+@njit(cache=True)
+def from_start(contact, r, periods, panel, sums, start, room):
+    """(slipped, work times kt) of the last of some periods from r; `start` (2, 3 nh), derivative of r by the series, is
+    carried to its begin."""
+    slip, work = 0.0, 0.0
+    for period in range(periods):
+        slip, work = one_period(contact, r, panel, sums, period == periods - 1)
+        if period < periods - 1:
+            room[:] = sums.dr[:, 2:]
+            for d in range(2):
+                room[d] += sums.dr[d, 0] * start[0] + sums.dr[d, 1] * start[1]
+            start[:] = room
+    return slip, work
 
 
 @njit(cache=True)
@@ -536,34 +582,24 @@ def one_contact(contact, given, panel, light, sums, D):
         start[:] = 0.0
         for d in range(2):
             r[d], start[d, d * nh:(d + 1) * nh] = contact.wave[d, 0], sums.e
-    first, A = r.copy(), np.empty((2, 2))
-    room = np.empty((2, 3 * nh))
-    periods, repeats, by_newton, slid = settle(contact, r, True, panel, light, room)
+    first, repeated, room = r.copy(), start.copy(), np.empty((2, 3 * nh))
+    periods, repeats, alone, slid = settle(contact, r, True, panel, light, room)
     if not slid and not pulled and not from_position:
         sums.g[:], sums.g[:, 0] = 0.0, TWO_PI * r
         return 0.0, 0.0, False
-    A[:] = light.dr
-    if by_newton and (not repeats or abs(determinant(A)) <= SETTINGS.regular):
+    slip, work, inverted = 0.0, 0.0, False
+    if alone and repeats:
+        slip, work, inverted = fixed_point(contact, r, panel, sums, repeated)
+    if not inverted:
         r[:] = first
-        periods, repeats, by_newton, slid = settle(contact, r, False, panel, light, room)
-        by_newton = False
-    if by_newton or slid and np.abs(A).max() < SETTINGS.forgets:
-        slip, work = one_period(contact, r, panel, sums, True)
-        A[:] = sums.dr[:, :2]
-        e1, e2, det = sums.dr[0, 2:], sums.dr[1, 2:], determinant(A)
-        start[0], start[1] = ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
-    else:
-        r[:] = first
-        for period in range(periods):
-            slip, work = one_period(contact, r, panel, sums, period == periods - 1)
-            if period < periods - 1:
-                room[:] = sums.dr[:, 2:]
-                for d in range(2):
-                    room[d] += sums.dr[d, 0] * start[0] + sums.dr[d, 1] * start[1]
-                start[:] = room
+        if alone:
+            periods = settle(contact, r, False, panel, light, room)[0]
+            r[:] = first
+        slip, work = from_start(contact, r, periods, panel, sums, start, room)
+        repeated[:] = start
     for j in range(nh):
         for d in range(2):
-            D[j, d] = sums.D[j, d, 2:] + sums.D[j, d, 0] * start[0] + sums.D[j, d, 1] * start[1]
+            D[j, d] = sums.D[j, d, 2:] + sums.D[j, d, 0] * repeated[0] + sums.D[j, d, 1] * repeated[1]
     return slip, work, True
 
 

@@ -11,6 +11,8 @@ from hbm.laws.records import SliderStart
 from hbm.laws.uncoupled.events import OPEN, TWO_PI, Sliders
 from hbm.laws.uncoupled.law import CoulombFriction, integrated, located
 
+ROUNDING = 1e-12         # of the limit, and of its change over a path: a force that near is at it, or goes along with it
+
 
 @dataclass(frozen=True)
 class IsotropicFriction(CoulombFriction):
@@ -88,31 +90,35 @@ def _opened(law, found):
 
 def slide(T, d, L0, L1):
     """Force (2,) at the end of a straight elastic path d under a limit from L0 to L1; complex for derivatives."""
-    e = T + d
+    e, dL = T + d, L1 - L0
     if (e @ e - L1 * L1).real <= 0:
         return e
-    dL = L1 - L0
-    a, b, c = d @ d - dL * dL, T @ d - L0 * dL, T @ T - L0 * L0
-    s = 0 * a
-    at_limit = c.real >= -1e-12 * (L0 * L0).real
-    if at_limit and b.real < 0:
-        s = -2 * b / a                           # leaves the limit and comes back to it
-    elif not at_limit:
-        root = np.sqrt(b * b - a * c)
-        s = -c / (b + root) if b.real >= 0 else (root - b) / a
-    size = np.sqrt(d @ d)
-    if size.real == 0:
+    size, s = np.sqrt(d @ d), _slips_from(T, d, L0, dL)
+    if size.real == 0 or not s.real <= 1:        # beyond the limit by rounding alone
         return L1 / np.sqrt(e @ e) * e
     m, L = d / size, L0 + s * dL
     if L.real <= 0 or L1.real <= 0:              # from no load the force lies along the motion
         return L1 * m
     n = (T + s * d) / L
-    decay = np.exp(-(1 - s) * size / _log_mean(L, L1))
+    turned = -np.expm1(-(1 - s) * size / _log_mean(L, L1))      # not 1 - exp: a path of rounding has any direction m
     x = n @ m
-    below = 1 + x + decay**2 * (1 - x)
+    below = 2 - (1 - x) * turned * (2 - turned)
     if below.real <= 0:
         return -L1 * m                           # straight against the motion
-    return L1 / below * (2 * decay * n + (1 + x - decay**2 * (1 - x) - 2 * decay * x) * m)
+    return L1 / below * (2 * (1 - turned) * n + turned * (2 - (1 - x) * turned) * m)
+
+
+def _slips_from(T, d, L0, dL):
+    """Share of the path from which on the force is at the limit; above 1 where it comes there by rounding alone."""
+    a, b, c = d @ d - dL * dL, T @ d - L0 * dL, T @ T - L0 * L0
+    if c.real < -ROUNDING * (L0 * L0).real:
+        square = b * b - a * c
+        if square.real <= 0:
+            return 2 + 0 * a
+        return -c / (b + np.sqrt(square)) if b.real >= 0 else (np.sqrt(square) - b) / a
+    if b.real >= -ROUNDING * ((T @ T * (d @ d)).real ** 0.5 + abs((L0 * dL).real)):
+        return 0 * a
+    return -2 * b / a if a.real > -b.real else 2 + 0 * a         # leaves the limit and comes back to it
 
 
 def _log_mean(a, b):

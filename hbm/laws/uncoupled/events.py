@@ -23,6 +23,7 @@ from hbm.laws.records import ContactState
 STICK, FORWARD, BACKWARD, OPEN = (int(state) for state in ContactState)
 TWO_PI = 2 * np.pi
 BEGIN, END, PLACE, INSTANT, BY_U, BY_N = range(1, 7)     # columns of a piece after its state
+ROUNDING = 1e-9          # of the value at one end of a bracket: one that small at the other has no sign
 SWITCHES = 12            # at most, between stick and slip within one interval between samples
 
 Sliders = namedtuple("Sliders", "count normal kt kn mu preload")
@@ -62,6 +63,8 @@ def root(c, level, of_rate, a, b):
     v, d, dd = series(c, b)
     at_b = d if of_rate else v - level
     rising = at_b > 0
+    if at_a * at_b >= 0 and abs(at_b) < ROUNDING * abs(at_a):     # at b itself, whose sample had the other sign
+        rising = at_a < 0
     x = a + (b - a) * at_a / (at_a - at_b) if at_a * at_b < 0 else 0.5 * (a + b)
     for _ in range(80):
         v, d, dd = series(c, x)
@@ -126,6 +129,8 @@ def pause(edge, sign, r0, r1, gone, a, b):
     r0, r1, gone : rates at the ends and way between, all of them forward; their quadratic shows a dip
     """
     h = b - a
+    if h <= 0:
+        return b
     c = 3 * (r0 + r1 - 2 * gone / h)
     slope = r1 - r0 - c
     if c <= 0 or slope >= 0 or slope + 2 * c <= 0 or r0 - slope * slope / (4 * c) > 0.5 * min(r0, r1):
@@ -215,7 +220,7 @@ def periodic(u, N, ratio, breaks, start, space, pieces):
             if not closed[i]:
                 new = OPEN
             elif state == OPEN:
-                new, w = after_contact(u, N, breaks, i, rest)
+                new, w = after_contact(u, N, ratio, breaks, i, rest)
             if new != state:
                 count = close_piece(into, count, state, begin, t, w, rest)
                 begin, state = t, new
@@ -259,13 +264,17 @@ def initial_slider(u, ratio, breaks, start, rest):
 
 
 @njit(cache=True)
-def after_contact(u, N, breaks, i, rest):
-    """(state, slider) of a contact that closes at break i: pushed only where the opening interval overtakes it."""
+def after_contact(u, N, ratio, breaks, i, rest):
+    """(state, slider) of a contact that closes at break i: pushed only where the opening interval overtakes it, so that
+    at rest u' is at most mu/kt N'."""
     marks = breaks.marks
     state = FORWARD if marks[i, RATES] > 0 else (BACKWARD if marks[i, RATES + 1] < 0 else STICK)
     w, u_rate, _ = series(u, marks[i, AT])
     if state == STICK:
-        rest[0], rest[1], rest[2] = marks[i, AT], 1.0, -u_rate / series(N, marks[i, AT])[1]
+        closing = series(N, marks[i, AT])[1]
+        rest[0], rest[1], rest[2] = marks[i, AT], 1.0, 0.0
+        if closing > 0:
+            rest[2] = min(max(-u_rate / closing, -ratio), ratio)
     return state, w
 
 

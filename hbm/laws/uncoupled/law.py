@@ -47,9 +47,13 @@ class CoulombFriction(ContactLaw):
         return force
 
     def initial_state(self, u, start, contacts):
-        """(P, ns) state at t = 0: sliders and motion."""
-        nt = self.sliders
+        """(P, ns) state at t = 0: the sliders, pulled along where the limit does not hold them, and the motion."""
+        nt, kt = self.sliders, contacts.kt[:, None]
         w = u[:, :nt] if start.from_position else start.positions[:, :nt] + 0 * u[:, :nt]
+        N = self._normal_load(u, contacts)[:, None]
+        T, limit = kt * (u[:, :nt] - w), contacts.mu[:, None] * np.where(N.real > 0, N, 0.0)
+        reach = np.divide(limit, kt, out=np.zeros_like(T), where=kt > 0)
+        w = np.where(np.abs(T.real) > limit.real, u[:, :nt] - np.sign(T.real) * reach, w)
         return np.concatenate([w, u], axis=1)[:, :self.states]
 
     def step(self, motion, state, contacts):
