@@ -7,8 +7,11 @@ comma in a row separated by commas is one field too many, which would move all t
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import accumulate
+from operator import and_
 from pathlib import Path
 
 from hbm.errors import InputError, shown
@@ -70,9 +73,9 @@ def read_table(path: Path, kind: Kind) -> CsvTable:
 def _header(path, line, names):
     while names and not names[-1]:             # a spreadsheet writes columns that are empty
         names = names[:-1]
-    twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
-    if twice is not None:
-        raise InputError(f"{path}, line {line}: column '{shown(twice)}' is there twice; take one of the two out")
+    twice = [name for name, times in Counter(names).items() if times > 1]
+    if twice:
+        raise InputError(f"{path}, line {line}: column '{shown(twice[0])}' is there twice; take one of the two out")
     return tuple(names)
 
 
@@ -94,11 +97,14 @@ def _fitted(where, header, row, kind):
 def _decimal_commas(header, row, kind) -> Iterator[tuple[str, str]]:
     """(column, value) of the decimal comma that a row with one field too many may have: every column can be read where
     two neighbouring fields are taken as one number."""
-    for j, name in enumerate(header if len(row) == len(header) + 1 else ()):
+    if len(row) != len(header) + 1:
+        return
+    kinds = [kind(name) for name in header]
+    before = [True, *accumulate(map(_readable, row, kinds), and_)]                        # up to column j
+    after = [True, *accumulate(map(_readable, row[:0:-1], kinds[::-1]), and_)][::-1]      # from column j, moved by one
+    for j, name in enumerate(header):
         joined = f"{row[j]},{row[j + 1]}"
-        rest = zip(header, [*row[:j], joined.replace(",", "."), *row[j + 2:]], strict=True)
-        if kind(name) is float and row[j] and DECIMAL_COMMA.fullmatch(joined) and all(
-                _readable(text, kind(column)) for column, text in rest):
+        if kinds[j] is float and row[j] and DECIMAL_COMMA.fullmatch(joined) and before[j] and after[j + 1]:
             yield name, joined
 
 
