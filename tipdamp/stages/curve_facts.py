@@ -29,9 +29,9 @@ def curve_result(settings: Respond, kept: ContactTable, problem: ContactProblem,
     patches = {patch: peak_of(curve, in_patch(curve.output_names, patch)) for patch in settings.patches}
     first = in_patch(curve.output_names, settings.patches[0])
     top = patches[settings.patches[0]]
-    other = [BackCurve(**dict(peak_of(one, first)), complete=one.complete, ended=one.ended,
-                       further=one.further, failed_points=(~one.converged).sum(), seconds=one.seconds, held=held_forces(one, held, first),
-                       energy_error=worst(one.energy_error)) for one in back]
+    other = [BackCurve(**dict(peak_of(one, first)), complete=one.complete, ended=one.ended, further=one.further,
+                       failed_points=(~one.converged).sum(), seconds=one.seconds,
+                       held=held_forces(one, held, first), energy_error=worst(one.energy_error)) for one in back]
     return CurveResult(
         file=case.file, Fe_N=case.Fe_N, H=case.H, **dict(top), patches=patches, points=len(curve.frequency),
         failed_points=(~curve.converged).sum(), slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)),

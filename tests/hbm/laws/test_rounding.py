@@ -1,5 +1,5 @@
-"""The last digits of a motion decide nothing: at instants of events that only just happen, forces go on as they were and
-derivatives stay within what the springs of the law permit."""
+"""The last digits of a motion decide nothing: at instants of events that only just happen, forces go on as they
+were and derivatives stay within what the springs of the law permit."""
 
 import numpy as np
 import pytest
@@ -113,5 +113,6 @@ def test_steps_at_an_event(case):
         near = Motion(perturbed(u[i], rng), v[i], dt), perturbed(state, rng), contacts
         assert np.abs(law.step(*near)[0] - force).max() < 1e-12
         t = law.tangents(*near)[2]
-        assert max(largest(by).max(initial=0.0) for by in (t.force_u, t.force_state, t.state_u, t.state_state)) < LARGEST
+        by = (t.force_u, t.force_state, t.state_u, t.state_state)
+        assert max(largest(one).max(initial=0.0) for one in by) < LARGEST
         state = new
