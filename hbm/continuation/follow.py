@@ -5,6 +5,7 @@ solution, or where the branch folds without progress: `restart`.
 """
 
 from collections.abc import Callable
+
 import numpy as np
 
 from hbm.continuation.beyond import cut

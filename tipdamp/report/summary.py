@@ -6,8 +6,8 @@ from tipdamp.report.versions import versions
 from tipdamp.stages.response_results import CurveResult
 
 COPIED = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "at_least_hz", "at_least_m", "inside_hz", "inside_m",
-          "points", "failed_points", "seconds", "complete", "ended", "patches", "held", "held_change", "held_reaction_change",
-          "energy_error", "mac"}
+          "points", "failed_points", "seconds", "complete", "ended", "patches", "held", "held_change",
+          "held_reaction_change", "energy_error", "mac"}
 OF_TUNE = {"target_hz", "scatter_hz", "table", "stuck_hz", "tuned_pairs", "graded", "open_pairs", "equivalent",
            "preload_kept"}
 
