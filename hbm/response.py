@@ -198,7 +198,8 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     outputs = Outputs(case.rows)
     past = check_beyond(options.beyond, argument, (first, last), parameter.unit)
     past = None if past is None else scale * past
-    branch = trace(equation, scale * first, scale * last, settings, options.progress, outputs.along, past)
+    branch = trace(equation, scale * first, scale * last, settings, options.progress, outputs.along,
+                   past)
     further = further_solutions(equation, branch, scale * last, past, settings)
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
         warnings.warn(f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3)

@@ -39,8 +39,8 @@ class ForcedResponse(ArrayRecord):
     dissipated : (n, P) J per cycle, over all components of the law
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
-    further : what is known of solutions at the end of the band that the branch does not reach inside it, in words;
-        empty where none was found (see `hbm.curve.band_end`)
+    further : what is known of solutions at the end of the band that the branch does not reach inside
+        it, in words; empty where none was found (see `hbm.curve.band_end`)
     reached_end : the end of the band, perhaps past failed points; a curve that did not has no peak
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
     force_residual : (n,) residual of the equation of motion with the contact law on the motion of each point, over the

@@ -28,13 +28,14 @@ def solutions_at(curve: ForcedResponse, problem: ContactProblem, value: float,
         was no name
     Every solution is solved to the tolerance: those that the curve holds there (`at` of forced_response), and by Newton
     from the points around each other crossing. A crossing that could not be solved is left out, with a warning.
-    Warns where the curve may hold others not: it is incomplete, or there are solutions at the end of its
-    band to which it does not lead (`ForcedResponse.further`).
+    Warns where there may be others: the curve is incomplete, or does not lead to all solutions that
+    are known at the end of its band (`ForcedResponse.further`).
     Raises InputError outside the curve, and where the problem does not fit.
     """
     doubt = curve.further if curve.complete else f"it is incomplete, {curve.ended}"
     if doubt:
-        warnings.warn(f"solutions at {value:g}: others than those of the curve are possible: {doubt}", stacklevel=2)
+        warnings.warn(f"solutions at {value:g}: others than those of the curve are possible: {doubt}",
+                      stacklevel=2)
     equation, points = restored(curve, problem, parameter)
     found = [(place, point.detail.outputs(curve.output_rows) if at is None else curve.harmonics[at])
              for place, at, point in _places(curve, equation, points, value)]

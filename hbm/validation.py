@@ -61,7 +61,8 @@ def check_beyond(beyond: Any, name: str, ends: tuple[float, float], unit: str = 
     first, last = ends
     value = float(positive("beyond", beyond, unit))
     if (value - last) * (last - first) <= 0:
-        raise InputError(f"beyond = {value:g}{unit}: must lie past the end of {name} = ({first:g}, {last:g}){unit}")
+        raise InputError(f"beyond = {value:g}{unit}: must lie past the end of {name} = "
+                         f"({first:g}, {last:g}){unit}")
     interval(f"({name}[0], beyond)", (first, value), unit)
     return value
 

@@ -10,17 +10,20 @@ from hbm.continuation.branch import Branch, BranchTracer
 from hbm.continuation.point import Evaluate, Point, failed
 from hbm.continuation.settings import Settings
 
+Border = Callable[[Point, Point], Point | None]
 
-def cut(points: Iterable[Point], outside: Callable[[float], bool],
-        border: Callable[[Point, Point], Point | None]) -> list[Point]:
-    """The points of a branch that do not lie outside, with one where it goes out and one where it comes in.
 
-    border(before, point) : the point between two of which one is outside, or None where it is not solved
+def cut(points: Iterable[Point], outside: Callable[[float], bool], border: Border) -> list[Point]:
+    """The points of a branch that do not lie outside, and those where it goes out and comes in.
+
+    outside(parameter) : whether it is; border(before, point) : the point between two of which one
+    is outside, or None where it is not solved
     """
     kept, before, left = list[Point](), None, False
     for point in points:
         out = outside(point.parameter)
-        if before is not None and out != outside(before.parameter) and before.converged and point.converged:
+        if (before is not None and out != outside(before.parameter)
+                and before.converged and point.converged):
             there = border(before, point)
             if there is not None:
                 kept.append(replace(there, jump=left))
@@ -31,9 +34,12 @@ def cut(points: Iterable[Point], outside: Callable[[float], bool],
     return kept
 
 
-def cut_at_end(evaluate: Evaluate, branch: Branch, end: float, weights: np.ndarray, settings: Settings) -> None:
-    """Leave out of a branch, which was followed beyond `end`, what lies there; it then ends with its last point at
-    `end`, and `branch.beyond` says from how far it came back."""
+def cut_at_end(evaluate: Evaluate, branch: Branch, end: float, weights: np.ndarray,
+               settings: Settings) -> None:
+    """Leave out of a branch that was followed beyond `end` what lies there.
+
+    It then ends with its last point at `end`; `branch.beyond` says from how far it came back.
+    """
     sense, points = np.sign(end - branch.points[0].parameter), branch.points
 
     def border(a, b):
@@ -46,17 +52,17 @@ def cut_at_end(evaluate: Evaluate, branch: Branch, end: float, weights: np.ndarr
     inside = [sense * (point.parameter - end) <= 0 for point in points]
     last = max(i for i, within in enumerate(inside) if within)
     if not all(inside[:last]):
-        branch.beyond = max((point.parameter for point in points[:last]), key=lambda p: sense * p)
+        branch.beyond = max((p.parameter for p in points[:last]), key=lambda value: sense * value)
     branch.points = cut(points, lambda p: sense * (p - end) > 0, border)
     if branch.complete and branch.points[-1].parameter != end:
         branch.points.append(failed(len(weights), end))
         branch.finish("last", end)
 
 
-def fold_ahead(evaluate: Evaluate, start: Point, limit: float, weights: np.ndarray, settings: Settings,
-               most: int) -> tuple[float | None, float, int]:
-    """(parameter of the next fold of a branch from a point on, or None; the parameter up to which it
-    was followed; residual calls).
+def fold_ahead(evaluate: Evaluate, start: Point, limit: float, weights: np.ndarray,
+               settings: Settings, most: int) -> tuple[float | None, float, int]:
+    """(parameter of the next fold of a branch from a point on, or None; the parameter up to which
+    the branch was followed; residual calls).
 
     limit : of the parameter; most : residual calls
     """
@@ -66,7 +72,7 @@ def fold_ahead(evaluate: Evaluate, start: Point, limit: float, weights: np.ndarr
         new = tracer.next_point()
         if new is None:
             continue
-        furthest = max(furthest, new.parameter, key=lambda p: tracer.sense * p)
+        furthest = max(furthest, new.parameter, key=lambda value: tracer.sense * value)
         if tracer.sense * new.tangent[1] < 0:
             return furthest, furthest, tracer.branch.calls
         tracer.accept(new, None)

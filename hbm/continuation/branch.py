@@ -46,7 +46,7 @@ class Branch:
     restarts : (from, to) parameters: a branch that folds without progress was left there and a solution taken up here;
         between them there are solutions found in small steps of the parameter, or none: then not far, or marked failed
     outside : the parameter furthest out of the band where it starts that the branch went through, or None
-    beyond : the parameter furthest beyond the end of the band from which the branch came back into it, or None
+    beyond : the parameter furthest beyond the end of the band from which the branch came back, or None
     count : points when it ended
     """
 

@@ -1,9 +1,9 @@
 """At the end of a band: solutions there that the branch does not reach inside it.
 
-A hardening resonance may lie beyond the end, with its fold. The branch then ends at its upper solution
-as if that were the only one, while the lower one lies inside the band too, and between the two an
-unstable one that leaves through the same end. Newton's method from the linear response leads to the
-lower one in three or four evaluations. Where it does, the branch is followed further, to its fold.
+A hardening resonance may lie beyond the end, with its fold. The branch then ends at its upper
+solution as if that were the only one, while the lower one lies inside the band too, and between the
+two an unstable one that leaves through the same end. Newton's method from the linear response leads
+to the lower one in three or four evaluations. Where it does, the branch is followed to its fold.
 What is not found so stays unknown: a curve knows its own branch alone.
 """
 
@@ -23,10 +23,10 @@ from hbm.parameter import Equation
 class EndSettings:
     """How far is looked for what lies beyond the end of a band."""
 
-    calls: int = 40          # of the residual, for another solution there; where it leads to one it takes four
-    differs: float = 1e-2    # of the motion: nearer ones may differ in a mean that is all but undetermined
-    fold_calls: int = 1000   # of the residual, up to the fold; that of a lightly damped resonance takes some 200
-    reach: float = 2.0       # times the parameter at the end, or divided by it: how far the fold is looked for
+    calls: int = 40          # of the residual, for another solution there, which takes four
+    differs: float = 1e-2    # of the motion; nearer ones may differ in an undetermined mean alone
+    fold_calls: int = 1000   # of the residual, up to the fold: a lightly damped one takes some 200
+    reach: float = 2.0       # times the parameter at the end, or divided by it: limit for the fold
 
 
 SETTINGS = EndSettings()
@@ -34,10 +34,10 @@ SETTINGS = EndSettings()
 
 def further_solutions(equation: Equation, branch: Branch, last: float, beyond: float | None,
                       settings: Settings) -> str:
-    """What is known of solutions at the end of the band that the branch does not reach inside it, in
-    words; empty where none was found.
+    """What is known of solutions at the end of the band that the branch does not reach inside it,
+    in words; empty where none was found.
 
-    beyond : up to which value the branch was followed past its end, or None: its fold is looked for here
+    beyond : up to which value the branch was followed past its end; None looks for its fold here
     """
     if branch.end != "end" or not branch.points[-1].converged:
         return ""
@@ -47,25 +47,28 @@ def further_solutions(equation: Equation, branch: Branch, last: float, beyond: f
     if not other.converged or any(_alike(other, point, equation.weights) for point in known):
         return ""
     fold, looked = (None, beyond) if beyond is not None else _fold(equation, branch, settings)
-    return _in_words(*(None if value is None else equation.parameter.named(value / equation.parameter.scale)
+    parameter = equation.parameter
+    return _in_words(*(None if value is None else parameter.named(value / parameter.scale)
                        for value in (last, fold, looked)))
 
 
 def _in_words(last, fold, looked):
-    """The sentence; fold and looked : where the branch folds beyond the end, and how far it was followed, or None."""
+    """fold, looked : where the branch folds beyond the end, how far it was followed, or None."""
     found = f"another solution at {last}, where the band ends"
     if fold is not None:
-        return (f"the branch leaves the band before its fold, near {fold}: there is {found}, and more may lie "
-                "inside; a band that ends beyond the fold holds them, as does `beyond` of its options")
+        return (f"the branch leaves the band before its fold, near {fold}: there is {found}, and "
+                "more may lie inside; a band that ends beyond the fold holds them, as does the "
+                "option `beyond` in Python")
     where = f", and no fold was found up to {looked}" if looked is not None else ""
-    return (f"there is {found}, to which the branch does not lead inside the band{where}: more may lie inside; "
-            "another end of the band, or the other direction, may hold them")
+    return (f"there is {found}, to which the branch does not lead inside the band{where}: more may "
+            "lie inside; another end of the band, or the other direction, may hold them")
 
 
 def _from_linear_response(equation, last, settings):
-    """The solution to which Newton's method leads from the linear response, as a point of the branch."""
+    """The solution to which Newton's method leads from there, as a point of the branch."""
     def way(balance, w):
-        yield solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights, settings, SETTINGS.calls)
+        linear = balance.linear(w)
+        yield solve_fixed(balance.evaluate, linear, w, balance.weights, settings, SETTINGS.calls)
     return next(equation.solutions(last, way, settings))
 
 
@@ -79,10 +82,10 @@ def _fold(equation, branch, settings):
     frequency alone: other parameters may have no meaning there."""
     if not np.isnan(equation.hz):
         return None, None
-    first, end = branch.points[0], branch.points[-1]
-    limit = end.parameter * SETTINGS.reach ** np.sign(end.parameter - first.parameter)
-    start = solve_fixed(equation.evaluate, end.x, end.parameter, equation.weights, settings)
+    first, end = branch.points[0].parameter, branch.points[-1].parameter
+    limit, most = end * SETTINGS.reach ** np.sign(end - first), SETTINGS.fold_calls
+    start = solve_fixed(equation.evaluate, branch.points[-1].x, end, equation.weights, settings)
     fold, looked, calls = fold_ahead(equation.evaluate, start, limit, equation.weights,
-                                     replace(settings, max_points=SETTINGS.fold_calls), SETTINGS.fold_calls)
+                                     replace(settings, max_points=most), most)
     branch.calls += start.iterations + calls
     return fold, looked

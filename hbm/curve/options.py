@@ -34,11 +34,12 @@ class CurveOptions:
 
     outputs : {name: (r,) row that takes the output out of q}
     harmonics : H, orders 0..H are kept
-    start : where the sliders start, before the first of two periods: 'zero_slider' (T = 0 at q = 0), 'zero_force'
-        (T = 0 at the position of t = 0: the means then depend on the phase of the force) or positions (P, nt) in m
+    start : where the sliders start, before the first of two periods: 'zero_slider', the default (T = 0
+        at q = 0), 'zero_force' (T = 0 at the position of t = 0: means then depend on the phase of the
+        force) or positions (P, nt) in m
     at : frequencies in Hz, or values of the parameter, at which every crossing of the curve is solved
-    beyond : frequency in Hz, or value of the parameter, past the end of the band, up to which the branch is followed:
-        to a fold there and back into the band, with what lies inside it then; None ends it at the end of the band
+    beyond : frequency in Hz, or value of the parameter, past the end of the band, up to which the branch
+        is followed: to a fold there and back, to what of it lies inside; None ends it with the band
     samples : of a cycle, at least 8 and 4 H; None takes the number of the law. They separate the events of an
         event-driven law and do not change its result; a law of sampled forces is as accurate as its samples
     contact : whether to keep the harmonics of the force of every contact too

@@ -24,10 +24,11 @@ LEFT = ("left", "closed")        # ends of branches that leave the band for good
 
 
 def trace(equation: Equation, first: float, last: float, settings: Settings,
-          progress: Callable | None = None, note: Callable | None = None, beyond: float | None = None) -> Branch:
+          progress: Callable | None = None, note: Callable | None = None,
+          beyond: float | None = None) -> Branch:
     """The branch from `first` to `last`, in units of the branch; progress(value, step, calls) or None.
 
-    beyond : up to where it is followed past `last`, for what comes back from there; None ends it at `last`
+    beyond : up to where it is followed past `last`, for what comes back; None ends it at `last`
     note(point) : called for every point with its tangent, before the next one, or None: a journal knows these alone
     Of the branches from several solutions at `first`, the first one that does not leave the band for good.
     """
@@ -35,7 +36,8 @@ def trace(equation: Equation, first: float, last: float, settings: Settings,
     equation.balance.on_call = budget.call
     found: list[Branch] = []
     try:
-        _first_staying(equation, first, last if beyond is None else beyond, settings, budget, found, note)
+        stop = last if beyond is None else beyond
+        _first_staying(equation, first, stop, settings, budget, found, note)
     except BudgetExceeded:                  # while further first points were sought
         pass
     finally:
@@ -141,7 +143,8 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
     if branch.outside is not None and branch.complete:
         ended += f"; it left the band where it starts and was followed outside, to {named(branch.outside)}, and back"
     if branch.beyond is not None:
-        ended += f"; it left the band before its fold and was followed beyond, to {named(branch.beyond)}, and back"
+        ended += ("; it left the band before its fold and was followed beyond, "
+                  f"to {named(branch.beyond)}, and back")
     if branch.restarts:
         places = ", ".join(f"{named(a)} to {named(b)}" for a, b in branch.restarts)
         gap = widest_gap([p.parameter for p in branch.points], [p.converged for p in branch.points], branch.restarts)

@@ -1,4 +1,4 @@
-"""A response does not depend on the instant from which time is counted: no default start of the sliders does."""
+"""A response does not depend on the instant from which time is counted, as no default start does."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hbm.problem import contact_problem
 from hbm.response import solve_at
 from tests.hbm.conformance import LAWS, one_dof
 
-PHASES = 2 * np.pi * np.array([3, 16, 29, 53]) / 64      # rad, of the force: whole samples, of laws that are sampled
+PHASES = 2 * np.pi * np.array([3, 16, 29, 53]) / 64      # rad: whole samples, for sampled laws
 HZ, H = 1.4, 3
 ROWS = dict(zip("xyz", np.eye(3), strict=True))
 NORMAL = np.array([0.3, -0.2, 8.0])                  # N, static, onto the contact and a little along it

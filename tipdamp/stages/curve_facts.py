@@ -15,6 +15,7 @@ from hbm.ties import first_largest
 from tipdamp.curves import Case
 from tipdamp.pair_checks import pair_names
 from tipdamp.stages.model_inputs import in_patch
+from tipdamp.stages.record import Number
 from tipdamp.stages.response_results import BackCurve, CurveResult, HeldForce, Peak
 from tipdamp.study.schema import Respond
 
@@ -29,9 +30,10 @@ def curve_result(settings: Respond, kept: ContactTable, problem: ContactProblem,
     patches = {patch: peak_of(curve, in_patch(curve.output_names, patch)) for patch in settings.patches}
     first = in_patch(curve.output_names, settings.patches[0])
     top = patches[settings.patches[0]]
-    other = [BackCurve(**dict(peak_of(one, first)), complete=one.complete, ended=one.ended, further=one.further,
-                       failed_points=(~one.converged).sum(), seconds=one.seconds,
-                       held=held_forces(one, held, first), energy_error=worst(one.energy_error)) for one in back]
+    other = [BackCurve(**dict(peak_of(one, first)), complete=one.complete, ended=one.ended,
+                       further=one.further, failed_points=(~one.converged).sum(), seconds=one.seconds,
+                       held=held_forces(one, held, first), energy_error=worst(one.energy_error))
+             for one in back]
     return CurveResult(
         file=case.file, Fe_N=case.Fe_N, H=case.H, **dict(top), patches=patches, points=len(curve.frequency),
         failed_points=(~curve.converged).sum(), slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)),
@@ -100,8 +102,9 @@ def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
                 inside_hz=inside[0], inside_m=inside[1])
 
 
-def largest_inside(curve: ForcedResponse, outputs: np.ndarray) -> tuple[float, float] | tuple[None, None]:
-    """(Hz, m) of the highest point of the local maxima of the outputs, a mask (m,); (None, None) without any."""
+def largest_inside(curve: ForcedResponse, outputs: np.ndarray) -> tuple[Number, Number]:
+    """(Hz, m) of the highest point of the local maxima of the outputs, a mask (m,); (None, None)
+    without any."""
     a = curve.amplitude()
     found = [(curve.frequency[i], a[i, j]) for j in np.flatnonzero(outputs)
              for i in local_maxima(a[:, j], curve.jumps)]

@@ -221,7 +221,7 @@ def warnings(study: Study, store: Store) -> list[str]:
     stuck = TuneResult.load(store).stuck_modes_hz.tuned if any(map(_at_an_end, found)) else ()
     hold = _to_hold(study, store) if solved_nothing(whole) else ""
     return [*(text for c in found for text in _incomplete(c, hold)),
-            *(text for kind in (_unsolved, _hold) for c in found for text in kind(c)),
+            *(text for kind in (_unsolved, _further, _hold) for c in found for text in kind(c)),
             *doubts(whole.interface),
             *_unbalanced(found), *_another_mode(found), *(text for c in found for text in _without_resonance(c, stuck))]
 

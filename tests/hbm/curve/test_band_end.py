@@ -16,7 +16,7 @@ X = {"x": [1.0]}
 
 
 def amplitudes(c, F, cubic, w):
-    """All amplitudes of a Duffing oscillator with H = 1: positive roots of a cubic polynomial in A^2."""
+    """All amplitudes of a Duffing oscillator with H = 1: the positive roots A^2 of a cubic."""
     g, a = 0.75 * cubic, 1 - w**2
     roots = np.roots([g * g, 2 * a * g, a * a + (c * w) ** 2, -F * F])
     real = roots[np.abs(roots.imag) < 1e-9 * np.abs(roots)].real
@@ -55,10 +55,12 @@ def test_the_branch_leaves_its_band_before_the_fold(c, F, cubic, band, w, beyond
     curve, every = curve_of(c, F, cubic, band), amplitudes(c, F, cubic, w)
     assert curve.complete and len(every) == 3
     found, said = solutions(curve, duffing(c, cubic), w)
-    assert "the branch leaves the band before its fold, near " in curve.ended and curve.further in curve.ended
+    assert "the branch leaves the band before its fold, near " in curve.ended
+    assert curve.further in curve.ended
     near = 2 * np.pi * float(curve.further.split("near ")[1].split(" Hz")[0])
     assert near == pytest.approx(fold(c, F, cubic, band[1], beyond), rel=2e-3)
-    assert len(said) == 1 and "others than those of the curve are possible" in said[0] and len(found) == 1
+    assert len(said) == 1 and "others than those of the curve are possible" in said[0]
+    assert len(found) == 1
     curve = curve_of(c, F, cubic, band, beyond=beyond / (2 * np.pi))
     found, said = solutions(curve, duffing(c, cubic), w)
     assert found == pytest.approx(every, rel=1e-8) and not said and not curve.further
@@ -70,10 +72,10 @@ def test_the_branch_leaves_its_band_before_the_fold(c, F, cubic, band, w, beyond
 
 @pytest.mark.slow
 def test_said_exactly_where_the_end_has_three_solutions():
-    """Random oscillators, hardening and softening, whose bands end before, in and behind what has three solutions."""
+    """Random oscillators whose bands end before, in and behind what has three solutions."""
     rng, counts = np.random.default_rng(5), [0, 0]
     for _ in range(12):
-        c, F, cubic = 10 ** rng.uniform(-2, -1), 10 ** rng.uniform(-2, 0.5), 10 ** rng.uniform(-1, 1)
+        c, F, cubic = 10 ** rng.uniform([-2.0, -2.0, -1.0], [-1.0, 0.5, 1.0])
         band = 0.3, rng.uniform(1.0, 1.2 * duffing_peak(c, F, cubic)[0])
         curve = curve_of(c, F, cubic, band)
         found, _ = solutions(curve, duffing(c, cubic), band[1])
@@ -95,43 +97,50 @@ def test_a_fold_that_was_not_reached():
     assert curve.complete and "no fold was found up to 0.397887 Hz" in curve.ended
     assert "before its fold" not in curve.ended
     curve = curve_of(0.002, 0.2, 1.0, (0.4, 2.0))
-    other = "there is another solution at 0.31831 Hz, where the band ends, to which the branch does not lead"
-    assert other in curve.ended
-    assert "no fold was found up to 0.63662 Hz" in curve.ended and "before its fold" not in curve.ended
+    assert "there is another solution at 0.31831 Hz, where the band ends, to which" in curve.ended
+    assert "no fold was found up to 0.63662 Hz" in curve.ended
+    assert "before its fold" not in curve.ended
 
 
 def test_over_another_parameter():
-    """Over the force at 2 rad/s: the lower branch ends before its fold; nothing is evaluated beyond the end."""
+    """Over the force at 2 rad/s: the branch ends before its fold, and nothing is evaluated beyond."""
     c, w = 0.02, 2.0
-    curve = follow_parameter(duffing(c), np.array([1.0]), w / (2 * np.pi), "level", (3.0, 0.5), harmonics=1, outputs=X)
+
+    def over_level(**options):
+        return follow_parameter(duffing(c), np.array([1.0]), w / (2 * np.pi), "level", (3.0, 0.5),
+                                harmonics=1, outputs=X, **options)
+
+    curve = over_level()
     assert len(amplitudes(c, 0.5, 1.0, w)) == 3 and len(amplitudes(c, 3.0, 1.0, w)) == 1
-    assert "another solution at level = 0.5, where the band ends, to which the branch does not lead" in curve.further
-    curve = follow_parameter(duffing(c), np.array([1.0]), w / (2 * np.pi), "level", (3.0, 0.5), harmonics=1, outputs=X,
-                             beyond=0.01)
+    assert "another solution at level = 0.5, where the band ends, to which" in curve.further
+    curve = over_level(beyond=0.01)
     found = np.sort(np.abs(solutions_at(curve, duffing(c), 0.6)[:, 0, 1]))
     assert found == pytest.approx(amplitudes(c, 0.6, 1.0, w), rel=1e-8) and not curve.further
 
 
 def test_a_gap_that_closes():
-    """1 kg on 1 N/m with a stop of 10 N/m behind a gap of 1 m: it hits the stop up to a frequency beyond the band."""
-    one = np.ones((1, 1))
-    problem = ContactProblem(one, 0.02 * one, one, one, UnilateralSpring(), Contacts([10.0], [0.0], [0.0], [-10.0]))
-    curve, whole = (follow_band(problem, np.array([0.2]), np.array(band) / (2 * np.pi), harmonics=5, outputs=X)
-                    for band in ((0.5, 1.15), (0.5, 3.0)))
+    """1 kg on 1 N/m, a stop of 10 N/m behind a gap of 1 m that it hits up to beyond the band."""
+    one, stop = np.ones((1, 1)), Contacts([10.0], [0.0], [0.0], [-10.0])
+    problem = ContactProblem(one, 0.02 * one, one, one, UnilateralSpring(), stop)
+
+    def over(first, last, **options):
+        band = np.array([first, last]) / (2 * np.pi)
+        return follow_band(problem, np.array([0.2]), band, harmonics=5, outputs=X, **options)
+
+    curve, whole = over(0.5, 1.15), over(0.5, 3.0)
     assert curve.complete and whole.complete
     every, _ = solutions(whole, problem, 1.14)
     found, said = solutions(curve, problem, 1.14)
     assert len(every) == 3 and len(found) == 1 and "leaves the band before its fold" in said[0]
-    assert every[0] == pytest.approx(0.2 / np.hypot(1 - 1.14**2, 0.02 * 1.14), rel=1e-9)        # it does not touch
-    back = follow_band(problem, np.array([0.2]), np.array([0.5, 1.15]) / (2 * np.pi), harmonics=5, outputs=X,
-                       beyond=3.0 / (2 * np.pi))
-    found, said = solutions(back, problem, 1.14)
+    untouched = 0.2 / np.hypot(1 - 1.14**2, 0.02 * 1.14)
+    assert every[0] == pytest.approx(untouched, rel=1e-9)
+    found, said = solutions(over(0.5, 1.15, beyond=3.0 / (2 * np.pi)), problem, 1.14)
     assert found == pytest.approx(every, rel=1e-8) and not said
 
 
 @pytest.mark.slow
 def test_the_solutions_by_time_integration():
-    """From a grid of starts the motion settles on the upper and on the lower solution; the third one is unstable."""
+    """From a grid of starts the motion settles on the upper and the lower one; the third is unstable."""
     c, F, w, steps = 0.02, 0.2, 1.9, 120
     curve = curve_of(c, F, 1.0, (0.4, 2.0), beyond=3.2 / (2 * np.pi), harmonics=7)
     low, _, high = solutions(curve, duffing(c), w)[0]
@@ -151,15 +160,17 @@ def test_the_solutions_by_time_integration():
         y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         if n >= steps * 299:
             last.append(y[0])
-    first = np.abs(np.exp(-2j * np.pi * (np.arange(steps) + 1) / steps) @ np.array(last)) * 2 / steps
+    turn = np.exp(-2j * np.pi * (np.arange(steps) + 1) / steps)
+    first = np.abs(turn @ np.array(last)) * 2 / steps
     for known in (low, high):
         assert np.abs(first - known).min() < 2e-3 * known
     assert (np.minimum(np.abs(first / low - 1), np.abs(first / high - 1)) < 0.05).all()
 
 
-@pytest.mark.parametrize("beyond,words", [(1.0, r"beyond = 1 Hz: must lie past the end of band = \(1, 2\) Hz"),
-                                          (1.5, "must lie past the end"), (2.0, "must lie past the end"),
-                                          (-3.0, "must be one positive number"), ("3", "must be one positive number")])
+@pytest.mark.parametrize("beyond,words", [
+    (1.0, r"beyond = 1 Hz: must lie past the end of band = \(1, 2\) Hz"),
+    (1.5, "must lie past the end"), (2.0, "must lie past the end"),
+    (-3.0, "must be one positive number"), ("3", "must be one positive number")])
 def test_beyond_must_lie_past_the_end(beyond, words):
     with pytest.raises(InputError, match=words):
         follow_band(duffing(0.02), np.array([0.2]), (1.0, 2.0), outputs=X, beyond=beyond)

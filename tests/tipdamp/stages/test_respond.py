@@ -26,7 +26,7 @@ from tipdamp.stages import model_inputs as terms
 from tipdamp.stages import respond
 from tipdamp.stages.curve_facts import curve_result, peak_of, peak_shape, with_macs
 from tipdamp.stages.model_inputs import excitation, in_patch, outputs
-from tipdamp.stages.response_results import RespondResult
+from tipdamp.stages.response_results import CurveResult, RespondResult
 from tipdamp.stages.results import PreloadResult
 from tipdamp.store import Store
 from tipdamp.study.schema import Respond
@@ -243,3 +243,47 @@ def test_a_peak_that_is_not_solved_is_named(tmp_path):
     RespondResult(responses=[case], law={"name": "Jenkins1D"}, zeta=(0.01,)).save(store)
     said, = respond.warnings(None, store)
     assert "balanced to 2.0e-05 of the input only (worst at Fe = 2 N, H = 1; above 1e-06 on 1 of 2 curves)" in said
+
+
+def two_modes(top):
+    """(curve of two resonances up to `top` rad/s, its Peak): it is largest at the end from 1.96 on."""
+    one = np.eye(2)
+    problem = ContactProblem(one, 0.05 * one, np.diag([1.0, 4.0]), one[:1], Jenkins1D(),
+                             Contacts([0.0], [0.1], [1.0], [1e3]))
+    curve = follow_band(problem, np.array([0.1, 1.0]), np.array([0.5, top]) / (2 * np.pi), harmonics=1,
+                        outputs={"top:1:x": [1.0, 1.0]})
+    return curve, peak_of(curve, in_patch(curve.output_names, "top:1"))
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_largest_at_an_end_beside_a_local_maximum(inside):
+    """The maximum inside the band is told; that there is none is said where there is none."""
+    curve, peak = two_modes(1.96)
+    assert peak.peak_m is None and peak.at_least_hz == pytest.approx(1.96 / (2 * np.pi))
+    a = curve.amplitude()[:, 0]
+    top = int(np.argmax(np.where(curve.frequency < 1.5 / (2 * np.pi), a, 0)))
+    assert 0 < top < len(a) - 1 and (peak.inside_hz, peak.inside_m) == (curve.frequency[top], a[top])
+    if not inside:
+        peak = peak.model_copy(update={"inside_hz": None, "inside_m": None})
+    case = CurveResult(**dict(peak), file="a.npz", Fe_N=2.0, H=1, patches={"top:1": peak}, points=10,
+                       failed_points=0, slipping_pairs=(), seconds=1.0, residual_calls=1, complete=True,
+                       ended="", origin="preloaded", start="zero_slider")
+    said, = respond._without_resonance(case, (0.3183,))
+    known = (f"has a local maximum inside the band, {1e6 * a[top]:.4g} um at {curve.frequency[top]:.1f} Hz, "
+             "but is largest at the end, ") if inside else "has no peak inside the band: it is largest at"
+    assert known in said and said.endswith("; widen [respond] band")
+
+
+def test_further_solutions_are_warned_of(tmp_path):
+    """Once, and not where the curve from the other end is complete and knows of no others."""
+    peak = {"peak_hz": 1.0, "peak_m": 1.0, "min_peak_m": 1.0}
+    whole = {**peak, "complete": True, "ended": "", "failed_points": 0, "seconds": 1.0}
+    curve = {**whole, "file": "a.npz", "Fe_N": 1.0, "H": 1, "patches": {"p": peak}, "points": 10,
+             "residual_calls": 1, "slipping_pairs": (), "origin": "preloaded", "start": "zero_slider",
+             "further": "the branch leaves the band before its fold"}
+    store = Store(tmp_path)
+    for back, told in ((None, True), ({**whole, "complete": False}, True), (whole, False)):
+        given = {**curve, "back": back} if back else curve
+        RespondResult(responses=[given], law={"name": "DryFriction2T"}, zeta=(0.01,)).save(store)
+        sentence = "the curve Fe = 1 N, H = 1: the branch leaves the band before its fold"
+        assert (sentence in respond.warnings(None, store)) is told
