@@ -38,6 +38,7 @@ class CycleSettings(NamedTuple):
     widest: float = 2.0          # of a panel, over the highest harmonic, whose wave it resolves ...
     wide: float = 0.5            # ... in rad, where that is low
     narrowest: float = 1e-9      # rad
+    adds: float = 2.0            # of a change of the motion, to the force at a node; it is 0.3 but where limits vanish
     newton: int = 12             # steps of the collocation, else the panel is too wide
     turned: float = 1e-8         # rad: Newton's method squares the error once more
     pieces: int = 400            # of a period, of stick and of slip ...
@@ -339,18 +340,21 @@ def add_panel(h, limit, panel, sums, collect):
 def turns(i, h, limit, panel, sums):
     """Fill dr[0] with the derivative of the angle at node i: that of the collocation, from the one at its begin.
 
-    Slip brings sliders together, never apart: of the limit times the angle at the begin no more than all is kept.
+    limit : at the begin; 0 where the contact closes there
+    Slip brings sliders together, never apart: of a change of the force at the begin no more than all is kept, and no
+    more than all of a change of the motion is added. The collocation loses that where limit and speed vanish.
     """
     into, e, nh = sums.dr[0], panel.e, panel.e.shape[1]
     keeps = 0.0
     for k in range(STAGES):
         keeps += panel.inverse[i, k] * panel.at[k, LIMIT] * OF_START[k]
-    most = limit / max(panel.at[i, LIMIT], TINY)
-    keeps = min(max(keeps, -most), most)
+    now = max(panel.at[i, LIMIT], TINY)
+    most = SETTINGS.adds / now
     for q in range(len(into)):
-        into[q] = keeps * sums.turn[q]
+        all_of_it = max(most, limit / now * abs(sums.turn[q]))
+        into[q] = min(max(keeps * sums.turn[q], -all_of_it), all_of_it)
     for k in range(STAGES if len(into) > 2 else 0):
-        f = panel.inverse[i, k]
+        f = min(max(panel.inverse[i, k], -most), most)
         t1, t2, back = -f * h * np.sin(panel.psi[k]), f * h * np.cos(panel.psi[k]), f * panel.slope[k]
         into[2 + 2 * nh] -= back
         for m in range(1, nh):
@@ -370,7 +374,7 @@ def slip_through(contact, t, stop, psi, h, limit, panel, sums, collect):
     for _ in range(SETTINGS.pieces + SETTINGS.panels * (nh // 2)):
         left = stop - t
         if left <= SETTINGS.narrowest:
-            break
+            return stop, psi, h, False, work
         width = left if left <= h else (0.5 * left if left < 2 * h else h)
         error = collocate(contact, t, width, psi, panel)
         if error > SETTINGS.degree and width > SETTINGS.narrowest:
@@ -389,7 +393,7 @@ def slip_through(contact, t, stop, psi, h, limit, panel, sums, collect):
         if share < 1:
             return t, psi, h, True, work
         h = min(widest, width * min(4.0, 0.8 * (SETTINGS.degree / max(error, 1e-300)) ** (1 / STAGES)))
-    return stop, psi, h, False, work
+    return t, psi, h, False, work
 
 
 @njit(cache=True)
@@ -435,6 +439,20 @@ def after_contact(contact, t, r, sums):
 
 
 @njit(cache=True)
+def slip_begins(contact, t, r, sums):
+    """(state, angle, limit) of a slider at its limit at t; one that is too small to hold a direction against the motion
+    holds none, and the contact is as if it had just closed."""
+    at = np.empty(6)
+    motion(contact.c, t, sums.e, at)
+    speed = np.hypot(at[RATE1], at[RATE2])
+    if at[LIMIT] <= SETTINGS.narrowest * speed and speed > at[LIMIT_RATE]:
+        state, psi = after_contact(contact, t, r, sums)
+        return state, psi, 0.0
+    psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
+    return SLIP, psi, turn_at(psi, np.hypot(at[P2] - r[1], at[P1] - r[0]), sums)
+
+
+@njit(cache=True)
 def one_period(contact, r, panel, sums, collect):
     """Carry the slider r (2,) and its derivatives through a period, with the integrals over it; return how long it
     slips, and the work times kt.
@@ -453,28 +471,26 @@ def one_period(contact, r, panel, sums, collect):
     else:
         psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
         if np.hypot(at[P1] - r[0], at[P2] - r[1]) >= (1 - SETTINGS.on_limit) * at[LIMIT] and slides(at, psi) > 0:
-            state = SLIP
-            limit = turn_at(psi, at[LIMIT], sums)
+            state, psi, limit = slip_begins(contact, 0.0, r, sums)
     for _ in range(SETTINGS.pieces):
         stop = opened[k, 0] if k < len(opened) else TWO_PI
         if state == OPEN:
             t = opened[k, 1]
             k += 1
-            limit, (state, psi) = np.inf, after_contact(contact, t, r, sums)
+            limit, (state, psi) = 0.0, after_contact(contact, t, r, sums)
         elif state == STICK:
             end, slips = onset(contact, r, t, stop, e, at)
             add_rest(t, end, r, sums, collect)
             t, state = end, OPEN
             if slips:
-                state = SLIP
-                motion(contact.c, t, e, at)
-                psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
-                limit = turn_at(psi, np.hypot(at[P2] - r[1], at[P1] - r[0]), sums)
+                state, psi, limit = slip_begins(contact, t, r, sums)
         else:
             begin = t
             t, psi, h, stops, done = slip_through(contact, t, stop, psi, h, limit, panel, sums, collect)
-            slid, work, state = slid + t - begin, work + done, STICK if stops else OPEN
+            slid, work = slid + t - begin, work + done
+            state = STICK if stops else (OPEN if t >= stop else SLIP)
             motion(contact.c, t, e, at)
+            limit = at[LIMIT]
             r[0], r[1] = at[P1] - at[LIMIT] * np.cos(psi), at[P2] - at[LIMIT] * np.sin(psi)
         if t >= TWO_PI:
             return slid, work
