@@ -366,8 +366,8 @@ def turns(i, h, limit, panel, sums):
 
 @njit(cache=True)
 def slip_through(contact, t, stop, psi, h, limit, panel, sums, collect):
-    """Slip from t, where it begins at `limit`, up to `stop` or to where the slider comes to rest: (instant,
-    angle, width of the next panel, whether it rests, work times kt)."""
+    """Slip from t, where it begins at `limit`, up to `stop` or to where the slider comes to rest: (instant, angle,
+    width of the next panel, whether it rests, work times kt); before either where the panels are too many."""
     nh, work = sums.g.shape[1], 0.0
     widest, at = min(SETTINGS.wide, 2 * SETTINGS.widest / max(nh - 1, 1)), np.empty(6)
     h = min(h, widest)

@@ -11,8 +11,7 @@ from hbm.laws.records import SliderStart
 from hbm.laws.uncoupled.events import OPEN, TWO_PI, Sliders
 from hbm.laws.uncoupled.law import CoulombFriction, integrated, located
 
-# of the limit, and of its change over a path: a force that near is at it, or goes along with it
-ROUNDING = 1e-12
+ROUNDING = 1e-12         # of the limit, and of its change over a path: a force that near is at it, or goes with it
 
 
 @dataclass(frozen=True)

@@ -124,6 +124,14 @@ class _Directed(Dahl):
         return force + 0.01 * motion.u**2, state
 
 
+class _Clocked(laws.DryFriction2T):
+    """Knows where the period begins."""
+
+    def harmonics(self, contacts, x, *rest):
+        f = super().harmonics(contacts, x, *rest)
+        return replace(f, g=f.g * (1 + 1e-4 * np.sign(x[:, :1, 1:2])))
+
+
 class _Drifting(laws.ContactLaw):
     components: ClassVar[tuple] = ("n",)
     states: ClassVar[int] = 1
@@ -157,7 +165,8 @@ class _NotOfRate(Viscous):
     (_OtherLimit(), "derivatives of harmonics by mu"), (_NotOfRate(0.3), "by omega"),
     (_OtherTangents(), "tangents by the state before"), (_OneStepsTangent(), "tangents by the motion"),
     (_OneContactsDerivative(), "derivatives of harmonics by the motion"), (_OtherRest(), "harmonics differ"),
-    (_SticksTooSurely(), "does not stick"), (_Directed(), "mirrored"), (_Drifting(), "does not repeat")],
+    (_SticksTooSurely(), "does not stick"), (_Clocked(), "shifted in time"), (_Directed(), "mirrored"),
+    (_Drifting(), "does not repeat")],
     ids=lambda v: getattr(v, "name", ""))
 def test_a_broken_contract_is_found(law, message):
     with pytest.raises(AssertionError, match=message):

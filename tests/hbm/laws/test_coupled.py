@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
 
 from hbm import fourier, laws
 from hbm.balance.aft import STARTS
@@ -12,7 +14,7 @@ from hbm.laws import CubicSpring, IsotropicFriction, Motion, SliderStart
 from hbm.laws.sampled import projector
 from hbm.problem import ContactProblem
 from hbm.response import follow_band
-from hbm.testing import forces, history, total_force
+from hbm.testing import forces, history, shifted, total_force
 from tests.hbm.cases import load, solve
 from tests.hbm.conformance import random_case
 from tests.validation.plain_stepping import harmonics
@@ -81,6 +83,64 @@ def test_cycle_takes_the_work_of_its_force(start):
         pairs = replace(pairs, kt=stiffness * pairs.kt)
         f = forces(LAW, pairs, x, 1.0, start)
         assert np.allclose(f.work, fourier.work(f.g, x), rtol=1e-6, atol=1e-9 * f.work.max()) and f.work.max() > 1
+
+
+@pytest.mark.parametrize("H", [1, 2, 15, 25, 40, 60])
+def test_forces_follow_a_shift_in_time(H):
+    """Of a motion of one harmonic, too, among the coefficients of sixty; and the work is that of the force."""
+    x, pairs, _ = random_case(LAW, P=4, H=H)
+    x[0, :, 3:] = 0.0
+    f, later = (forces(LAW, pairs, u) for u in (x, shifted(x, 0.7)))
+    open_or_slips = f.shares[:, 1] > 0.3
+    size = np.abs(f.g).max()
+    assert open_or_slips.sum() >= 2
+    assert np.abs(later.g - shifted(f.g, 0.7))[open_or_slips].max() < 2e-9 * size
+    assert np.allclose(f.work, fourier.work(f.g, x), rtol=1e-8, atol=1e-9 * f.work.max())
+
+
+def exact_orbit(c=0.05, kt=2.0, limit=0.5, F=(1.0, 0.6j), omega=1.35, n=512):
+    """(motion, force) (2, n) at n instants of the period of a mass on unit springs in the plane that slips throughout
+    behind an isotropic spring kt: its equation of motion with L psi' = kt u' . t(psi), periodic by Newton's method."""
+    def rate(t, y):
+        u, v, psi = y[:2], y[2:4], y[4]
+        n, along = np.array([np.cos(psi), np.sin(psi)]), np.array([-np.sin(psi), np.cos(psi)])
+        drive = (np.array(F) * np.exp(1j * omega * t)).real
+        return np.r_[v, drive - c * v - u - limit * n, kt / limit * (v @ along)]
+
+    def period(y, **settings):
+        return solve_ivp(rate, (0, 2 * np.pi / omega), y, "DOP853", rtol=1e-12, atol=1e-13, **settings)
+
+    y = np.zeros(5)
+    for _ in range(12):
+        y = period(y).y[:, -1]
+    around = np.array([0, 0, 0, 0, 2 * np.pi])
+    y = fsolve(lambda y: period(y).y[:, -1] - y - around * np.round((period(y).y[4, -1] - y[4]) / (2 * np.pi)), y,
+               xtol=1e-13)
+    found = period(y, t_eval=2 * np.pi / omega * np.arange(n) / n).y
+    return found[:2], limit * np.array([np.cos(found[4]), np.sin(found[4])]), (kt, limit)
+
+
+@pytest.mark.slow
+def test_exact_orbit_at_high_orders():
+    u, T, (kt, limit) = exact_orbit()
+    pairs = laws.Contacts([0.0], [kt], [1.0], [limit])
+    for H in (15, 25, 40, 60):
+        weights = projector(fourier.basis(2 * np.pi * np.arange(u.shape[1]) / u.shape[1], H))
+        x = np.zeros((1, 3, 2 * H + 1))
+        x[0, :2] = u @ weights
+        f = total_force(LAW, pairs, x, forces(LAW, pairs, x))
+        assert np.abs(f[0, :2] - T @ weights).max() < 1e-8 * limit, H
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("H", [25, 40])
+def test_curves_of_high_orders_are_complete(H):
+    one = np.eye(2)
+    problem = ContactProblem(one, 0.05 * one, one, np.vstack([one, np.zeros((1, 2))]), LAW,
+                             laws.Contacts([0.0], [2.0], [1.0], [0.5]))
+    curve = follow_band(problem, np.array([1.0, 0.6j]), np.array([0.9, 1.8]) / (2 * np.pi), harmonics=H,
+                        outputs={"x": [1.0, 0.0]})
+    assert curve.complete, curve.ended
 
 
 def rotating(row, samples=None):

@@ -1,5 +1,5 @@
-"""The last digits of a motion decide nothing: at instants of events that only just happen, forces go on as they
-were and derivatives stay within what the springs of the law permit."""
+"""The last digits of a motion decide nothing: where events only just happen, forces go on as they were and derivatives
+stay within what the springs of the law permit."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from hbm.testing import forces, full_derivative, shifted
 from tests.hbm.conformance import LAWS
 
 ULP = np.finfo(float).eps
-LARGEST = 30.0           # derivative over stiffness: where arcs of the limit meet at an angle of 2 degrees
+LARGEST = 100.0          # derivative over stiffness: a slider that creeps gathers up to one each of 60 periods
 each_law = pytest.mark.parametrize("case", LAWS, ids=lambda c: c.law.name)
 each_start = pytest.mark.parametrize("start", aft.STARTS)
 
@@ -62,7 +62,7 @@ def perturbed(a, rng):
 
 def largest(D):
     """(P,) of the derivatives of each contact."""
-    return np.abs(D).reshape(len(D), -1).max(axis=1)
+    return np.abs(D).reshape(len(D), -1).max(axis=1, initial=0.0)
 
 
 @each_start
@@ -113,6 +113,6 @@ def test_steps_at_an_event(case):
         near = Motion(perturbed(u[i], rng), v[i], dt), perturbed(state, rng), contacts
         assert np.abs(law.step(*near)[0] - force).max() < 1e-12
         t = law.tangents(*near)[2]
-        by = (t.force_u, t.force_state, t.state_u, t.state_state)
-        assert max(largest(one).max(initial=0.0) for one in by) < LARGEST
+        slopes = (t.force_u, t.force_state, t.state_u, t.state_state)
+        assert max(largest(by).max(initial=0.0) for by in slopes) < LARGEST
         state = new
