@@ -72,6 +72,7 @@ class DetachmentOptions:
     graded : the last station keeps the part of its area with which the target is met
     scatter_hz : sets whose frequency is as near to the target fit equally well
     at_least - stations that stay on each side; conserve - see `keep_ends`
+    allowed(weight (P,)) -> whether a set may be chosen, or None: any; asked of the sets that fit best
     tie_hz - sets nearer to each other than this, by rounding of mirrored ones, fit alike: the more even one is taken
     met_hz - how near a graded station must bring the frequency to the target"""
 
@@ -82,6 +83,7 @@ class DetachmentOptions:
     scatter_hz: float = 0.0
     at_least: int = 2
     conserve: bool = False
+    allowed: Callable[[np.ndarray], bool] | None = None
     tie_hz: float = 1e-4
     met_hz: float = 0.1
 
@@ -104,7 +106,7 @@ def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float,
 
     follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All sets of the order are tried:
     where two modes come close the tracked frequency may rise as stations go. Raises InputError "not reachable: a..b
-    Hz" when the target lies outside what they give.
+    Hz" when the target lies outside what they give, and where no set is allowed.
     """
     search = search_of(assembly, pairs, follow, options)
     sets = list(_from_middle(pairs, search.closed, options.at_least) if options.order == "from_middle"
@@ -115,11 +117,11 @@ def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float,
         if progress:
             progress(history[-1], (i + 1) / len(sets))
     _check_reach(history, target_hz, options, int(pairs.station.max()) + 1)
-    best = min(range(len(sets)), key=lambda i: _fit(history[i], target_hz, options.tie_hz))
+    best = _best_allowed(sets, history, target_hz, pairs, options)
     weight, chosen, graded = np.where(sets[best].kept, pairs.weight, 0.0), history[best], None
     worth = _worth(search, pairs, weight)
     if options.graded and chosen.hz != target_hz:
-        weight, chosen, graded = _graded(search, pairs, sets, history, (best, target_hz, options.met_hz))
+        weight, chosen, graded = _graded(search, pairs, sets, history, (best, target_hz, options))
     equal = sorted((s for s in history if abs(s.hz - target_hz) <= options.scatter_hz),
                    key=lambda s: _fit(s, target_hz, options.tie_hz))
     return Detachment(search.table(weight), chosen, tuple(history), target_hz, _stations(pairs, weight), worth, graded,
@@ -160,6 +162,15 @@ def _step(search, one) -> Step:
 def _fit(step, target_hz, tie_hz):
     """Sorts sets: the nearest to the target, of those that fit alike the most even one."""
     return round(abs(step.hz - target_hz) / tie_hz), abs(step.front - step.back), -step.front
+
+
+def _best_allowed(sets, history, target_hz, pairs, options) -> int:
+    """The set that fits best of those that may be chosen."""
+    for i in sorted(range(len(sets)), key=lambda i: _fit(history[i], target_hz, options.tie_hz)):
+        if options.allowed is None or options.allowed(np.where(sets[i].kept, pairs.weight, 0.0)):
+            return i
+    raise InputError(f"target {target_hz:g} Hz: every set of stations leaves too large a moment of the preload; set "
+                     "[tune] preload = \"resolved\"")
 
 
 def _from_middle(pairs, closed, at_least) -> Iterator[_Kept]:
@@ -207,7 +218,7 @@ def _check_reach(history: Sequence[Step], target_hz, options, stations):
 def _graded(search, pairs, sets, history, goal):
     """(weight (P,), Step, GradedStation): between the chosen set and the next one on the other side of the target, the
     smallest difference and the most even set first."""
-    best, target_hz, met_hz = goal
+    best, target_hz, options = goal
     stuck = np.array([one.kept & search.closed for one in sets])
     own, above = stuck[best], history[best].hz > target_hz
     nested = (stuck <= own).all(axis=1) if above else (stuck >= own).all(axis=1)
@@ -226,7 +237,7 @@ def _graded(search, pairs, sets, history, goal):
 
     part = float(brentq(lambda a: search.find(weight(a))[0] - target_hz, 0.0, 1.0, xtol=1e-9))
     step = replace(history[large], **dict(zip(("hz", "mac"), search.find(weight(part)), strict=True)))
-    if abs(step.hz - target_hz) > met_hz:
+    if abs(step.hz - target_hz) > options.met_hz:
         raise InputError(f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another while station "
                          f"{pairs.station[last][0]} is graded, and no part of it meets the target (nearest "
                          f"{step.hz:.1f} Hz); set [tune] graded = false")

@@ -77,6 +77,18 @@ def kept_preload(study: Study, store: Store, whole: ContactTable, contact: KeptC
     return replace(kept, facts=facts)
 
 
+def moment_within(study: Study, store: Store, model: ReducedModel, whole: ContactTable, kept: ContactTable) -> bool:
+    """Whether the preload of such kept pairs (those that carry) leaves no more than a small moment."""
+    if study.tune.preload != "scaled":
+        return True
+    tangential = friction.load(store.path("preload_friction.csv"), whole) if study.preload.friction else None
+    try:
+        facts = _scaled(study, model, whole, kept, tangential).facts
+    except InputError:
+        return False
+    return _moment_share(study, model, whole, facts) <= MOMENT.refused
+
+
 def _moment_share(study, model, whole, facts):
     """Of the load at rest times the length of the contact: the moment left, beside what the study holds."""
     rolls = np.array([value for name, value in facts.reactions.items() if name.startswith("roll")])

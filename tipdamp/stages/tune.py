@@ -23,7 +23,7 @@ from tipdamp.pair_checks import warnings as pair_warnings
 from tipdamp.progress import Tick
 from tipdamp.stages import kept_area, results
 from tipdamp.stages import model_inputs as inputs
-from tipdamp.stages.kept_preload import KeptContact, kept_case, kept_preload
+from tipdamp.stages.kept_preload import KeptContact, kept_case, kept_preload, moment_within
 from tipdamp.stages.preload import side_forces
 from tipdamp.stages.reduce import free_modes
 from tipdamp.stages.response_results import MeasuredResult
@@ -63,7 +63,12 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     follow = shapes.pop(study.tune.follow)
     line, assembly = inputs.line_of(study, whole), StuckAssembly(model)
     load, goal = carried(whole, line), target(study, store)
-    pairs, tuned = _keep(study, assembly, line, load, follow, goal, tick)
+    options = DetachmentOptions(
+        springs=lambda pairs: inputs.declared_springs(study, pairs), load=load,
+        order="least_loaded" if study.tune.order == "least_loaded" else "from_middle",
+        graded=study.tune.graded, conserve=inputs.conserves(study), scatter_hz=goal.scatter_hz if goal else 0.0,
+        allowed=lambda weight: moment_within(study, store, model, whole, line.replace(weight=weight)))
+    pairs, tuned = _keep(study, assembly, line, follow, goal, options, tick)
     contact = KeptContact(study, model, results.ReduceResult.load(store).reduction, pairs)
     kept = kept_preload(study, store, _without_detached(study, whole, line, pairs), contact)
     sets = _stuck_sets(study, assembly, follow, {
@@ -111,18 +116,15 @@ def target(study: Study, store: Store) -> Target | None:
     return None if hz is None else Target(hz, scatter or 0.0)
 
 
-def _keep(study, assembly, line, load, follow, goal, tick) -> tuple[ContactTable, dict]:
+def _keep(study, assembly, line, follow, goal, options, tick) -> tuple[ContactTable, dict]:
     """The pairs of the line that are kept, those of a table, those that the study gives, or by the target; and the
     fields of TuneResult on how they were found."""
     def report(step, share):
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
-    options = DetachmentOptions(springs=lambda pairs: inputs.declared_springs(study, pairs), load=load,
-                                order=study.tune.order, graded=study.tune.graded, conserve=inputs.conserves(study),
-                                scatter_hz=goal.scatter_hz if goal else 0.0)
     along = line.position @ study.driver.axis
     if study.tune.kept:
-        own, touching = kept_table.read(study, line), load
+        own, touching = kept_table.read(study, line), options.load
         if study.tune.preload == "table":
             touching = own.preload
         whole = own.replace(weight=np.where(own.weight > 0, 1.0, line.weight))
