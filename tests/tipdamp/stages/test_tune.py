@@ -246,10 +246,11 @@ def moment_of(table, on):
 
 @pytest.mark.parametrize("keys, off", [('by = "area"', 0.1), ('by = "area"\norder = "from_middle"', 0.1),
                                        ('by = "cell"\ncell_size = 0.006\ngraded = true', 0.1),
-                                       ('by = "cell"\ncell_size = 0.004', 80.0)])
+                                       ('by = "cell"\ncell_size = 0.004', 115)])
 def test_tuning_by_area(variant, keys, off):
-    """The target is met, as nearly as whole cells let it; the same share of the line of the cylinder and of the flat
-    stays and carries the whole pull, each contact its own part of the map."""
+    """The target is met, as nearly as whole cells at both ends let it (2 + 2 stations give 2390 Hz, 3 + 3
+    2607 Hz); the same share of the line of the cylinder and of the flat stays and carries the whole pull, each contact
+    its own part of the map."""
     folder = variant("tune", ("stations = [5, 4]", f"{keys}\ntarget_hz = 2500"))
     found = read(folder, "tune.json")
     whole, kept = (ContactTable.load(folder / f"{n}.csv") for n in ("preload", "kept"))
