@@ -90,10 +90,10 @@ def test_a_contact_prefers_no_direction():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law, nd", [(Square(0.3), 1), (Coupled(), 2)], ids=["square", "coupled"])
-def test_response_beside_time_integration(law, nd):
+@pytest.mark.parametrize("law, F", [(Square(0.3), [0.1]), (Coupled(), [0.02, 0.01])], ids=["square", "coupled"])
+def test_response_beside_time_integration(law, F):
     """x'' + c x' + x + f(x) = F cos w t: the mean and the harmonics are those of scipy's orbit."""
-    w, F, one = 0.7, 0.04 * np.ones(nd), np.eye(nd)
+    w, nd, F, one = 0.7, len(F), np.array(F), np.eye(len(F))
     problem = ContactProblem(one, 0.1 * one, one, one, law, Contacts([0.0], [0.0], [0.0], [0.0]))
     found = solve_at(problem, F, w / (2 * np.pi), harmonics=9, outputs={f"x{i}": row for i, row in enumerate(one)})
     period, n = 2 * np.pi / w, 256
@@ -105,5 +105,5 @@ def test_response_beside_time_integration(law, nd):
     t = period * (30 + np.arange(n) / n)
     x = solve_ivp(rate, (0, 31 * period), np.zeros(2 * nd), t_eval=t, rtol=1e-9, atol=1e-11).y[:nd]
     harmonics = np.fft.rfft(x)[:, :3] * np.r_[1, 2, 2] / n
-    assert found.converged and abs(harmonics[0, 0]) > 1e-3
+    assert found.converged and np.abs(harmonics[:, 0]).max() > 1e-4
     assert found.harmonics[:, :3] == pytest.approx(harmonics, rel=1e-4, abs=1e-6)
