@@ -15,9 +15,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from hbm.errors import InputError, nearest, shown
-from hbm.io.csv_table import read_table
-from hbm.validation import brief
+from tipdamp.hbm.errors import InputError, nearest, shown
+from tipdamp.hbm.io.csv_table import read_table
+from tipdamp.hbm.validation import brief
 
 GROUND = "ground"
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hbm.contact import GROUND, ContactTable
-from hbm.model import ReducedModel
+from tipdamp.hbm.contact import GROUND, ContactTable
+from tipdamp.hbm.model import ReducedModel
 
 
 @dataclass(frozen=True)

@@ -20,17 +20,17 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from hbm.balance.aft import sample_grid
-from hbm.balance.reduced import Space, StuckMatrices
-from hbm.balance.restraint import stiff_factor
-from hbm.contact import GROUND, ContactTable, relative_motion
-from hbm.hold.spring import HeldMotion, with_springs
-from hbm.io.npz import open_npz
-from hbm.laws.base import ContactLaw
-from hbm.laws.records import Contacts, SliderStart
-from hbm.model import ReducedModel
-from hbm.points import ContactPoints
-from hbm.ties import levels
+from tipdamp.hbm.balance.aft import sample_grid
+from tipdamp.hbm.balance.reduced import Space, StuckMatrices
+from tipdamp.hbm.balance.restraint import stiff_factor
+from tipdamp.hbm.contact import GROUND, ContactTable, relative_motion
+from tipdamp.hbm.hold.spring import HeldMotion, with_springs
+from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.records import Contacts, SliderStart
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.points import ContactPoints
+from tipdamp.hbm.ties import levels
 
 
 @dataclass(frozen=True)

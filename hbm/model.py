@@ -16,11 +16,11 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dpotrf
 
-from hbm.errors import InputError, nearest, shown
-from hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
-from hbm.io.matrices_in import read_model
-from hbm.points import ContactPoints, check_points, motion_of
-from hbm.validation import brief, numbers
+from tipdamp.hbm.errors import InputError, nearest, shown
+from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
+from tipdamp.hbm.io.matrices_in import read_model
+from tipdamp.hbm.points import ContactPoints, check_points, motion_of
+from tipdamp.hbm.validation import brief, numbers
 
 SYMMETRY_TOLERANCE = 1e-10
 NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding

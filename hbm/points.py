@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,9 +2,10 @@
 
     curve = forced_response(model, pairs, DryFriction2T(), F, (900, 1400), damping_ratio=0.01, outputs={"tip": row})
 
-The story: the equations of the harmonic balance (`hbm.balance`), one parameter that varies in them (`hbm.parameter`),
-a first solution (`hbm.curve.starts`), the branch through it (`hbm.continuation`), solved points where values were
-asked for and at the peaks, and the arrays of the curve (`hbm.result`).
+The story: the equations of the harmonic balance (`hbm.balance`), one parameter that varies in
+them (`hbm.balance.parameter`), a first solution (`hbm.curve.starts`), the branch through it
+(`hbm.continuation`), solved points where values were asked for and at the peaks, and the arrays of
+the curve (`hbm.result`).
 """
 
 import time
@@ -16,34 +17,34 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm import fourier
-from hbm.balance.recorded import RecordedBalance
-from hbm.balance.residual import HarmonicBalance
-from hbm.balance.settings import DEFAULT
-from hbm.contact import ContactTable
-from hbm.continuation.corrector import solve_fixed
-from hbm.continuation.crossings import insert_crossings
-from hbm.continuation.settings import Settings
-from hbm.curve.band_end import further_solutions
-from hbm.curve.drawn import refine_drawn
-from hbm.curve.equilibrium import check_carried, settle, with_residuals
-from hbm.curve.journal import Journal
-from hbm.curve.options import CurveKeywords, CurveOptions, curve_options
-from hbm.curve.outputs import Outputs
-from hbm.curve.starts import first_of, starts
-from hbm.curve.trace import record, trace
-from hbm.errors import InputError
-from hbm.hold.check import hold_in_words, stiffer_change
-from hbm.hold.spring import Hold
-from hbm.laws.base import ContactLaw
-from hbm.laws.differences import check_derivatives
-from hbm.laws.shipped import SHIPPED
-from hbm.model import ReducedModel
-from hbm.parameter import Equation, Frequency, Parameter, as_parameter
-from hbm.peaks import refine_largest
-from hbm.problem import ContactProblem, doubted_problem
-from hbm.result import ForcedResponse, PeriodicSolution
-from hbm.validation import (
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.differences import check_derivatives
+from tipdamp.hbm.balance.parameter import Equation, Frequency, Parameter, as_parameter
+from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.crossings import insert_crossings
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.band_end import further_solutions
+from tipdamp.hbm.curve.drawn import refine_drawn
+from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
+from tipdamp.hbm.curve.hold_check import hold_in_words, stiffer_change
+from tipdamp.hbm.curve.journal import Journal
+from tipdamp.hbm.curve.options import CurveKeywords, CurveOptions, curve_options
+from tipdamp.hbm.curve.outputs import Outputs
+from tipdamp.hbm.curve.peaks import refine_largest
+from tipdamp.hbm.curve.recorded import RecordedBalance
+from tipdamp.hbm.curve.starts import first_of, starts
+from tipdamp.hbm.curve.trace import record, trace
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.hold.spring import Hold
+from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.shipped import SHIPPED
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
+from tipdamp.hbm.validation import (
     check_beyond,
     check_forcing,
     check_groups,
@@ -104,7 +105,7 @@ def follow_parameter(problem: ContactProblem, forcing: Forcing, hz: float, param
     """Branch of periodic responses at one frequency over another parameter.
 
     parameter : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt' as a factor on all contacts, or a Parameter of
-        `hbm.parameter`
+        `hbm.balance.parameter`
     between : (from, to) of the parameter; both positive
     options : of CurveOptions. Raises InputError as forced_response.
     """

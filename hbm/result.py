@@ -9,11 +9,11 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm import fourier
-from hbm.errors import InputError, nearest
-from hbm.io.array_record import ArrayRecord
-from hbm.io.npz import open_npz
-from hbm.validation import brief
+from tipdamp.hbm import fourier
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.io.array_record import ArrayRecord
+from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.validation import brief
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 RIPPLE = 1e-3          # a local maximum that stands out less, relative to its height, is none
@@ -33,7 +33,7 @@ class ForcedResponse(ArrayRecord):
     output_names : (m,) str
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point failed
     parameter_name, parameter : what varies along the branch, and its (n,) values: 'frequency' in Hz, or another
-        parameter at one frequency (see `hbm.parameter`)
+        parameter at one frequency (see `hbm.balance.parameter`)
     share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a contact that loses
         energy slips wherever it is closed
     dissipated : (n, P) J per cycle, over all components of the law
@@ -169,8 +169,9 @@ class ForcedResponse(ArrayRecord):
     def why_unsolved(self, name: str, kind: str = "half_peak_to_peak", order: int | None = None) -> str:
         """Why the largest amplitude of an output is no solved maximum, in words; empty where it is one.
 
-        Half peak to peak is solved with the curve; `hbm.peaks.find_peaks` solves the other kinds. The largest amplitude
-        at the border of a frequency band is no resonance; over another parameter it is as good as any.
+        Half peak to peak is solved with the curve; `hbm.curve.peaks.find_peaks` solves the other
+        kinds. The largest amplitude at the border of a frequency band is no resonance; over another
+        parameter it is as good as any.
         """
         a, j = self.amplitude(kind, order)[:, self.column(name)], self.column(name)
         if not self.peak_points.size or not np.nanmax(a, initial=0.0) > 0:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance import aft
-from hbm.laws.base import ContactLaw
-from hbm.laws.differences import differences, history, samples_of, tangents_and_differences, worst_entry
-from hbm.laws.records import ContactForces, Contacts, Motion
-from hbm.laws.sampled import projector
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance import aft
+from tipdamp.hbm.balance.differences import differences, history, samples_of, tangents_and_differences, worst_entry
+from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion
+from tipdamp.hbm.laws.sampled import projector
 
 __all__ = ["check_force", "check_law", "forces", "full_derivative", "history", "shifted", "total_force"]
 

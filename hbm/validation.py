@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.continuation.settings import DEFAULT, Settings
-from hbm.errors import InputError, nearest, shown
+from tipdamp.hbm.continuation.settings import DEFAULT, Settings
+from tipdamp.hbm.errors import InputError, nearest, shown
 
 MOST_HARMONICS = 200
 MOST_SAMPLES = 2**16

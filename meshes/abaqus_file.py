@@ -5,12 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from meshes.structured import HEX27, Mesh
+from tipdamp.meshes.structured import HEX27, Mesh
 
 TYPES = {10: "C3D10", 27: "C3D27"}
 # corners of the faces S1, S2, ...                                     [Abaqus Analysis User's Guide, 28.1.4]
-_FACES = {10: [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)],
-          27: [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]}
+_FACES: dict[int, list[tuple[int, ...]]] = {
+    10: [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)],
+    27: [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)],
+}
 
 
 def _orders():

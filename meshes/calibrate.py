@@ -1,8 +1,8 @@
 """Fits six lengths of the two-blade rig to the paper's five out-of-phase and in-phase frequencies.
 
-    python -m meshes.calibrate            fits on the default mesh and writes rig_asymmetric.toml
-    python -m meshes.calibrate --drift    prints how far the five frequencies move with the mesh
-    python -m meshes.calibrate --predict  prints frequencies that were not fitted
+    python -m tipdamp.meshes.calibrate            fits on the default mesh and writes rig_asymmetric.toml
+    python -m tipdamp.meshes.calibrate --drift    prints how far the five frequencies move with the mesh
+    python -m tipdamp.meshes.calibrate --predict  prints frequencies that were not fitted
 
 Gauss-Newton steps (scipy's least_squares) with one-sided differences in the relative change of each length. Five
 targets for six lengths: a pull towards the lengths that the fit starts from makes the answer unique. It costs the full
@@ -20,8 +20,8 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as sl
 
-from meshes.rig import DEFAULTS, Cells, Rig
-from meshes.two_blade_rig import build
+from tipdamp.meshes.rig import DEFAULTS, Cells, Rig
+from tipdamp.meshes.two_blade_rig import build
 
 TARGETS = {  # Hz [Zucca 2016, sections 5 and 8]
     "out_of_phase": 1590.0,  # no damper
@@ -55,7 +55,7 @@ def frequencies(rig: Rig, size: float = 1.0, cells: Cells | None = None) -> dict
 
 
 def _ends(pairs, front, back):
-    from static_contact.kept_pairs import keep_ends
+    from tipdamp.static_contact.tuning.kept_pairs import keep_ends
 
     kept = keep_ends(pairs, front, back)
     return kept.select(kept.carrying)
@@ -63,8 +63,8 @@ def _ends(pairs, front, back):
 
 def _assembly(rig, size=1.0, cells=None, rows=2):
     """StuckAssembly of both reduced bodies, all pairs, the two free frequencies and shapes, and the number of dofs."""
-    from modal.craig_bampton import assemble
-    from static_contact.stuck_assembly import StuckAssembly
+    from tipdamp.modal.craig_bampton import assemble
+    from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
     blades, damper, pairs = _reduced(rig, size, cells, rows)
     hz, shapes = _free_modes(blades.model)
@@ -75,10 +75,10 @@ def _assembly(rig, size=1.0, cells=None, rows=2):
 
 
 def _reduced(rig, size, cells, rows):
-    from modal.craig_bampton import craig_bampton
-    from modal.elasticity import Material, elastic_body
-    from modal.mesh import Mesh
-    from static_contact.pairing import Side, join, pair
+    from tipdamp.modal.craig_bampton import craig_bampton
+    from tipdamp.modal.elasticity import Material, elastic_body
+    from tipdamp.modal.mesh import Mesh
+    from tipdamp.static_contact.surfaces.pairing import Side, join, pair
 
     meshes = {}
     for m in build(rig, "asymmetric", size, rows, cells):
@@ -169,7 +169,7 @@ def predict(rig: Rig, report: Callable = print) -> None:
 
 def main(arguments: list[str] | None = None) -> int | None:
     """Command line: fit the lengths, or print drift or predictions."""
-    parser = argparse.ArgumentParser(prog="python -m meshes.calibrate", description="Fits the rig's lengths.")
+    parser = argparse.ArgumentParser(prog="python -m tipdamp.meshes.calibrate", description="Fits the rig's lengths.")
     parser.add_argument("--drift", action="store_true", help="print the drift over the mesh instead of fitting")
     parser.add_argument("--predict", action="store_true", help="print what the fit does not see instead of fitting")
     given = parser.parse_args(arguments)

@@ -5,8 +5,8 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import trapezoid
 from scipy.spatial import cKDTree
 
-from meshes.rig import SIDES, STATIONS, Contact, Rig, contact
-from meshes.structured import HEX27, SAME_NODE, Mesh, boundary, faces_of
+from tipdamp.meshes.rig import SIDES, STATIONS, Contact, Rig, contact
+from tipdamp.meshes.structured import HEX27, SAME_NODE, Mesh, boundary, faces_of
 
 
 class MeshError(ValueError):

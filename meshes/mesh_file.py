@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from meshes.structured import Mesh
+from tipdamp.meshes.structured import Mesh
 
 POINT = 15                                       # gmsh's element types
 FACE, CELL = {6: 9, 9: 10}, {10: 11, 27: 12}     # by the number of nodes
@@ -55,7 +55,7 @@ def read(path: str | Path) -> Mesh:
         tags, xyz, _ = model.mesh.getNodes()
         nodes = np.full((int(max(tags)), 3), np.nan)
         nodes[np.asarray(tags, int) - 1] = np.asarray(xyz).reshape(-1, 3)
-        groups = {0: {}, 2: {}, 3: {}}
+        groups: dict[int, dict[str, np.ndarray]] = {0: {}, 2: {}, 3: {}}
         for dimension, tag in model.getPhysicalGroups():
             entities = model.getEntitiesForPhysicalGroup(dimension, tag)
             found = [model.mesh.getElements(dimension, e)[2] for e in entities]

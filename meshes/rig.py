@@ -5,12 +5,12 @@ below it. The paper publishes no geometry: the lengths were fitted to its five f
 """
 
 import tomllib
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError, nearest
+from tipdamp.hbm.errors import InputError, nearest
 
 STATIONS = 31  # contact stations along the axis (paper, section 8)
 SIDES = ("left", "right")
@@ -171,5 +171,5 @@ class Cells:
         """`size` is a density along each edge: 1 the default mesh, 0.25 the coarsest, 2 half the cell length."""
         if not (isinstance(size, int | float) and 0.25 <= size <= 2.0):
             raise InputError(f"size = {size}: must lie between 0.25 and 2")
-        scaled = {f.name: max(1, round(f.default * size)) for f in fields(cls)}
+        scaled = {name: max(1, round(number * size)) for name, number in asdict(cls()).items()}
         return cls(**scaled | {"axial": 15 * max(1, round(size))})

@@ -1,13 +1,12 @@
-"""Picture of the rig's cross-section: python -m meshes.section_figure [--damper asymmetric] --out FILE.png"""
+"""Picture of the rig's cross-section: python -m tipdamp.meshes.section_figure [--damper asymmetric] --out FILE.png"""
 
 import argparse
-import sys
 from pathlib import Path
 
 import numpy as np
 
-from meshes.rig import DAMPERS, SIDES, Cells, Rig, contact
-from meshes.sections import blades_section, damper_section
+from tipdamp.meshes.rig import DAMPERS, SIDES, Cells, Rig, contact
+from tipdamp.meshes.sections import blades_section, damper_section
 
 _OUTLINE = ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1), (0, 0))
 
@@ -47,9 +46,9 @@ def draw(rig: Rig, damper: str, size: float, path: str | Path, rows: int = 2) ->
     plt.close(figure)
 
 
-def main(arguments: list[str] | None = None) -> int | None:
+def main(arguments: list[str] | None = None) -> None:
     """Command line: the picture of the cross-section."""
-    parser = argparse.ArgumentParser(prog="python -m meshes.section_figure")
+    parser = argparse.ArgumentParser(prog="python -m tipdamp.meshes.section_figure")
     parser.add_argument("--damper", choices=DAMPERS, default="asymmetric")
     parser.add_argument("--size", type=float, default=1.0)
     parser.add_argument("--out", required=True)
@@ -58,4 +57,4 @@ def main(arguments: list[str] | None = None) -> int | None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from meshes.rig import Cells, Contact, Rig
-from meshes.structured import join, ruled, subdivide
+from tipdamp.meshes.rig import Cells, Contact, Rig
+from tipdamp.meshes.structured import join, ruled, subdivide
 
 
 def blades_section(rig: Rig, found: Contact, cells: Cells, rows: int) -> tuple[np.ndarray, np.ndarray]:

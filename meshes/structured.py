@@ -62,13 +62,13 @@ def _face_columns():
 FACES = _face_columns()
 
 
-def subdivide(breaks: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+def subdivide(breaks: Sequence[float] | np.ndarray, counts: Sequence[int]) -> np.ndarray:
     """Node positions (2 * sum(counts) + 1,): every interval of `breaks` in its count of equal quadratic cells."""
     parts = [np.linspace(a, b, 2 * n + 1)[:-1] for a, b, n in zip(breaks[:-1], breaks[1:], counts, strict=True)]
     return np.append(np.concatenate(parts), breaks[-1])
 
 
-def ruled(first: np.ndarray, second: np.ndarray, cells: np.ndarray) -> np.ndarray:
+def ruled(first: np.ndarray, second: np.ndarray, cells: int) -> np.ndarray:
     """Block of nodes (len(first), 2 * cells + 1, 2): straight lines between the points of two curves."""
     s = np.linspace(0.0, 1.0, 2 * cells + 1)[None, :, None]
     first, second = np.asarray(first)[:, None, :], np.asarray(second)[:, None, :]
@@ -106,7 +106,7 @@ def extrude(points: np.ndarray, quads: np.ndarray, y: np.ndarray) -> tuple[np.nd
     return nodes.reshape(-1, 3), cells
 
 
-def faces_of(cells: np.ndarray) -> np.ndarray:
+def faces_of(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """All faces (6m, 9) of the cells and, for each, in how many cells it occurs."""
     faces = cells[:, FACES].reshape(-1, 9)
     _, index, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)

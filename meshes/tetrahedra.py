@@ -1,7 +1,7 @@
 """The two-blade rig as a mesher leaves it: unstructured tetrahedra in the blades, hexahedra in the damper, and
 contact faces that do not match. Same geometry as meshes/two_blade_rig.py, whose section is extruded.
 
-    python -m meshes.tetrahedra --damper wedge --edge 0.004 --size 0.5 --out FOLDER
+    python -m tipdamp.meshes.tetrahedra --damper wedge --edge 0.004 --size 0.5 --out FOLDER
 
 writes FOLDER/tet_blades.msh and FOLDER/tet_damper.msh, and both bodies as FOLDER/tet_rig.inp (Abaqus), metres.
 """
@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hbm.errors import InputError
-from meshes import abaqus_file, mesh_file
-from meshes.rig import DAMPERS, SIDES, STATIONS, Cells, Contact, Rig, contact
-from meshes.sections import blades_section
-from meshes.structured import Mesh, find_nodes
-from meshes.two_blade_rig import ON_SURFACE, blade_node_sets, build, contact_points
+from tipdamp.hbm.errors import InputError
+from tipdamp.meshes import abaqus_file, mesh_file
+from tipdamp.meshes.rig import DAMPERS, SIDES, STATIONS, Cells, Contact, Rig, contact
+from tipdamp.meshes.sections import blades_section
+from tipdamp.meshes.structured import Mesh, find_nodes
+from tipdamp.meshes.two_blade_rig import ON_SURFACE, blade_node_sets, build, contact_points
 
 CORNER = 3.0         # degrees; the blades' curved sides turn by less from place to place
 
@@ -100,7 +100,8 @@ def outline(quads: np.ndarray) -> np.ndarray:
     for a, middle, b in border.tolist():
         ways.setdefault(a, []).append((middle, b))
         ways.setdefault(b, []).append((middle, a))
-    loop, at = [], int(border[0, 0])
+    loop: list[int] = []
+    at = int(border[0, 0])
     while len(loop) < 2 * len(border):
         middle, following = next(way for way in ways[at] if way[0] not in loop[-1:])
         loop += [at, middle]
@@ -132,7 +133,8 @@ def generate(rig: Rig, damper: str, folder: str | Path, *, edge: float = 6e-3, c
 
 def main(arguments: list[str] | None = None) -> int | None:
     """Command line: write the meshes; 2 after an error."""
-    parser = argparse.ArgumentParser(prog="python -m meshes.tetrahedra", description="The rig with unlike meshes.")
+    parser = argparse.ArgumentParser(prog="python -m tipdamp.meshes.tetrahedra",
+                                     description="The rig with unlike meshes.")
     parser.add_argument("--damper", choices=DAMPERS, default="wedge")
     parser.add_argument("--edge", type=float, default=6e-3, help="m, edges of the tetrahedra")
     parser.add_argument("--contact-edge", type=float, default=1.5e-3, help="m, those on the covers' faces")

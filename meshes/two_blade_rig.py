@@ -1,6 +1,6 @@
 """Meshes of the two-blade rig with an asymmetric, cylindrical or wedge damper.
 
-    python -m meshes.two_blade_rig --damper asymmetric --size 1.0 --out FOLDER [--rows 2] [--height 0.0735 ...]
+    python -m tipdamp.meshes.two_blade_rig --damper asymmetric --size 1.0 --out FOLDER [--rows 2] [--height 0.0735 ...]
 
 writes FOLDER/<damper>_blades.msh and FOLDER/<damper>_damper.msh: MSH 4.1, metres, 27-node hexahedra, matching nodes at
 the contacts. Groups, geometry and the origin of the lengths: meshes/README.md.
@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError
-from meshes import mesh_file
-from meshes.checks import MeshError, check
-from meshes.rig import DAMPERS, RIGS, SIDES, STATIONS, Cells, Rig, contact
-from meshes.sections import blades_section, damper_section
-from meshes.structured import Mesh, boundary, extrude, find_nodes, select
+from tipdamp.hbm.errors import InputError
+from tipdamp.meshes import mesh_file
+from tipdamp.meshes.checks import MeshError, check
+from tipdamp.meshes.rig import DAMPERS, RIGS, SIDES, STATIONS, Cells, Rig, contact
+from tipdamp.meshes.sections import blades_section, damper_section
+from tipdamp.meshes.structured import Mesh, boundary, extrude, find_nodes, select
 
 __all__ = ["Rig", "build", "check", "generate"]
 ON_SURFACE = 1e-9  # m
@@ -112,7 +112,8 @@ def _damper(rig, found, nodes, cells):
 
 def main(arguments: list[str] | None = None) -> int | None:
     """Command line: write the meshes; 2 after an error."""
-    parser = argparse.ArgumentParser(prog="python -m meshes.two_blade_rig", description="Meshes of the two-blade rig.")
+    parser = argparse.ArgumentParser(prog="python -m tipdamp.meshes.two_blade_rig",
+                                     description="Meshes of the two-blade rig.")
     parser.add_argument("--damper", choices=DAMPERS, default="asymmetric")
     parser.add_argument("--size", type=float, default=1.0, help="cells along each edge, relative to the default mesh")
     parser.add_argument("--rows", type=int, default=2, help="lines of contact pairs on a flat side")

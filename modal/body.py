@@ -8,10 +8,17 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from hbm.errors import InputError, nearest
-from hbm.points import ContactPoints, motion_of
-from modal.matrix_checks import check_mass, check_mass_by_direction, check_matrix, check_nodes, check_table, sparse
-from modal.solvers.definite import SETTINGS, check_stiffness_diagonal, negative_stiffness
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.points import ContactPoints, motion_of
+from tipdamp.modal.definite import SETTINGS, check_stiffness_diagonal, negative_stiffness
+from tipdamp.modal.matrix_checks import (
+    check_mass,
+    check_mass_by_direction,
+    check_matrix,
+    check_nodes,
+    check_table,
+    sparse,
+)
 
 
 @dataclass(frozen=True)

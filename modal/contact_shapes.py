@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.ties import first_largest, in_order
-from modal.body import Body, pieces
+from tipdamp.hbm.ties import first_largest, in_order
+from tipdamp.modal.body import Body, pieces
 
 
 @dataclass(frozen=True)

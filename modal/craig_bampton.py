@@ -19,15 +19,15 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from modal.body import Body, check_support
-from modal.contact_shapes import contact_shapes, holding_nodes, spread
-from modal.eigen import Modes
-from modal.load_modes import with_load_modes
-from modal.reduction import Reduction, labelled, points_on
-from modal.solvers.definite import check_condensed, definite_factor
-from modal.truncation import Truncation
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.modal.body import Body, check_support
+from tipdamp.modal.contact_shapes import contact_shapes, holding_nodes, spread
+from tipdamp.modal.definite import check_condensed, definite_factor
+from tipdamp.modal.eigen import Modes
+from tipdamp.modal.load_modes import with_load_modes
+from tipdamp.modal.reduction import Reduction, labelled, points_on
+from tipdamp.modal.truncation import Truncation
 
 
 @dataclass(frozen=True)

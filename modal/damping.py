@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
 
 
 def half_power(frequency: ArrayLike, amplitude: ArrayLike) -> float:

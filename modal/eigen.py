@@ -13,10 +13,10 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackError
 
-from hbm.errors import InputError
-from modal.solvers import arpack, slepc
-from modal.solvers.cholesky import Cholmod, SingularStiffness, sparse_factor
-from modal.solvers.inertia import modes_below
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.solvers import arpack, slepc
+from tipdamp.modal.solvers.cholesky import Cholmod, SingularStiffness, sparse_factor
+from tipdamp.modal.solvers.inertia import modes_below
 
 __all__ = ["EigenSettings", "Factor", "Modes", "SingularStiffness"]
 

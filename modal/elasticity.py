@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from hbm.errors import InputError
-from modal.body import Body
-from modal.elements import dolfinx_compat
-from modal.elements.isoparametric import stiffness_and_mass
-from modal.memory import check_memory
-from modal.mesh import Mesh
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.body import Body
+from tipdamp.modal.elements import dolfinx_compat
+from tipdamp.modal.elements.isoparametric import stiffness_and_mass
+from tipdamp.modal.memory import check_memory
+from tipdamp.modal.mesh import Mesh
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 
-from modal.elements.cells import CELLS
-from modal.mesh import Mesh
+from tipdamp.modal.elements.cells import CELLS
+from tipdamp.modal.mesh import Mesh
 
 _QUAD = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0)], dtype=float)
 _TRI = np.array([(0, 0), (1, 0), (0, 1), (.5, 0), (.5, .5), (0, .5)], dtype=float)

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.sparse as sp
 
-from modal.body import Body
-from modal.eigen import Factor, Modes
-from modal.loads import nodal_load
+from tipdamp.modal.body import Body
+from tipdamp.modal.eigen import Factor, Modes
+from tipdamp.modal.loads import nodal_load
 
 LOAD_ENERGY = 1e-8          # of a load's own energy: less is a shape that the modes and the other loads have
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm.errors import InputError
-from modal.body import Body
-from modal.faces import face_rule, group_faces
-from modal.mesh import Mesh
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.body import Body
+from tipdamp.modal.faces import face_rule, group_faces
+from tipdamp.modal.mesh import Mesh
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
 
 
 @dataclass(frozen=True)

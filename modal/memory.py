@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from hbm.balance.memory import available_bytes
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.memory import available_bytes
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm.errors import InputError, nearest, shown
+from tipdamp.hbm.errors import InputError, nearest, shown
 
 DIMENSION = ("nodes", "a curve", "a surface", "a volume")
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.errors import InputError
-from modal.elements.cells import CELLS, smallest_jacobians
-from modal.faces import face_blocks, face_keys
-from modal.mesh import Mesh
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.elements.cells import CELLS, smallest_jacobians
+from tipdamp.modal.faces import face_blocks, face_keys
+from tipdamp.modal.mesh import Mesh
 
 FLAT = 1e-12  # of the cube of the cell's longest side: below it a Jacobian is rounding
 

@@ -7,17 +7,17 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from hbm.errors import InputError
-from hbm.io.dof_table import DIRECTIONS
-from hbm.model import ReducedModel
-from hbm.points import ContactPoints
-from modal.body import Body
-from modal.contact_shapes import contact_shapes, spread
-from modal.elasticity import Material
-from modal.loads import nodal_load
-from modal.mesh import Mesh
-from modal.stress import nodal_stress
-from modal.truncation import Truncation
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.dof_table import DIRECTIONS
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.points import ContactPoints
+from tipdamp.modal.body import Body
+from tipdamp.modal.contact_shapes import contact_shapes, spread
+from tipdamp.modal.elasticity import Material
+from tipdamp.modal.loads import nodal_load
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.stress import nodal_stress
+from tipdamp.modal.truncation import Truncation
 
 
 @dataclass(frozen=True)

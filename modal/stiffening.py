@@ -11,14 +11,14 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.errors import InputError
-from modal.body import Body
-from modal.eigen import Factor
-from modal.elasticity import Material, blocks, stress
-from modal.elements import dolfinx_compat
-from modal.elements.isoparametric import stress_stiffness
-from modal.loads import Rotation, centrifugal
-from modal.mesh import Mesh
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.body import Body
+from tipdamp.modal.eigen import Factor
+from tipdamp.modal.elasticity import Material, blocks, stress
+from tipdamp.modal.elements import dolfinx_compat
+from tipdamp.modal.elements.isoparametric import stress_stiffness
+from tipdamp.modal.loads import Rotation, centrifugal
+from tipdamp.modal.mesh import Mesh
 
 
 def rotating_body(body: Body, mesh: Mesh, material: Material, rotation: Rotation,

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from modal.elasticity import Material, blocks
-from modal.elements.cells import CELLS
-from modal.elements.isoparametric import CHUNK, gradients, hooke
-from modal.mesh import Mesh
+from tipdamp.modal.elasticity import Material, blocks
+from tipdamp.modal.elements.cells import CELLS
+from tipdamp.modal.elements.isoparametric import CHUNK, gradients, hooke
+from tipdamp.modal.mesh import Mesh
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))

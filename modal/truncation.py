@@ -24,8 +24,8 @@ from pathlib import Path
 import numpy as np
 import scipy.linalg as sl
 
-from hbm.errors import InputError
-from hbm.io.npz import open_npz
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.npz import open_npz
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from meshes.structured import HEX27
-from modal.mesh import Mesh
+from tipdamp.meshes.structured import HEX27
+from tipdamp.modal.mesh import Mesh
 
 
 def block(x, y, z, order=1) -> Mesh:

@@ -61,7 +61,7 @@ def rig(tmp_path_factory):
     """Folder with the meshes of the asymmetric rig at size 0.5 and a study file."""
     pytest.importorskip("dolfinx")
     pytest.importorskip("gmsh")
-    from meshes.two_blade_rig import main
+    from tipdamp.meshes.two_blade_rig import main
 
     folder = tmp_path_factory.mktemp("rig")
     main(["--damper", "asymmetric", "--size", "0.5", "--out", str(folder)])

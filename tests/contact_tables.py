@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hbm.contact import ContactTable
+from tipdamp.hbm.contact import ContactTable
 
 
 def contact_table(frame, **columns) -> ContactTable:

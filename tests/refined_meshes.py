@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from meshes import mesh_file
-from meshes.structured import Mesh
-from modal import mesh as modal_mesh
-from modal.faces import boundary_faces, face_keys, group_faces
+from tipdamp.meshes import mesh_file
+from tipdamp.meshes.structured import Mesh
+from tipdamp.modal import mesh as modal_mesh
+from tipdamp.modal.faces import boundary_faces, face_keys, group_faces
 from tipdamp.readers.dispatch import read_mesh
 
 EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (3, 2), (3, 1))               # of nodes 4 to 9, in gmsh's order

@@ -1,6 +1,9 @@
 """Who may import whom: read from the source of every file, and tried where the finite-element stack is absent.
 
     tipdamp -> static_contact -> modal -> hbm          meshes stands aside: it may use all, none uses it
+
+All are imported below the one name tipdamp: `tipdamp.hbm` is the folder hbm. Rooms are the folders directly inside a
+package, and its files; within a package each may use those that stand before it.
 """
 
 import ast
@@ -18,6 +21,15 @@ MAY_USE = {
     "static_contact": {"hbm", "modal", "static_contact"},
     "tipdamp": {"hbm", "modal", "static_contact", "tipdamp"},
     "meshes": {"hbm", "modal", "static_contact", "tipdamp", "meshes"},
+}
+LINKED = set(MAY_USE) - {"tipdamp"}
+ROOMS = {
+    "hbm": ["errors", "fourier", "ties", "compiled", "continuation", "memory", "points", "validation", "io", "contact",
+            "laws", "model", "contact_doubts", "matrices_out", "result", "hold", "balance", "interface", "testing",
+            "time", "curve", "comparison", "response", "problem"],
+    "static_contact": ["stiffness", "normal", "bodies", "surfaces", "contact", "tuning", "full"],
+    "tipdamp": ["__init__", "readers", "study", "engine", "fields", "results", "bodies", "statics",
+                "measured", "checks", "report", "stages", "proposal", "doctor", "cli", "__main__"],
 }
 KERNEL = {"numpy", "scipy", "numba"}  # all that hbm may ask of a machine
 DOLFINX = {"dolfinx", "ufl", "basix", "ffcx"}
@@ -37,6 +49,8 @@ def imports(path):
     found = []
 
     def visit(node, at_import):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+            return                                      # for type checkers alone
         if isinstance(node, ast.Import):
             found.extend((alias.name, at_import) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -48,7 +62,13 @@ def imports(path):
             visit(child, at_import and not inside)
 
     visit(ast.parse(path.read_text(encoding="utf-8"), str(path)), True)
-    return found
+    return [(in_folders(name), at_import) for name, at_import in found]
+
+
+def in_folders(name):
+    """`hbm.model` for `tipdamp.hbm.model`: where it stands in the repository."""
+    inner = name.removeprefix("tipdamp.")
+    return inner if inner.split(".")[0] in LINKED else name
 
 
 def tops(path):
@@ -61,7 +81,7 @@ def test_reader_of_imports(tmp_path, monkeypatch):
     path = tmp_path / "tipdamp" / "report" / "page.py"
     path.parent.mkdir(parents=True)
     path.write_text("import numpy as np\nfrom .. import study\nfrom . import figures\n"
-                    "from ..stages import run\ndef draw():\n    import gmsh\n    from modal.body import Body\n")
+                    "from ..stages import run\ndef draw():\n    import gmsh\n    from tipdamp.modal.body import Body\n")
     assert imports(path) == [
         ("numpy", True), ("tipdamp.study", True), ("tipdamp.report.figures", True), ("tipdamp.stages.run", True),
         ("gmsh", False), ("modal.body.Body", False),
@@ -108,11 +128,42 @@ def test_no_circle_of_imports(package):
     assert circles([path for path in FILES if path.relative_to(ROOT).parts[0] == package]) == []
 
 
+def room_of(name, package):
+    """The folder or file directly inside the package that a module belongs to; the package itself is `__init__`."""
+    inside = name.split(".")[1:]
+    return inside[0] if inside and inside[0] in ROOMS[package] else "__init__"
+
+
+@pytest.mark.parametrize("package", ROOMS)
+def test_rooms_use_those_before_them(package):
+    order, wrong = ROOMS[package], []
+    for path in (path for path in FILES if path.relative_to(ROOT).parts[0] == package):
+        mine = path.relative_to(ROOT).parts[1].removesuffix(".py")
+        if mine == "__init__" and package != "tipdamp":
+            continue
+        used = {room_of(name, package) for name, _ in imports(path) if name.split(".")[0] == package}
+        above = {room for room in used - {mine, "__init__"} if order.index(room) > order.index(mine)}
+        wrong += [(path.name, mine, room) for room in above]
+    assert wrong == []
+
+
+@pytest.mark.parametrize("package", ROOMS)
+def test_every_room_has_its_place(package):
+    there = {path.relative_to(ROOT).parts[1].removesuffix(".py") for path in FILES
+             if path.relative_to(ROOT).parts[0] == package}
+    assert there - {"__init__"} == set(ROOMS[package]) - {"__init__"}
+
+
 def test_a_circle_is_found_inside_functions(tmp_path, monkeypatch):
     monkeypatch.setitem(globals(), "ROOT", tmp_path)
     (tmp_path / "hbm").mkdir()
-    texts = {"a": "from hbm.b import f\n", "b": "def f():\n    from hbm import c\n", "c": "from hbm.a import g\n",
-             "above": "import hbm.a\n", "below": "import numpy\n"}
+    texts = {
+        "a": "from tipdamp.hbm.b import f\n",
+        "b": "def f():\n    from tipdamp.hbm import c\n",
+        "c": "from tipdamp.hbm.a import g\n",
+        "above": "import tipdamp.hbm.a\n",
+        "below": "import numpy\n",
+    }
     for name, text in texts.items():
         (tmp_path / "hbm" / f"{name}.py").write_text(text)
     assert circles(sorted((tmp_path / "hbm").glob("*.py"))) == ["hbm.a", "hbm.b", "hbm.c"]
@@ -139,8 +190,18 @@ def test_package_init_imports_nothing_heavy(path):
 def test_every_package_is_declared():
     """A folder that is not named in pyproject.toml would be missing from an installed copy."""
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
-    present = {path.parent.relative_to(ROOT).as_posix().replace("/", ".") for path in FILES}
+    folders = {path.parent.relative_to(ROOT).as_posix().replace("/", ".") for path in FILES}
+    present = {f"tipdamp.{name}" if name.split(".")[0] in LINKED else name for name in folders}
     assert sorted(declared) == sorted(present)
+
+
+@pytest.mark.parametrize("package", sorted(LINKED))
+def test_one_name(package, tmp_path):
+    """A second copy of a package, and of its classes, cannot be had beside the one below tipdamp."""
+    assert (ROOT / "tipdamp" / package).resolve() == ROOT / package
+    program = f"import tipdamp.{package}; import {package}"
+    child = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    assert f"ImportError: {package} is a part of tipdamp: import tipdamp.{package}" in child.stderr
 
 
 WITHOUT_FINITE_ELEMENTS = """
@@ -167,6 +228,7 @@ def test_imports_where_finite_elements_are_absent(package):
     """From reduced matrices onward nothing may need dolfinx, PETSc, SLEPc, gmsh or MPI."""
     modules = [name[:-3].replace("/", ".") for name in NAMES if name.startswith(f"{package}/")]
     modules = [name.removesuffix(".__init__") for name in modules if not name.endswith("__main__")]
+    modules = [f"tipdamp.{name}" if package in LINKED else name for name in modules]
     child = subprocess.run([sys.executable, "-c", WITHOUT_FINITE_ELEMENTS, ",".join(sorted(HEAVY)), *modules],
                            cwd=ROOT, capture_output=True, text=True)
     assert child.returncode == 0, child.stderr

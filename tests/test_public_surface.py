@@ -8,14 +8,16 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PUBLIC = (
-    "hbm/contact.py", "hbm/errors.py", "hbm/model.py", "hbm/peaks.py", "hbm/response.py", "hbm/result.py",
-    "hbm/solutions.py", "hbm/testing.py", "hbm/io/*.py", "hbm/laws/base.py",
+    "hbm/contact.py", "hbm/errors.py", "hbm/model.py", "hbm/curve/peaks.py", "hbm/response.py", "hbm/result.py",
+    "hbm/curve/solutions.py", "hbm/testing.py", "hbm/io/*.py", "hbm/laws/base.py",
     "modal/body.py", "modal/craig_bampton.py", "modal/damping.py", "modal/eigen.py", "modal/elasticity.py",
     "modal/loads.py", "modal/mesh.py", "modal/stress.py", "modal/truncation.py",
-    "static_contact/complementarity.py", "static_contact/detachment.py", "static_contact/equilibrium.py",
-    "static_contact/friction.py", "static_contact/pairing.py", "static_contact/preload.py", "static_contact/pull.py",
-    "static_contact/redistribution.py", "static_contact/rigid_motions.py",
-    "tipdamp/cli.py", "tipdamp/doctor.py", "tipdamp/store.py", "tipdamp/readers/*.py", "tipdamp/stages/run.py",
+    "static_contact/bodies/rigid_motions.py", "static_contact/contact/equilibrium.py",
+    "static_contact/contact/friction.py", "static_contact/surfaces/pairing.py",
+    "static_contact/contact/preload.py", "static_contact/contact/pull.py",
+    "static_contact/normal/complementarity.py", "static_contact/tuning/detachment.py",
+    "static_contact/tuning/redistribution.py",
+    "tipdamp/cli.py", "tipdamp/doctor.py", "tipdamp/engine/store.py", "tipdamp/readers/*.py", "tipdamp/stages/run.py",
     "tipdamp/study/*.py",
 )
 FILES = sorted(path for pattern in PUBLIC for path in ROOT.glob(pattern))
@@ -57,9 +59,12 @@ def test_the_list_names_files_that_exist():
 def test_packages_ship_their_types_and_data(package):
     """Files beside the code are data of a package that pyproject.toml names; documents and images stay behind."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
-    assert (ROOT / package / "py.typed").is_file()
-    folders = [ROOT / name.replace(".", "/") for name in settings["packages"] if name.split(".")[0] == package]
+    name = package if package == "tipdamp" else f"tipdamp.{package}"
+    inside = [found for found in settings["packages"] if f"{found}.".startswith(f"{name}.")]
+    folders = [ROOT / found.replace(".", "/") for found in inside]
     patterns = ("*.py", *settings["package-data"]["*"])
     shipped = {f for folder in folders for pattern in patterns for f in folder.glob(pattern)}
+    shipped = {path.resolve() for path in shipped}
     there = {f for f in (ROOT / package).rglob("*") if f.is_file() and "__pycache__" not in f.parts}
     assert there - shipped == set()
+    assert (ROOT / "tipdamp" / "py.typed").is_file()

@@ -1,3 +1,185 @@
-"""The front door: study files, stages, report and command line."""
+"""Friction dampers between turbine blades: preload map, detachment tuning, forced response.
+
+    from tipdamp import ContactTable, DryFriction2T, ReducedModel, forced_response
+
+The names that a script needs. Each is loaded when it is first asked for, so that matrices need no finite elements;
+type checkers and editors read the imports below, a test holds both lists together.
+"""
+
+from typing import TYPE_CHECKING
 
 __version__ = "0.2.0"
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.balance.parameter import (
+        ContactSetting as ContactSetting,
+    )
+    from tipdamp.hbm.balance.parameter import (
+        Damping as Damping,
+    )
+    from tipdamp.hbm.balance.parameter import (
+        ForceParameter as ForceParameter,
+    )
+    from tipdamp.hbm.balance.parameter import (
+        Frequency as Frequency,
+    )
+    from tipdamp.hbm.balance.parameter import (
+        Level as Level,
+    )
+    from tipdamp.hbm.balance.parameter import (
+        ModelParameter as ModelParameter,
+    )
+    from tipdamp.hbm.balance.parameter import (
+        Parameter as Parameter,
+    )
+    from tipdamp.hbm.balance.problem import (
+        ContactProblem as ContactProblem,
+    )
+    from tipdamp.hbm.balance.problem import (
+        contact_problem as contact_problem,
+    )
+    from tipdamp.hbm.balance.receptance import (
+        linear_response as linear_response,
+    )
+    from tipdamp.hbm.balance.receptance import (
+        natural_frequencies as natural_frequencies,
+    )
+    from tipdamp.hbm.comparison import compare as compare
+    from tipdamp.hbm.contact import ContactTable as ContactTable
+    from tipdamp.hbm.continuation.settings import Settings as Settings
+    from tipdamp.hbm.curve.cycles import (
+        contact_cycles as contact_cycles,
+    )
+    from tipdamp.hbm.curve.cycles import (
+        energy_balance as energy_balance,
+    )
+    from tipdamp.hbm.curve.cycles import (
+        whole_motion as whole_motion,
+    )
+    from tipdamp.hbm.curve.options import CurveOptions as CurveOptions
+    from tipdamp.hbm.curve.peaks import find_peaks as find_peaks
+    from tipdamp.hbm.curve.solutions import (
+        solutions_at as solutions_at,
+    )
+    from tipdamp.hbm.curve.solutions import (
+        time_history as time_history,
+    )
+    from tipdamp.hbm.errors import InputError as InputError
+    from tipdamp.hbm.hold.spring import (
+        HeldMotion as HeldMotion,
+    )
+    from tipdamp.hbm.hold.spring import (
+        Hold as Hold,
+    )
+    from tipdamp.hbm.hold.spring import (
+        held_motions as held_motions,
+    )
+    from tipdamp.hbm.laws.base import ContactLaw as ContactLaw
+    from tipdamp.hbm.laws.coupled.law import IsotropicFriction as IsotropicFriction
+    from tipdamp.hbm.laws.cubic import CubicSpring as CubicSpring
+    from tipdamp.hbm.laws.force import PlainForce as PlainForce
+    from tipdamp.hbm.laws.mixed import MixedLaw as MixedLaw
+    from tipdamp.hbm.laws.records import (
+        Contacts as Contacts,
+    )
+    from tipdamp.hbm.laws.records import (
+        ContactState as ContactState,
+    )
+    from tipdamp.hbm.laws.uncoupled.law import (
+        DryFriction1T as DryFriction1T,
+    )
+    from tipdamp.hbm.laws.uncoupled.law import (
+        DryFriction2T as DryFriction2T,
+    )
+    from tipdamp.hbm.laws.uncoupled.law import (
+        Jenkins1D as Jenkins1D,
+    )
+    from tipdamp.hbm.laws.uncoupled.law import (
+        UnilateralSpring as UnilateralSpring,
+    )
+    from tipdamp.hbm.model import ReducedModel as ReducedModel
+    from tipdamp.hbm.problem import Problem as Problem
+    from tipdamp.hbm.response import (
+        follow_band as follow_band,
+    )
+    from tipdamp.hbm.response import (
+        follow_parameter as follow_parameter,
+    )
+    from tipdamp.hbm.response import (
+        forced_response as forced_response,
+    )
+    from tipdamp.hbm.response import (
+        solve_at as solve_at,
+    )
+    from tipdamp.hbm.result import (
+        ForcedResponse as ForcedResponse,
+    )
+    from tipdamp.hbm.result import (
+        PeriodicSolution as PeriodicSolution,
+    )
+    from tipdamp.hbm.testing import check_force as check_force
+    from tipdamp.hbm.testing import check_law as check_law
+    from tipdamp.hbm.time.settings import IntegrationSettings as IntegrationSettings
+    from tipdamp.modal.body import Body as Body
+    from tipdamp.modal.craig_bampton import (
+        assemble as assemble,
+    )
+    from tipdamp.modal.craig_bampton import (
+        craig_bampton as craig_bampton,
+    )
+    from tipdamp.static_contact.contact.preload import preload as preload
+    from tipdamp.static_contact.tuning.detachment import detach_until as detach_until
+    from tipdamp.study.study import load_study as load_study
+else:  # a module __getattr__ would let type checkers accept any name
+    from importlib import import_module
+
+    _HOME = {
+        "InputError": "hbm.errors",
+        "ReducedModel": "hbm.model",
+        "ContactTable": "hbm.contact",
+        "Body": "modal.body",
+        **dict.fromkeys(("assemble", "craig_bampton"), "modal.craig_bampton"),
+        "preload": "static_contact.contact.preload",
+        "detach_until": "static_contact.tuning.detachment",
+        "ContactLaw": "hbm.laws.base",
+        **dict.fromkeys(("Contacts", "ContactState"), "hbm.laws.records"),
+        "CubicSpring": "hbm.laws.cubic",
+        "PlainForce": "hbm.laws.force",
+        **dict.fromkeys(
+            ("DryFriction1T", "DryFriction2T", "Jenkins1D", "UnilateralSpring"),
+            "hbm.laws.uncoupled.law",
+        ),
+        "IsotropicFriction": "hbm.laws.coupled.law",
+        "MixedLaw": "hbm.laws.mixed",
+        **dict.fromkeys(("check_force", "check_law"), "hbm.testing"),
+        "Problem": "hbm.problem",
+        **dict.fromkeys(("ContactProblem", "contact_problem"), "hbm.balance.problem"),
+        **dict.fromkeys(("HeldMotion", "Hold", "held_motions"), "hbm.hold.spring"),
+        **dict.fromkeys(("linear_response", "natural_frequencies"), "hbm.balance.receptance"),
+        **dict.fromkeys(
+            ("ContactSetting", "Damping", "ForceParameter", "Frequency", "Level", "ModelParameter", "Parameter"),
+            "hbm.balance.parameter",
+        ),
+        **dict.fromkeys(
+            ("follow_band", "follow_parameter", "forced_response", "solve_at"),
+            "hbm.response",
+        ),
+        "CurveOptions": "hbm.curve.options",
+        "Settings": "hbm.continuation.settings",
+        **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "hbm.result"),
+        "find_peaks": "hbm.curve.peaks",
+        **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),
+        **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "hbm.curve.cycles"),
+        "compare": "hbm.comparison",
+        "IntegrationSettings": "hbm.time.settings",
+        "load_study": "study.study",
+    }
+    __all__ = sorted(_HOME)
+
+    def __getattr__(name):
+        if name not in _HOME:
+            raise AttributeError(f"module 'tipdamp' has no attribute '{name}'")
+        return getattr(import_module(f"tipdamp.{_HOME[name]}"), name)
+
+    def __dir__():
+        return [*__all__, "__version__"]

@@ -18,11 +18,11 @@ from contextlib import suppress
 from pathlib import Path
 
 import tipdamp
-from hbm.errors import InputError, shown
-from tipdamp import ranks
-from tipdamp.kernel_cache import choose_kernel_cache
+from tipdamp.engine import ranks
+from tipdamp.engine.kernel_cache import choose_kernel_cache
+from tipdamp.hbm.errors import InputError, shown
 from tipdamp.report.libraries import MissingLibrary
-from tipdamp.stages import STAGES
+from tipdamp.results import STAGES
 
 LEAST_ADDRESSES = 1_000_000_000     # bytes of address space, into which the libraries fit
 LONGEST_LINE = 4000              # letters of a message
@@ -206,8 +206,8 @@ def _keys(arguments) -> int:
 
 
 def _export(arguments) -> int:
-    from hbm.io.matrices_out import write_model
-    from hbm.model import ReducedModel
+    from tipdamp.hbm.matrices_out import write_model
+    from tipdamp.hbm.model import ReducedModel
 
     _, store = _opened(arguments)
     if not store.path("model.npz").is_file():
@@ -286,7 +286,7 @@ def _all_stages(arguments) -> int:
 
 def _workers(arguments):
     """The processes that the command line allows."""
-    from tipdamp.workers import Workers, default_jobs
+    from tipdamp.engine.workers import Workers, default_jobs
 
     jobs = vars(arguments).get("jobs")
     if jobs is not None and jobs < 1:
@@ -296,7 +296,7 @@ def _workers(arguments):
 
 def _compile_beside(workers, study, store):
     """Before the first forced response, its kernels are compiled or loaded while the work before it is done."""
-    from tipdamp.curves import compile_kernels
+    from tipdamp.engine.curves import compile_kernels
 
     if workers.jobs > 1 and "respond" in study and store.record("respond") is None:
         workers.begin(compile_kernels, study.respond.law.make())
@@ -325,8 +325,8 @@ def _run(arguments, name, study, store, workers):
 
 def _expect(name, study, store):
     """What a stage that takes more than a minute is estimated to cost, before it begins."""
-    from tipdamp.forecast import SETTINGS, estimate
-    from tipdamp.stages.results import InspectResult
+    from tipdamp.checks.forecast import SETTINGS, estimate
+    from tipdamp.results.static_results import InspectResult
 
     with suppress(InputError):
         _, costs = estimate(study, InspectResult.load(store))
@@ -336,8 +336,8 @@ def _expect(name, study, store):
 
 def _forecast(study, store):
     """What all stages are estimated to cost, and what will be slow."""
-    from tipdamp.forecast import advice, estimate
-    from tipdamp.stages.results import InspectResult
+    from tipdamp.checks.forecast import advice, estimate
+    from tipdamp.results.static_results import InspectResult
 
     size, costs = estimate(study, InspectResult.load(store))
     print(f"{'':21s}estimate: {'; '.join(f'{stage} {cost.text}' for stage, cost in costs.items())}", flush=True)
@@ -347,8 +347,8 @@ def _forecast(study, store):
 
 def _partial(store) -> int:
     """Exit code by the curves of the forced response."""
+    from tipdamp.results.response_results import RespondResult
     from tipdamp.stages.respond import incomplete, solved_nothing, without_peak
-    from tipdamp.stages.response_results import RespondResult
 
     if store.record("respond") is None:
         return 0

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 
-OURS = ("hbm", "meshes", "modal", "static_contact", "tipdamp")
+OURS = "tipdamp"
 DEBIAN = "/usr/lib/python3/dist-packages"
 # In this order: what each job needs first, and h5py after dolfinx, the order in which a foreign HDF5 aborts.
 STUDY = ("pydantic", "rich", "filelock", "jinja2", "plotly", "matplotlib")  # the extra `study`
@@ -59,8 +59,8 @@ class Facts:
     blas: tuple[str, ...] = ()  # libraries that numpy, scipy and PETSc loaded
     scalar: str = ""  # of PETSc: float64, complex128
     debian_numpy: str = ""  # version that Debian's compiled packages were built with
-    origins: Mapping[str, str] | None = None  # folder from which each of our packages is imported
-    providers: Mapping[str, list[str]] | None = None  # installed projects that claim each of our package names
+    origin: str = ""  # folder from which our package is imported
+    providers: tuple[str, ...] = ()  # installed projects that claim its name
     python: str = sys.base_prefix  # Debian's packages are seen from /usr alone
     root: str = str(Path(__file__).resolve().parents[1])
     jobs: int = 1  # curves side by side
@@ -83,7 +83,7 @@ def checks(facts: Facts | None = None) -> list[Check]:
         *(_optional(facts, name, _pip(f"install {name}"),
                     {"jinja2": NO_PAGE, "plotly": NO_PAGE, "matplotlib": NO_REPORT}.get(name, NO_STUDY))
           for name in STUDY),
-        *(_own_package(facts, name) for name in OURS),
+        _own_package(facts),
         _jobs(facts),
     ]
     if age.status == "ok":
@@ -188,18 +188,20 @@ def _h5py(facts: Facts) -> Check:
                  FROM_MATRICES)
 
 
-def _own_package(facts: Facts, name: str) -> Check:
-    """Other people's projects carry our package names too; theirs hide ours or overwrite it, and pip keeps silent."""
-    origin = (facts.origins or {}).get(name, "")
-    strangers = sorted(set((facts.providers or {}).get(name, [])) - {"tipdamp"})
-    away = f"{_pip('uninstall ' + ' '.join(strangers or [name]))}; {_pip('install --force-reinstall --no-deps -e .')}"
-    if not origin:
-        return Check(name, "fail", "not found", _pip("install -e ."))
-    if origin != str(Path(facts.root, name)):
-        return Check(name, "fail", f"imported from {origin}, which is not this project ({facts.root})", away)
+def _own_package(facts: Facts) -> Check:
+    """Another project of our name would hide ours or overwrite it, and pip keeps silent."""
+    strangers = sorted(set(facts.providers) - {OURS})
+    others = " ".join(strangers or [OURS])
+    away = f"{_pip(f'uninstall {others}')}; {_pip('install --force-reinstall --no-deps -e .')}"
+    if not facts.origin:
+        return Check(OURS, "fail", "not found", _pip("install -e ."))
+    if facts.origin != str(Path(facts.root, OURS)):
+        what = f"imported from {facts.origin}, which is not this project ({facts.root})"
+        return Check(OURS, "fail", what, away)
     if strangers:
-        return Check(name, "warn", f"also claimed by the installed project {', '.join(strangers)}", away, "unknown")
-    return Check(name, "ok", origin)
+        what = f"also claimed by the installed project {', '.join(strangers)}"
+        return Check(OURS, "warn", what, away, "unknown")
+    return Check(OURS, "ok", facts.origin)
 
 
 def _jobs(facts: Facts) -> Check:
@@ -247,8 +249,8 @@ def look() -> Facts:
         blas=tuple(sorted({path for row in rows.values() for path in row.get("blas", ()) if "gslcblas" not in path})),
         scalar=rows["petsc4py"].get("scalar", ""),
         debian_numpy=debian_numpy(sys.path),
-        origins={name: _origin(name) for name in OURS},
-        providers={name: found for name, found in metadata.packages_distributions().items() if name in OURS},
+        origin=_origin(OURS),
+        providers=tuple(metadata.packages_distributions().get(OURS, ())),
     )
 
 
@@ -262,7 +264,7 @@ def _try_jobs(rows: dict[str, dict]) -> tuple[int, str]:
     """(curves side by side, why there cannot be several): two processes are started."""
     if any(rows[name].get("error") for name in ("numpy", "scipy", "numba")):
         return 1, ""  # told elsewhere
-    from tipdamp.workers import Workers, default_jobs, nothing
+    from tipdamp.engine.workers import Workers, default_jobs, nothing
 
     try:
         with Workers(2) as workers:

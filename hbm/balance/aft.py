@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.settings import DEFAULT
-from hbm.errors import InputError
-from hbm.laws.base import ContactLaw
-from hbm.laws.records import ContactForces, Contacts, SliderStart
-from hbm.validation import brief
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.records import ContactForces, Contacts, SliderStart
+from tipdamp.hbm.validation import brief
 
 EPS = np.finfo(float).eps
 

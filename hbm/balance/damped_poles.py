@@ -3,8 +3,8 @@
 import numpy as np
 import scipy.linalg as la
 
-from hbm.balance.settings import DEFAULT
-from hbm.errors import InputError
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.errors import InputError
 
 
 def state_space_modes(shapes: np.ndarray, period2: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from hbm.balance.damped_poles import state_space_modes
-from hbm.balance.restraint import EPS, FreeMotions, in_units, units, with_gauge
-from hbm.balance.settings import DEFAULT
-from hbm.errors import InputError
+from tipdamp.hbm.balance.damped_poles import state_space_modes
+from tipdamp.hbm.balance.restraint import EPS, FreeMotions, in_units, units, with_gauge
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.errors import InputError
 
 
 class Drag(NamedTuple):

@@ -5,7 +5,7 @@ Compiled code is stored per file: nothing compiled here is called from compiled 
 
 import numpy as np
 
-from hbm.compiled import njit
+from tipdamp.hbm.compiled import njit
 
 
 @njit(cache=True)

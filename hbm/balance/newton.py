@@ -11,12 +11,12 @@ import numpy as np
 from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
-from hbm import fourier
-from hbm.balance.kernels import added, applied, bordered, complex_rows, condensed, right_side, sign_of, step_of
-from hbm.balance.memory import check_active_fit
-from hbm.balance.series import real_times
-from hbm.balance.settings import DEFAULT
-from hbm.laws.records import ContactForces
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.kernels import added, applied, bordered, complex_rows, condensed, right_side, sign_of, step_of
+from tipdamp.hbm.balance.series import real_times
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.laws.records import ContactForces
+from tipdamp.hbm.memory import check_active_fit
 
 EPS = np.finfo(float).eps
 

@@ -20,11 +20,10 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike
 
-from hbm.balance.damped_poles import state_space_modes
-from hbm.balance.floating import coupled_poles, damping_of_free, modes_beside
-from hbm.balance.kernels import modal_factors
-from hbm.balance.named_motion import describe_motion
-from hbm.balance.restraint import (
+from tipdamp.hbm.balance.damped_poles import state_space_modes
+from tipdamp.hbm.balance.floating import coupled_poles, damping_of_free, modes_beside
+from tipdamp.hbm.balance.kernels import modal_factors
+from tipdamp.hbm.balance.restraint import (
     SUPPORT,
     FreeMotions,
     acts_along,
@@ -33,11 +32,12 @@ from hbm.balance.restraint import (
     stiff_factor,
     with_gauge,
 )
-from hbm.balance.settings import DEFAULT
-from hbm.contact import ContactTable, relative_motion
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from hbm.validation import brief, check_forcing, check_outputs
+from tipdamp.hbm.contact import ContactTable, relative_motion
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.hold.named_motion import describe_motion
+from tipdamp.hbm.hold.settings import HOLD
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.validation import brief, check_forcing, check_outputs
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Receptance:
     def constrained(self, rows: np.ndarray) -> "Receptance":
         """With rows (h, r) q = 0 in order 0; InputError where that takes hold of a free motion."""
         free = self.shapes[:, self.shapes.shape[1] - self.free:]
-        if (np.abs(rows @ free) > DEFAULT.on_axis * (np.abs(rows) @ np.abs(free))).any():
+        if (np.abs(rows @ free) > HOLD.on_axis * (np.abs(rows) @ np.abs(free))).any():
             raise InputError("hold with mean = true: no contact resists the motion even where it sticks; hold it by a "
                              "spring, without mean")
         reach = (self.shapes @ (self.factors(0.0)[0] * (self.shapes.T @ rows.T))).real     # K^-1 rows'

@@ -18,8 +18,8 @@ import scipy.sparse as sp
 from scipy.linalg.blas import dtrmm, dtrsm
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-from hbm.balance.receptance import Receptance, of_modes
-from hbm.balance.settings import DEFAULT
+from tipdamp.hbm.balance.receptance import Receptance, of_modes
+from tipdamp.hbm.balance.settings import DEFAULT
 
 
 @dataclass(frozen=True)

@@ -14,18 +14,18 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import scipy.sparse as sp
 
-from hbm import fourier
-from hbm.balance import aft
-from hbm.balance.kernels import away_from, by_order, modal_push, regularise
-from hbm.balance.memory import check_harmonics_fit
-from hbm.balance.newton import Linearisation
-from hbm.balance.receptance import Receptance
-from hbm.balance.reduced import reduced_receptance
-from hbm.balance.series import ContactReceptance, contact_receptance, real_times
-from hbm.balance.settings import DEFAULT
-from hbm.laws.records import ContactForces, Contacts
-from hbm.problem import ContactProblem
-from hbm.validation import check_samples
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance import aft
+from tipdamp.hbm.balance.kernels import away_from, by_order, modal_push, regularise
+from tipdamp.hbm.balance.newton import Linearisation
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.receptance import Receptance
+from tipdamp.hbm.balance.reduced import reduced_receptance
+from tipdamp.hbm.balance.series import ContactReceptance, contact_receptance, real_times
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.laws.records import ContactForces, Contacts
+from tipdamp.hbm.memory import check_harmonics_fit
+from tipdamp.hbm.validation import check_samples
 
 
 class Terms(NamedTuple):

@@ -9,10 +9,10 @@ import scipy.sparse as sp
 from scipy.linalg.lapack import dlange, dpocon, dpotrf
 from scipy.sparse.csgraph import connected_components
 
-from hbm.balance.named_motion import mostly
-from hbm.balance.settings import DEFAULT
-from hbm.errors import InputError
-from hbm.model import BUCKLED
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.hold.named_motion import mostly
+from tipdamp.hbm.model import BUCKLED
 
 EPS = np.finfo(float).eps
 SUPPORT = "keep more contacts or support the body"

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.receptance import Receptance
-from hbm.balance.settings import DEFAULT
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.receptance import Receptance
+from tipdamp.hbm.balance.settings import DEFAULT
 
 TINY = float(np.finfo(float).tiny)
 

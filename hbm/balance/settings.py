@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from tipdamp.hbm.hold.settings import HOLD
+
 
 @dataclass(frozen=True)
 class BalanceSettings:
@@ -31,7 +33,7 @@ class BalanceSettings:
     few_entries: float = 0.05        # share of a mass matrix that is not zero: up to there products are sparse
     reduced_rounding: float = 1e-12  # of a direction: what is left of it is rounding
     power_iterations: int = 100      # at most, for the softest motion of the Jacobian
-    noise: float = 50.0              # times the rounding of the stiffness: what a restrained motion must store
+    noise: float = HOLD.noise        # times the rounding of the stiffness: what a restrained motion must store
     loose: float = 1e-13             # share of the stiffness, for each dof, that a rigid motion must store: reduction
                                      # rounds too
     far_more: float = 1e3            # times that, which all elastic motions then store
@@ -59,20 +61,6 @@ class BalanceSettings:
     around: int = 41                 # ... around each of its resonances, ...
     least_width: float = 1e-7        # ... whose damping ratio may be zero
     resonance: float = 20.0          # ... with so much more motion at a resonance than beside it
-    rigid: float = 0.05              # share of a motion that is left beside the rigid one of its body
-    hold: float = 1e-5               # of the stiffness of the sticking pairs along a motion: a hold that is soft
-    faced: float = 3e-3              # direction cosine from which contact normals resist a motion that is held
-    stiffer: float = 10.0            # times the stiffness of a hold: the solution that shows whether it is soft
-    stiffer_steps: tuple = (1, 4, 16)    # in which it is reached, where fewer lead to no solution
-    follows: float = 2.0             # times itself: a mean reaction that grows more by ten times the stiffness follows
-                                     # it, contacts that stick carry what it would be on a stop ...
-    no_reaction: float = 1e-7        # ... unless it is rounding beside the excitation
-    small_angle: float = 0.01        # rad, and as a share of a body's size: displacements that are small
-    hold_flank: float = 1e-3         # of the peak: how much lower the points beside it lie, from which it is solved
-                                     # again
-    on_axis: float = 1e-6            # of a body's size: nodes that near to an axis lie on it, turning moves nothing
-    one_point: float = 1e-12         # of the distance from the origin: a body that small does not turn
-    hold_differs: float = 1e-4       # of the peak, or of the force: more change by a stiffer hold is worth a warning
 
 
 DEFAULT = BalanceSettings()

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hbm.continuation.corrector import between, correct, interpolate, oriented, polished, solve_fixed
-from hbm.continuation.point import Evaluate, Metric, Point, size
-from hbm.continuation.settings import Settings
+from tipdamp.hbm.continuation.corrector import between, correct, interpolate, oriented, polished, solve_fixed
+from tipdamp.hbm.continuation.point import Evaluate, Metric, Point, size
+from tipdamp.hbm.continuation.settings import Settings
 
 STRAIGHT = 0.9           # cosine of the angle between two tangents above which the arc is taken for its chord
 SMOOTH = 0.1             # of what the curvature adds half way: error of the cubic of a quantity without kinks

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm.continuation import arc
-from hbm.continuation.branch import Branch, BranchTracer
-from hbm.continuation.point import Evaluate, Point, failed
-from hbm.continuation.settings import Settings
+from tipdamp.hbm.continuation import arc
+from tipdamp.hbm.continuation.branch import Branch, BranchTracer
+from tipdamp.hbm.continuation.point import Evaluate, Point, failed
+from tipdamp.hbm.continuation.settings import Settings
 
 Border = Callable[[Point, Point], Point | None]
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hbm.continuation.corrector import correct, heading, oriented, solve_fixed
-from hbm.continuation.point import Evaluate, Metric, OnPoint, Point, size
-from hbm.continuation.predictor import forward, on_branch, predict, prediction_errors, tangent
-from hbm.continuation.settings import Settings
-from hbm.continuation.step_size import next_step, shorter_step
+from tipdamp.hbm.continuation.corrector import correct, heading, oriented, solve_fixed
+from tipdamp.hbm.continuation.point import Evaluate, Metric, OnPoint, Point, size
+from tipdamp.hbm.continuation.predictor import forward, on_branch, predict, prediction_errors, tangent
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.continuation.step_size import next_step, shorter_step
 
 ENDS = {             # why a branch ended, and the remedy
     "end": "reached the end of the band",

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from hbm.continuation.settings import Settings
+from tipdamp.hbm.continuation.settings import Settings
 
 
 class BudgetExceeded(Exception):

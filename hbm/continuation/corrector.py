@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm.continuation.point import Evaluate, Linearised, Metric, Plane, Point, size
-from hbm.continuation.settings import DEFAULT, Settings
+from tipdamp.hbm.continuation.point import Evaluate, Linearised, Metric, Plane, Point, size
+from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 
 def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings = DEFAULT,

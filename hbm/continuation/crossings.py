@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm.continuation import arc
-from hbm.continuation.branch import Branch
-from hbm.continuation.corrector import between, oriented
-from hbm.continuation.point import Evaluate, Metric, Point
-from hbm.continuation.settings import Settings
+from tipdamp.hbm.continuation import arc
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.corrector import between, oriented
+from tipdamp.hbm.continuation.point import Evaluate, Metric, Point
+from tipdamp.hbm.continuation.settings import Settings
 
 STEEP = 3.0      # sum of the slopes at two points, by that of their chord: the cubic through them all but turns back
 TIP = 3.0        # of the distance between two points: how far beyond them the tip of their fold is looked for

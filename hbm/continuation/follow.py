@@ -8,12 +8,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hbm.continuation.beyond import cut
-from hbm.continuation.branch import Branch, BranchTracer
-from hbm.continuation.budget import BudgetExceeded
-from hbm.continuation.point import Evaluate, OnPoint, Point
-from hbm.continuation.restart import bridge_gap, restart_ahead
-from hbm.continuation.settings import DEFAULT, Settings
+from tipdamp.hbm.continuation.beyond import cut
+from tipdamp.hbm.continuation.branch import Branch, BranchTracer
+from tipdamp.hbm.continuation.budget import BudgetExceeded
+from tipdamp.hbm.continuation.point import Evaluate, OnPoint, Point
+from tipdamp.hbm.continuation.restart import bridge_gap, restart_ahead
+from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 
 def follow(evaluate: Evaluate, start: Point, end: float, weights: np.ndarray, settings: Settings = DEFAULT,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hbm.continuation.point import Linearised, Metric, Point
+from tipdamp.hbm.continuation.point import Linearised, Metric, Point
 
 
 def predict(run: list[Point], metric: Metric, step: float, order: int) -> tuple[np.ndarray, float]:

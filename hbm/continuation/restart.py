@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm.continuation.branch import BranchTracer
-from hbm.continuation.corrector import heading, reverse, solve_fixed
-from hbm.continuation.point import failed
+from tipdamp.hbm.continuation.branch import BranchTracer
+from tipdamp.hbm.continuation.corrector import heading, reverse, solve_fixed
+from tipdamp.hbm.continuation.point import failed
 
 AHEAD = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)   # places tried ahead of a lost branch, in unit steps of the parameter
 

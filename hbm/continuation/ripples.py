@@ -6,10 +6,10 @@ of a branch there may then be several maxima close to one another; points are ad
 
 from collections.abc import Callable
 
-from hbm.continuation.arc import Measured, distance, lies_between
-from hbm.continuation.corrector import between
-from hbm.continuation.point import Evaluate, Metric, Point
-from hbm.continuation.settings import Settings
+from tipdamp.hbm.continuation.arc import Measured, distance, lies_between
+from tipdamp.hbm.continuation.corrector import between
+from tipdamp.hbm.continuation.point import Evaluate, Metric, Point
+from tipdamp.hbm.continuation.settings import Settings
 
 
 class TooManyRipples(Exception):

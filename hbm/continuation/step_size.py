@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hbm.continuation.settings import Settings
+from tipdamp.hbm.continuation.settings import Settings
 
 
 def next_step(step: float, errors: np.ndarray, iterations: int, shortened: bool,

@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hbm.continuation.beyond import fold_ahead
-from hbm.continuation.branch import Branch
-from hbm.continuation.corrector import solve_fixed
-from hbm.continuation.point import Point, size
-from hbm.continuation.settings import Settings
-from hbm.parameter import Equation
+from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.continuation.beyond import fold_ahead
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.point import Point, size
+from tipdamp.hbm.continuation.settings import Settings
 
 
 @dataclass(frozen=True)

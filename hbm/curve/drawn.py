@@ -7,13 +7,13 @@ point is solved where the tangents of both ends meet.
 
 import numpy as np
 
-from hbm.continuation.arc import lies_between, metric_at
-from hbm.continuation.branch import Branch
-from hbm.continuation.corrector import between
-from hbm.continuation.crossings import may_fold
-from hbm.continuation.settings import Settings
-from hbm.curve.outputs import Outputs
-from hbm.parameter import Equation
+from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.continuation.arc import lies_between, metric_at
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.corrector import between
+from tipdamp.hbm.continuation.crossings import may_fold
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.outputs import Outputs
 
 SHARES = np.array([0.25, 0.5, 0.75])[:, None, None]     # of an interval, where its error is looked at
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.balance.residual import HarmonicBalance
-from hbm.balance.settings import DEFAULT
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.settings import DEFAULT
 
 
 @dataclass(frozen=True)

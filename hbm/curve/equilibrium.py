@@ -21,18 +21,18 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from hbm import fourier
-from hbm.balance.kernels import norms
-from hbm.balance.newton import real_times
-from hbm.balance.settings import DEFAULT
-from hbm.continuation.corrector import damped
-from hbm.continuation.point import Plane, Point, size
-from hbm.continuation.settings import DEFAULT as SETTINGS
-from hbm.curve.energy import EnergyBalance, energies, excitation
-from hbm.errors import InputError
-from hbm.parameter import Equation
-from hbm.problem import ContactProblem
-from hbm.result import ForcedResponse
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.kernels import norms
+from tipdamp.hbm.balance.newton import real_times
+from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.continuation.corrector import damped
+from tipdamp.hbm.continuation.point import Plane, Point, size
+from tipdamp.hbm.continuation.settings import DEFAULT as SETTINGS
+from tipdamp.hbm.curve.energy import EnergyBalance, energies, excitation
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.result import ForcedResponse
 
 TINY = float(np.finfo(float).tiny)
 

@@ -7,9 +7,9 @@ from typing import Required, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm.continuation.settings import Settings
-from hbm.curve.journal import Journal
-from hbm.errors import InputError, nearest
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.journal import Journal
+from tipdamp.hbm.errors import InputError, nearest
 
 
 class CurveKeywords(TypedDict, total=False):

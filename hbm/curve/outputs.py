@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from hbm.balance.residual import HarmonicBalance
-from hbm.balance.series import real_times
-from hbm.continuation.point import Point
-from hbm.continuation.settings import DEFAULT
-from hbm.result import KINDS, amplitude_along
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.series import real_times
+from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.result import KINDS, amplitude_along
 
 
 class Outputs:

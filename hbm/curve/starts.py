@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.corrector import solve_fixed
-from hbm.continuation.follow import follow
-from hbm.continuation.point import Point, failed
-from hbm.continuation.settings import Settings
-from hbm.parameter import Equation, Frequency, Level
-from hbm.time.exact import ExactIntegrator
-from hbm.time.settings import IntegrationSettings
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.parameter import Equation, Frequency, Level
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.follow import follow
+from tipdamp.hbm.continuation.point import Point, failed
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.time.exact import ExactIntegrator
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)     # from where a first point is reached, relative to its frequency
 LOW_LEVEL = 1e-3         # of the force: where the level is raised from

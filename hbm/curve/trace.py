@@ -4,20 +4,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.named_motion import mostly
-from hbm.continuation.beyond import cut_at_end
-from hbm.continuation.branch import Branch
-from hbm.continuation.budget import Budget, BudgetExceeded
-from hbm.continuation.follow import follow
-from hbm.continuation.point import failed, size
-from hbm.continuation.settings import Settings
-from hbm.curve.outputs import Outputs
-from hbm.curve.starts import first_of, starts
-from hbm.curve.unmoved import follow_unmoved, moves_contacts
-from hbm.parameter import Equation, Parameter
-from hbm.problem import ContactProblem
-from hbm.result import ForcedResponse, widest_gap
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.parameter import Equation, Parameter
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.continuation.beyond import cut_at_end
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.budget import Budget, BudgetExceeded
+from tipdamp.hbm.continuation.follow import follow
+from tipdamp.hbm.continuation.point import failed, size
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.outputs import Outputs
+from tipdamp.hbm.curve.starts import first_of, starts
+from tipdamp.hbm.curve.unmoved import follow_unmoved, moves_contacts
+from tipdamp.hbm.hold.named_motion import mostly
+from tipdamp.hbm.result import ForcedResponse, widest_gap
 
 SLIDES = "nothing but friction restrains a motion"
 LEFT = ("left", "closed")        # ends of branches that leave the band for good

@@ -6,13 +6,13 @@ the outputs: the points stand where the modes have theirs.
 
 import numpy as np
 
-from hbm.balance.residual import HarmonicBalance
-from hbm.balance.settings import DEFAULT
-from hbm.continuation.branch import Branch
-from hbm.continuation.corrector import heading, solve_fixed
-from hbm.continuation.point import OnPoint, Point
-from hbm.continuation.settings import Settings
-from hbm.parameter import Equation
+from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.corrector import heading, solve_fixed
+from tipdamp.hbm.continuation.point import OnPoint, Point
+from tipdamp.hbm.continuation.settings import Settings
 
 
 def moves_contacts(balance: HarmonicBalance) -> bool:

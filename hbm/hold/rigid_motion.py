@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from hbm.balance.settings import DEFAULT
-from hbm.errors import InputError
-from hbm.io.dof_table import DIRECTIONS, ROTATIONS
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.hold.settings import HOLD
+from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS
 
 SLIDES = tuple((f"slide along {axis}", "N") for axis in DIRECTIONS)
 ROLLS = tuple((f"roll about {axis}", "N m") for axis in DIRECTIONS)
@@ -30,11 +30,11 @@ def body_motions(model: Any, body: str) -> np.ndarray:
         return motions
     arm = model.position[rows] - model.position[rows].mean(axis=0)
     size = np.abs(arm).max()
-    if size <= DEFAULT.one_point * np.abs(model.position[rows]).max():
+    if size <= HOLD.one_point * np.abs(model.position[rows]).max():
         size = np.inf
     for k in range(3):
         turn = np.cross(np.eye(3)[k], arm)[np.arange(len(rows)), axis]
-        if np.abs(turn).max() > DEFAULT.on_axis * size:
+        if np.abs(turn).max() > HOLD.on_axis * size:
             motions[rows, 3 + k] = turn
         motions[mine & (model.direction == ROTATIONS[k]), 3 + k] = 1.0
     return motions
@@ -78,8 +78,8 @@ def rigid_coordinate(model: Any, body: str, coefficients: np.ndarray) -> tuple[n
     inertia = mine[:, None] * (model.M @ R)
     unit = 1 / np.sqrt(np.maximum(np.einsum("ij,ij->j", R, inertia), np.finfo(float).tiny))
     G = (R * unit).T @ inertia * unit
-    row = inertia * unit @ (np.linalg.pinv(G, rcond=DEFAULT.on_axis, hermitian=True) @ (coefficients * unit))
+    row = inertia * unit @ (np.linalg.pinv(G, rcond=HOLD.on_axis, hermitian=True) @ (coefficients * unit))
     motion = R @ coefficients
-    if abs(row @ motion - 1) > DEFAULT.on_axis:          # on one line, or in a plane: nodes do not feel it
+    if abs(row @ motion - 1) > HOLD.on_axis:          # on one line, or in a plane: nodes do not feel it
         return np.zeros_like(row), motion
     return row, motion

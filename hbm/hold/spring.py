@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm.balance.settings import DEFAULT
-from hbm.contact import ContactTable, relative_motion
-from hbm.errors import InputError, nearest
-from hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
-from hbm.model import ReducedModel
-from hbm.validation import brief, check_kind, positive
+from tipdamp.hbm.contact import ContactTable, relative_motion
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
+from tipdamp.hbm.hold.settings import HOLD
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.validation import brief, check_kind, positive
 
 
 @dataclass(frozen=True)
@@ -108,17 +108,17 @@ def _held(model, pairs, hold):
     if given is None:
         if not resisted > 0:
             raise InputError("no pair resists this motion even where it sticks, so that no stiffness follows: give it")
-        given = DEFAULT.hold * resisted
+        given = HOLD.hold * resisted
     given = positive("stiffness", given, f" {unit}/{'m' if unit == 'N' else 'rad'}")
     if not isinstance(hold.mean, bool):
         raise InputError(f"mean = {brief(hold.mean)}: must be True or False")
     _refuse_supported(model, hold.body, motion, given)
     faced = np.abs(B[2::3] @ motion).max(initial=0.0) / np.abs(motion).max()
-    doubt = "" if min(faced, _faced(model, hold.body, row, B[2::3])) <= DEFAULT.faced else (
+    doubt = "" if min(faced, _faced(model, hold.body, row, B[2::3])) <= HOLD.faced else (
         f"hold = {brief(hold.motion)}: contact normals face the {name} of the {hold.body} by {faced:.2g} of its size "
         "and hold it already while they are closed, whatever other rigid motions go with it; leave it out unless they "
         "open")
-    small = DEFAULT.small_angle * (1.0 if unit == "N m" else _size(model, hold.body) or np.inf)
+    small = HOLD.small_angle * (1.0 if unit == "N m" else _size(model, hold.body) or np.inf)
     return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean, doubt, small,
                       float(np.abs(motion).max()))
 
@@ -130,7 +130,7 @@ def _faced(model, body, row, normals):
     R = R[:, R.any(axis=0)] / np.abs(R[:, R.any(axis=0)]).max(axis=0)
     met = normals @ R
     G = met.T @ met
-    c = np.linalg.solve(G + DEFAULT.on_axis**2 * max(np.trace(G), 1.0) * np.eye(len(G)), row @ R)
+    c = np.linalg.solve(G + HOLD.on_axis**2 * max(np.trace(G), 1.0) * np.eye(len(G)), row @ R)
     return np.abs(met @ c).max(initial=0.0) / np.abs(R @ c).max()
 
 
@@ -149,7 +149,7 @@ def _stuck_stiffness(B, pairs, motion):
 def _refuse_supported(model, body, motion, stiffness):
     """InputError where K resists the motion by more than the hold would, beyond rounding."""
     own = motion @ (model.K @ motion)
-    noise = DEFAULT.noise * np.finfo(float).eps * (np.abs(motion) @ (abs(model.K) @ np.abs(motion)))
+    noise = HOLD.noise * np.finfo(float).eps * (np.abs(motion) @ (abs(model.K) @ np.abs(motion)))
     if own > max(stiffness, noise):
         raise InputError(f"the {body} is supported: its own stiffness resists this motion with {own:.3g}, and the hold "
                          f"would with {stiffness:.3g}; there is nothing to hold, leave it out")

@@ -14,7 +14,7 @@ from itertools import accumulate
 from operator import and_
 from pathlib import Path
 
-from hbm.errors import InputError, shown
+from tipdamp.hbm.errors import InputError, shown
 
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+([eE][-+]?\d+)?")

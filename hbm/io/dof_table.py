@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError
-from hbm.io.csv_table import read_table
-from hbm.io.matlab import open_matlab
-from hbm.io.npz import open_npz
-from hbm.points import ContactPoints
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.csv_table import read_table
+from tipdamp.hbm.io.matlab import open_matlab
+from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.points import ContactPoints
 
 DIRECTIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches

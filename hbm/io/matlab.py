@@ -5,8 +5,8 @@ from pathlib import Path
 
 import scipy.io
 
-from hbm.balance.memory import available_bytes
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.memory import available_bytes
 
 
 def open_matlab(path: str | Path) -> dict:

@@ -19,12 +19,12 @@ import numpy as np
 import scipy.io
 import scipy.sparse as sp
 
-from hbm.balance.memory import available_bytes
-from hbm.errors import InputError, nearest
-from hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
-from hbm.io.matlab import open_matlab
-from hbm.io.npz import open_npz
-from hbm.io.room import check_size
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
+from tipdamp.hbm.io.matlab import open_matlab
+from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io.room import check_size
+from tipdamp.hbm.memory import available_bytes
 
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy
 
-from hbm.balance.memory import available_bytes
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.memory import available_bytes
 
 
 def open_npz(path: str | Path, packed: bool = False) -> Any:

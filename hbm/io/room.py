@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from hbm.balance.memory import available_bytes
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.memory import available_bytes
 
 
 def check_size(path: Path, others: float = 0.0) -> None:

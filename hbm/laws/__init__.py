@@ -15,8 +15,8 @@ __all__ = list(_HOME)
 
 def __getattr__(name):
     if name not in _HOME:
-        raise AttributeError(f"module 'hbm.laws' has no attribute '{name}'")
-    return getattr(import_module(f"hbm.laws.{_HOME[name]}"), name)
+        raise AttributeError(f"module 'tipdamp.hbm.laws' has no attribute '{name}'")
+    return getattr(import_module(f"tipdamp.hbm.laws.{_HOME[name]}"), name)
 
 
 def __dir__():

@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hbm.errors import InputError
-from hbm.laws import sampled
-from hbm.laws.piecewise import PiecewiseLinear
-from hbm.laws.records import ContactForces, Contacts, ContactState, Motion, SliderStart, Tangents
-from hbm.validation import brief
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import sampled
+from tipdamp.hbm.laws.piecewise import PiecewiseLinear
+from tipdamp.hbm.laws.records import ContactForces, Contacts, ContactState, Motion, SliderStart, Tangents
+from tipdamp.hbm.validation import brief
 
 __all__ = ["ContactForces", "ContactLaw", "ContactState", "Contacts", "Motion", "SliderStart", "Tangents"]
 

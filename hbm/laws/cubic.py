@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hbm.laws.force import PlainForce
+from tipdamp.hbm.laws.force import PlainForce
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hbm.errors import InputError
-from hbm.laws.base import ContactLaw
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws.base import ContactLaw
 
 
 class PlainForce(ContactLaw):

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm import fourier
-from hbm.errors import InputError
-from hbm.laws.base import ContactLaw
-from hbm.laws.piecewise import merged_table
-from hbm.laws.records import ContactForces, SliderStart
-from hbm.laws.shipped import check_law
+from tipdamp.hbm import fourier
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.piecewise import merged_table
+from tipdamp.hbm.laws.records import ContactForces, SliderStart
+from tipdamp.hbm.laws.shipped import check_law
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from itertools import product
 
 import numpy as np
 
-from hbm.errors import InputError
-from hbm.laws.records import ContactState
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws.records import ContactState
 
 STICK, FORWARD, BACKWARD, OPEN = ContactState          # of one tangent
 SHAPES = {

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbm.errors import InputError
-from hbm.validation import LEAST, MOST, brief
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.validation import LEAST, MOST, brief
 
 
 class ContactState(IntEnum):

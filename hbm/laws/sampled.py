@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbm import fourier
-from hbm.compiled import njit
-from hbm.laws.records import ContactForces, Motion, SliderStart, Tangents
+from tipdamp.hbm import fourier
+from tipdamp.hbm.compiled import njit
+from tipdamp.hbm.laws.records import ContactForces, Motion, SliderStart, Tangents
 
 
 @dataclass(frozen=True)

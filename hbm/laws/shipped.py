@@ -2,12 +2,12 @@
 
 from importlib import import_module
 
-from hbm.errors import InputError
-from hbm.laws import LAWS
-from hbm.laws.base import ContactLaw
-from hbm.validation import brief
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import LAWS
+from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.validation import brief
 
-SHIPPED: dict[str, type[ContactLaw]] = {name: getattr(import_module(f"hbm.laws.{module}"), name)
+SHIPPED: dict[str, type[ContactLaw]] = {name: getattr(import_module(f"tipdamp.hbm.laws.{module}"), name)
                                         for name, module in LAWS.items()}
 
 

@@ -5,8 +5,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hbm.time.settings import IntegrationSettings
-from hbm.time.stuck_system import StuckSystem
+from tipdamp.hbm.time.settings import IntegrationSettings
+from tipdamp.hbm.time.stuck_system import StuckSystem
 
 
 @dataclass(frozen=True)

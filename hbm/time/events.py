@@ -17,7 +17,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from hbm.compiled import njit
+from tipdamp.hbm.compiled import njit
 
 System = namedtuple("System", "s out into static orders stuck w")
 System.__doc__ = """What the kernels need of the linear side; z = [Re y, Im y].

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.residual import HarmonicBalance
-from hbm.errors import InputError
-from hbm.laws import compilation
-from hbm.laws.piecewise import PiecewiseLinear
-from hbm.time import events
-from hbm.time.base import Cycle
-from hbm.time.settings import IntegrationSettings
-from hbm.time.stuck_system import stuck_system
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import compilation
+from tipdamp.hbm.laws.piecewise import PiecewiseLinear
+from tipdamp.hbm.time import events
+from tipdamp.hbm.time.base import Cycle
+from tipdamp.hbm.time.settings import IntegrationSettings
+from tipdamp.hbm.time.stuck_system import stuck_system
 
 
 @dataclass(frozen=True)

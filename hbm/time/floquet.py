@@ -11,7 +11,7 @@ column. It means a continuum of orbits beside each other, no instability, and is
 import numpy as np
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
-from hbm.time.base import Integrator
+from tipdamp.hbm.time.base import Integrator
 
 
 def largest_multiplier(integrator: Integrator, state) -> tuple[float, int]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.balance.receptance import Receptance
+from tipdamp.hbm.balance.receptance import Receptance
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.residual import HarmonicBalance
-from hbm.laws.records import Motion
-from hbm.time import events
-from hbm.time.base import Cycle
-from hbm.time.settings import IntegrationSettings
-from hbm.time.stuck_system import stuck_system
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.laws.records import Motion
+from tipdamp.hbm.time import events
+from tipdamp.hbm.time.base import Cycle
+from tipdamp.hbm.time.settings import IntegrationSettings
+from tipdamp.hbm.time.stuck_system import stuck_system
 
 
 @dataclass(frozen=True)

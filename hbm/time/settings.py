@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from hbm.validation import check_numbers
+from tipdamp.hbm.validation import check_numbers
 
 
 @dataclass(frozen=True)

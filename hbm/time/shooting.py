@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from hbm.time.base import Integrator
+from tipdamp.hbm.time.base import Integrator
 
 # the relative tolerance of GMRES was called tol up to SciPy 1.13
 GMRES_TOLERANCE = "rtol" if "rtol" in inspect.signature(gmres).parameters else "tol"

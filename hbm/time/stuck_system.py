@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.residual import HarmonicBalance
-from hbm.laws.base import ContactLaw, Contacts
-from hbm.time.events import System, times
-from hbm.time.poles import split
-from hbm.time.settings import IntegrationSettings
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.laws.base import ContactLaw, Contacts
+from tipdamp.hbm.time.events import System, times
+from tipdamp.hbm.time.poles import split
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 
 @dataclass(frozen=True)

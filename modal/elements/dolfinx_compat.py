@@ -46,7 +46,7 @@ class Block:
     @classmethod
     def of(cls, position: np.ndarray, kind: str, cells: np.ndarray) -> "Block":
         """position (n, 3) m of the mesh's nodes; cells (c, k) indices into it, numbered as gmsh does."""
-        from modal.solvers import petsc
+        from tipdamp.modal.solvers import petsc
 
         petsc.start()
         import ufl

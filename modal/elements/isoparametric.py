@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from modal.elements.cells import tables
+from tipdamp.modal.elements.cells import tables
 
 CHUNK = 2000  # cells at a time
 

@@ -6,7 +6,7 @@ Both have `solve(right)` -> K^-1 right for (d, m).
 import numpy as np
 import scipy.sparse as sp
 
-from modal.solvers import petsc
+from tipdamp.modal.solvers import petsc
 
 
 class SingularStiffness(RuntimeError):

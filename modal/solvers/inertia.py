@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from modal.solvers import petsc
+from tipdamp.modal.solvers import petsc
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ import scipy.sparse as sp
 from scipy.linalg.blas import dgemm, dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from hbm.compiled import njit
-from modal.solvers.cholesky import SingularStiffness
+from tipdamp.hbm.compiled import njit
+from tipdamp.modal.solvers.cholesky import SingularStiffness
 
 CHUNK = 1 << 22         # numbers of the factor that lie together: small fronts are solved in one go
 

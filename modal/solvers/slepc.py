@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from modal.solvers import petsc
-from modal.solvers.cholesky import Cholmod
+from tipdamp.modal.solvers import petsc
+from tipdamp.modal.solvers.cholesky import Cholmod
 
 
 @dataclass(frozen=True)

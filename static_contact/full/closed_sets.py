@@ -5,7 +5,12 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from static_contact.complementarity import SetSolution, no_equilibrium, solve_complementarity, wrong_pairs
+from tipdamp.static_contact.normal.complementarity import (
+    SetSolution,
+    no_equilibrium,
+    solve_complementarity,
+    wrong_pairs,
+)
 
 
 class FullSets:

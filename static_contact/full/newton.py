@@ -17,16 +17,16 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from hbm.contact import ContactTable, relative_motion
-from hbm.errors import InputError
-from modal.body import Body
-from modal.solvers import petsc
-from static_contact.free_motions import unresisted
-from static_contact.full.assembled import AssembledBodies
-from static_contact.full.closed_sets import FullSets
-from static_contact.full.ranks import own_rows
-from static_contact.rigid_motions import moving
-from static_contact.unloaded import unstressed
+from tipdamp.hbm.contact import ContactTable, relative_motion
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.body import Body
+from tipdamp.modal.solvers import petsc
+from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.bodies.free_motions import unresisted
+from tipdamp.static_contact.bodies.rigid_motions import moving
+from tipdamp.static_contact.full.closed_sets import FullSets
+from tipdamp.static_contact.full.ranks import own_rows
+from tipdamp.static_contact.normal.unloaded import unstressed
 
 
 @dataclass(frozen=True)

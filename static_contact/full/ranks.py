@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from modal.body import Body
-from modal.elasticity import Material, blocks
-from modal.elements.isoparametric import stiffness_and_mass
-from modal.mesh import Mesh
-from modal.mesh_checks import parts
+from tipdamp.modal.body import Body
+from tipdamp.modal.elasticity import Material, blocks
+from tipdamp.modal.elements.isoparametric import stiffness_and_mass
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh_checks import parts
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.contact import ContactTable, relative_motion
-from modal.body import Body
-from modal.eigen import Factor
-from modal.solvers import petsc
-from modal.solvers.inertia import mumps_inertia
-from static_contact.full.assembled import AssembledBodies
-from static_contact.full.ranks import own_rows
-from static_contact.roll_springs import RollSpring
-from static_contact.stuck_assembly import stuck_springs
+from tipdamp.hbm.contact import ContactTable, relative_motion
+from tipdamp.modal.body import Body
+from tipdamp.modal.eigen import Factor
+from tipdamp.modal.solvers import petsc
+from tipdamp.modal.solvers.inertia import mumps_inertia
+from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.full.ranks import own_rows
+from tipdamp.static_contact.tuning.roll_springs import RollSpring
+from tipdamp.static_contact.tuning.stuck_assembly import stuck_springs
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def modes_over_ranks(K: sp.csr_matrix, M: sp.csr_matrix, count: int,
 
     Raises RuntimeError when a mode is missed or its residual exceeds 1e-6 of its stiffness force.
     """
-    from modal.solvers import slepc
+    from tipdamp.modal.solvers import slepc
 
     PETSc = petsc.start()
     A, B = (distributed(PETSc, matrix) for matrix in (K, M))

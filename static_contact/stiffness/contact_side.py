@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.errors import InputError, nearest
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
-from static_contact.stiffness.plane_strain import plane_stiffness
-from static_contact.stiffness.rectangular_punch import rectangle_stiffness
-from static_contact.stiffness.rounded_punch import punch_half_width
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
+from tipdamp.static_contact.stiffness.plane_strain import plane_stiffness
+from tipdamp.static_contact.stiffness.rectangular_punch import rectangle_stiffness
+from tipdamp.static_contact.stiffness.rounded_punch import punch_half_width
 
 SHAPES = {"cylinder": ("radius",), "flat": ("width",), "rounded": ("width", "radius")}     # and what each needs
 

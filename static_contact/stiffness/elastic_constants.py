@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
 
 Values = float | np.ndarray
 

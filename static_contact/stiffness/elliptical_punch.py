@@ -10,7 +10,7 @@ Circle: Kn = 2 a E*, Kt/Kn = 2 (1 - nu)/(2 - nu) for equal nu. Source: Johnson, 
 import numpy as np
 from scipy.special import elliprd, elliprf
 
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
 
 
 def ellipse_integrals(a: float, b: float) -> tuple[float, float, float]:

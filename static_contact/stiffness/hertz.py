@@ -8,8 +8,8 @@ cylinder of length L on half-spaces is the stiffness of a flat punch of L x 2a.
 
 import numpy as np
 
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values
-from static_contact.stiffness.rectangular_punch import rectangle_stiffness
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values
+from tipdamp.static_contact.stiffness.rectangular_punch import rectangle_stiffness
 
 
 def hertz_half_width(load: Values, radius: Values, e_star: Values) -> np.ndarray:

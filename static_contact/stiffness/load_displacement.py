@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from static_contact.stiffness.elastic_constants import Values, require
+from tipdamp.static_contact.stiffness.elastic_constants import Values, require
 
 PANELS, POINTS = 50, 12
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(POINTS)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from hbm.errors import InputError
-from static_contact.stiffness.elastic_constants import require
+from tipdamp.hbm.errors import InputError
+from tipdamp.static_contact.stiffness.elastic_constants import require
 
 
 def tributary_weights(axial: ArrayLike, across: ArrayLike | None = None) -> np.ndarray:

@@ -19,8 +19,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import toms748
 
-from static_contact.stiffness.elastic_constants import require
-from static_contact.stiffness.load_displacement import approach, graded_nodes
+from tipdamp.static_contact.stiffness.elastic_constants import require
+from tipdamp.static_contact.stiffness.load_displacement import approach, graded_nodes
 
 Loop = tuple[np.ndarray, np.ndarray]
 

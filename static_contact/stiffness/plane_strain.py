@@ -14,7 +14,7 @@ integrated compliance is his eq. 5.56).
 
 import numpy as np
 
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
 
 
 def plane_compliance(half_width: Values, depth: Values, E: float, nu: float

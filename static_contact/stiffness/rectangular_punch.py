@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
 
 TABLE = Path(__file__).with_name("rectangular_punch_table.csv")
 LONGEST = 1e8  # length / width at the end of the table

@@ -10,7 +10,7 @@ by 1e-6 (slender) to 1e-3 (square). Both kernels are sums of x^2/r^3 and y^2/r^3
 rectangle are closed, so the method is collocation with constant cells, a quarter of the punch by symmetry,
 cells refined towards the edges as (cell/n)^2, and Richardson extrapolation over five meshes.
 
-`python -m static_contact.stiffness.rectangular_punch_bem` writes the table again (about ten minutes).
+`python -m tipdamp.static_contact.stiffness.rectangular_punch_bem` writes the table again (about ten minutes).
 """
 
 from functools import lru_cache
@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.compiled import njit
-from static_contact.stiffness.rectangular_punch import TABLE, table_nodes
+from tipdamp.hbm.compiled import njit
+from tipdamp.static_contact.stiffness.rectangular_punch import TABLE, table_nodes
 
 MESHES = (8, 12, 16, 24, 32)  # cells over the half-width; multiples of 4, so that the cells along the length scale
 ORDERS = (2, 3, 4, 5)         # powers of 1/n in the error on the quadratically refined mesh

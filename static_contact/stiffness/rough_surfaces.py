@@ -9,8 +9,8 @@ part of the nominal area.
 
 from dataclasses import dataclass
 
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
-from static_contact.stiffness.elliptical_punch import ellipse_stiffness
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
+from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_stiffness
 
 
 @dataclass(frozen=True)

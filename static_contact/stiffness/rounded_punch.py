@@ -14,10 +14,10 @@ only, so that both limits stay exact. Closed form of the same: Ciavarella, Hills
 import numpy as np
 from scipy.optimize import brentq
 
-from hbm.errors import InputError
-from static_contact.stiffness.elastic_constants import Values, require
-from static_contact.stiffness.hertz import hertz_half_width
-from static_contact.stiffness.load_displacement import graded_nodes
+from tipdamp.hbm.errors import InputError
+from tipdamp.static_contact.stiffness.elastic_constants import Values, require
+from tipdamp.static_contact.stiffness.hertz import hertz_half_width
+from tipdamp.static_contact.stiffness.load_displacement import graded_nodes
 
 
 def punch_load(half_width: Values, flat_half_width: Values, radius: Values, e_star: Values) -> np.ndarray:

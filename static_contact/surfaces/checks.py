@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hbm.errors import InputError
-from hbm.ties import SAME, first_largest
-from static_contact.pairing import Side
-from static_contact.surfaces.facets import Surface, facets
-from static_contact.surfaces.overlap import overlap, reach_of
-from static_contact.surfaces.settings import SurfaceSettings
-from static_contact.surfaces.weights import Overlap
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.ties import SAME, first_largest
+from tipdamp.static_contact.surfaces.facets import Surface, facets
+from tipdamp.static_contact.surfaces.overlap import overlap, reach_of
+from tipdamp.static_contact.surfaces.pairing import Side
+from tipdamp.static_contact.surfaces.settings import SurfaceSettings
+from tipdamp.static_contact.surfaces.weights import Overlap
 
 UNITS = (1e3, 1e-3, 25.4, 1 / 25.4, 0.0254, 1 / 0.0254, 1e2, 1e-2, 0.3048, 1 / 0.3048)    # between units in use
 

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modal.faces import face_corners, face_places, face_shapes
-from modal.mesh import Mesh
-from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.modal.faces import face_corners, face_places, face_shapes
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 
 _WHOLE = [(0, 1, 2)]                                    # a straight triangle; places of nodes as `face_places` has them
 _QUARTERS = [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]

@@ -17,8 +17,8 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import lsmr
 
-from modal.faces import face_corners, face_places, face_shapes
-from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.modal.faces import face_corners, face_places, face_shapes
+from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 
 Faces = Sequence[tuple[np.ndarray, np.ndarray]]
 

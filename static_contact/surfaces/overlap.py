@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.errors import InputError
-from modal.faces import face_corners, face_shapes, triangle_rule
-from modal.mesh import Mesh
-from static_contact.surfaces.clip import areas, intersections
-from static_contact.surfaces.facets import Facets, Surface, barycentric, facets, vertex_shapes
-from static_contact.surfaces.normals import bulge, smooth_normals, tangents
-from static_contact.surfaces.search import candidates
-from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
-from static_contact.surfaces.weights import Corners, Overlap, QuadraturePoints, Sums
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.faces import face_corners, face_shapes, triangle_rule
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.surfaces.clip import areas, intersections
+from tipdamp.static_contact.surfaces.facets import Facets, Surface, barycentric, facets, vertex_shapes
+from tipdamp.static_contact.surfaces.normals import bulge, smooth_normals, tangents
+from tipdamp.static_contact.surfaces.search import candidates
+from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.static_contact.surfaces.weights import Corners, Overlap, QuadraturePoints, Sums
 
 
 def reach_of(damper: Mesh, settings: SurfaceSettings = DEFAULT) -> float:

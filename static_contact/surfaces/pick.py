@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from modal.faces import boundary_faces, face_corners, group_faces
-from modal.mesh import Mesh
-from static_contact.surfaces.facets import Facets, Surface, facets
-from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.modal.faces import boundary_faces, face_corners, group_faces
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.surfaces.facets import Facets, Surface, facets
+from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 
 Vector = tuple[float, float, float]
 

@@ -8,19 +8,19 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.points import ContactPoints
-from modal.body import Body
-from modal.faces import face_keys
-from modal.mesh import Mesh
-from static_contact.pairing import Side, contact_frames, join
-from static_contact.surfaces.checks import check_overlap
-from static_contact.surfaces.facets import Surface, facets
-from static_contact.surfaces.overlap import overlap
-from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
-from static_contact.surfaces.stations import stations_and_rows
-from static_contact.surfaces.weights import Overlap
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.points import ContactPoints
+from tipdamp.modal.body import Body
+from tipdamp.modal.faces import face_keys
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.surfaces.checks import check_overlap
+from tipdamp.static_contact.surfaces.facets import Surface, facets
+from tipdamp.static_contact.surfaces.overlap import overlap
+from tipdamp.static_contact.surfaces.pairing import Side, contact_frames, join
+from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.static_contact.surfaces.stations import stations_and_rows
+from tipdamp.static_contact.surfaces.weights import Overlap
 
 
 @dataclass(frozen=True)

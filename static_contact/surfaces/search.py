@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from static_contact.surfaces.facets import Facets
-from static_contact.surfaces.settings import SurfaceSettings
+from tipdamp.static_contact.surfaces.facets import Facets
+from tipdamp.static_contact.surfaces.settings import SurfaceSettings
 
 
 def candidates(one: Facets, other: Facets, reach: float, settings: SurfaceSettings) -> tuple[np.ndarray, np.ndarray]:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hbm.ties import SAME, in_order
-from static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.hbm.ties import SAME, in_order
+from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 
 
 def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.ndarray,

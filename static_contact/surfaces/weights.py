@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.sparse as sp
 
-from modal.faces import face_corners
-from static_contact.surfaces.facets import Facets, vertex_shapes
-from static_contact.surfaces.settings import SurfaceSettings
+from tipdamp.modal.faces import face_corners
+from tipdamp.static_contact.surfaces.facets import Facets, vertex_shapes
+from tipdamp.static_contact.surfaces.settings import SurfaceSettings
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from modal.craig_bampton import assemble, craig_bampton
-from modal.elasticity import Material, elastic_body
-from static_contact.preload import StaticContact
 from tests.benchmarks.record import ccx_version, one_thread, record, run_ccx
 from tests.boxes import block
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.static_contact.contact.preload import StaticContact
 
 STEEL = Material(207e9, 0.3, 7850.0)
 LENGTH, PULL, KN, CROWN = 0.03, 10.0, 2e6, 5e-7

@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from modal.eigen import Factor
-from modal.elasticity import Material, elastic_body
-from modal.mesh import Mesh
-from modal.solvers.inertia import modes_below
 from tests import boxes
 from tests.benchmarks.record import ccx_version, one_thread, record, run_ccx
+from tipdamp.modal.eigen import Factor
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.solvers.inertia import modes_below
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 BOX = np.array([0.020, 0.045, 0.100])  # m, three different edges: no repeated modes

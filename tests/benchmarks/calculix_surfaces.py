@@ -20,13 +20,13 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hbm.contact import ContactTable
-from modal.faces import face_corners, group_faces
 from tests.benchmarks.record import ccx_version, one_thread, record, run_ccx
 from tests.refined_meshes import refine
 from tests.tipdamp.mesh_texts import theirs
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.surfaces import surface_points
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.modal.faces import face_corners, group_faces
 from tipdamp.readers.abaqus_sets import SOLID
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study

@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as sl
 
-from hbm.laws import Contacts, DryFriction2T, Jenkins1D
-from hbm.problem import ContactProblem
 from tests import beam_elements
 from tests.hbm.cases import REFERENCE
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.laws import Contacts, DryFriction2T, Jenkins1D
 
 E, RHO, LENGTH, FIRST, PUSHED = 2.1e11, 7850.0, 0.10, 0.03, 0.05
 WIDTH, HEIGHT = 0.02, 0.01

@@ -14,18 +14,18 @@ import time
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from modal import craig_bampton as reduction
-from modal.craig_bampton import assemble, craig_bampton
-from modal.eigen import Factor
-from modal.elasticity import Material, elastic_body
-from modal.mesh import Mesh
-from modal.solvers.inertia import modes_below
-from modal.solvers.slepc import lowest_with
-from static_contact.preload import StaticContact
 from tests.benchmarks.calculix_modes import block
 from tests.benchmarks.growth import timed
 from tests.benchmarks.record import one_thread, record
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.modal import craig_bampton as reduction
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.eigen import Factor
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.solvers.inertia import modes_below
+from tipdamp.modal.solvers.slepc import lowest_with
+from tipdamp.static_contact.contact.preload import StaticContact
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 STATIONS, LENGTH, PIN, MODES, PULL = 31, 0.070, 0.008, 20, 113.0

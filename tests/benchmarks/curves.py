@@ -19,12 +19,12 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from hbm.continuation.settings import Settings
-from hbm.response import follow_band
 from tests.benchmarks import contact_beam
 from tests.benchmarks.record import one_thread, record
 from tests.benchmarks.speed import BAND, PEER, PEER_SAMPLES, peer_python
 from tests.hbm.cases import beam
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.response import follow_band
 
 H, LEVEL = 7, 20
 FINE = Settings(largest_step=0.04, aim=1e-4, drawn_error=5e-5, drawn_passes=10)

@@ -10,12 +10,12 @@ import argparse
 
 import numpy as np
 
-from hbm.response import follow_band
 from tests.benchmarks.record import one_thread, record
 from tests.benchmarks.robustness import BAND, draw
 from tests.hbm.cases import duffing, duffing_peak, load, unilateral
 from tests.hbm.curve.test_equilibrium import every_dof, largest_residual
 from tests.hbm.oscillator import FORCE, oscillator
+from tipdamp.hbm.response import follow_band
 
 
 def smooth(count=40):

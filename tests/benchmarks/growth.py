@@ -17,13 +17,13 @@ import time
 
 import numpy as np
 
-from modal import craig_bampton, eigen
-from modal.eigen import Factor
-from modal.elasticity import elastic_body
-from modal.memory import predicted_bytes
-from modal.solvers.cholesky import Cholmod
 from tests.benchmarks.calculix_modes import STEEL, block
 from tests.benchmarks.record import one_thread, record
+from tipdamp.modal import craig_bampton, eigen
+from tipdamp.modal.eigen import Factor
+from tipdamp.modal.elasticity import elastic_body
+from tipdamp.modal.memory import predicted_bytes
+from tipdamp.modal.solvers.cholesky import Cholmod
 
 CELLS = ((7, 14, 28), (10, 20, 40), (13, 26, 50), (16, 32, 64), (20, 40, 80), (22, 46, 92))  # 10 to 298 thousand
 MASTERS, MODES = 62, 20

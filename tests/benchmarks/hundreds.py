@@ -21,15 +21,15 @@ import time
 import numpy as np
 from scipy.linalg import block_diag
 
-from hbm.balance.newton import Linearisation
-from hbm.contact import ContactTable
-from hbm.laws import DryFriction2T
-from hbm.model import ReducedModel
-from hbm.problem import ContactProblem
-from hbm.response import follow_band, forced_response
 from tests.benchmarks import contact_beam
 from tests.benchmarks.record import ROOT, one_thread, record
 from tests.benchmarks.speed import moving
+from tipdamp.hbm.balance.newton import Linearisation
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.laws import DryFriction2T
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.response import follow_band, forced_response
 
 H, SLIP, SIZES = 5, 8, (64, 256, 512)
 PITCH, MODULUS, BLADE_HZ, BLADE_KG, DAMPER_KG = 1e-3, 1.2e11, 900.0, 0.15, 0.01    # steel, nodes a millimetre apart

@@ -13,13 +13,13 @@ import time
 
 import numpy as np
 
-from hbm.interface import Excitation, reduce_interface
-from hbm.laws import DryFriction2T
-from hbm.model import ReducedModel
-from hbm.response import follow_band, forced_response
 from tests.benchmarks import hundreds
 from tests.benchmarks.record import one_thread, record
 from tests.hbm.cases import rig
+from tipdamp.hbm.interface import Excitation, reduce_interface
+from tipdamp.hbm.laws import DryFriction2T
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.response import follow_band, forced_response
 
 H, LEVEL, RIG_LEVEL, RIG_BAND, ZETA, SLIP = 5, 5.0, 20.0, (2300, 3300), 0.01, 16
 

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.result import ForcedResponse
 from tests.benchmarks.record import record
 from tests.tipdamp.rig_study import CHAIN, write_chain
+from tipdamp.hbm.result import ForcedResponse
 
 STUDY = CHAIN.replace("levels = [5]", "levels = [5, 8, 12, 16, 20, 25, 30, 40]").replace("harmonics = [1]",
                                                                                           "harmonics = [9, 7, 5]")

@@ -15,17 +15,17 @@ import time
 
 import numpy as np
 
-from modal.elasticity import Material, elastic_body
-from modal.mesh import Mesh
-from modal.solvers import petsc
-from modal.solvers.cholesky import sparse_factor
-from static_contact.friction import FrictionalContact
-from static_contact.iterative_bodies import IterativeStuckBodies
-from static_contact.preload import StaticContact
-from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies, pinned
 from tests.benchmarks.calculix_modes import block
 from tests.benchmarks.record import one_thread, record
 from tests.contact_tables import contact_table, frames
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.solvers import petsc
+from tipdamp.modal.solvers.cholesky import sparse_factor
+from tipdamp.static_contact.bodies.iterative_bodies import IterativeStuckBodies
+from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies, pinned
+from tipdamp.static_contact.contact.friction import FrictionalContact
+from tipdamp.static_contact.contact.preload import StaticContact
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 SIZE, GAP, PULL = 0.07, 2e-7, 200.0     # m, m, N

@@ -14,12 +14,12 @@ from itertools import groupby
 
 import numpy as np
 
-from hbm.balance import newton
-from hbm.laws.uncoupled import events, integrals
-from hbm.response import follow_band
 from tests.benchmarks import contact_beam
 from tests.benchmarks.record import one_thread, record
 from tests.hbm.cases import beam, rig
+from tipdamp.hbm.balance import newton
+from tipdamp.hbm.laws.uncoupled import events, integrals
+from tipdamp.hbm.response import follow_band
 
 CASES = {"rig, 12 N, H = 5": (rig, 12, 5, (2300, 3300)), "C8, 40 N, H = 7": (lambda: beam("C8"), 40, 7, (700, 1200)),
          "B8, 20 N, H = 7": (lambda: beam("B8"), 20, 7, (700, 1200)),

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm.response import follow_band
 from tests.benchmarks.record import one_thread, record
 from tests.hbm.cases import beam, rig
+from tipdamp.hbm.response import follow_band
 
 BAND = (2300, 3300)
 LEVELS, HARMONICS = (1, 6, 10, 12, 20, 40), (1, 3, 5, 9)

@@ -10,9 +10,9 @@ import argparse
 
 import numpy as np
 
-from hbm.response import follow_band
 from tests.benchmarks.record import one_thread, record
 from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tipdamp.hbm.response import follow_band
 
 SEED = 2016
 BAND = (60, 300)

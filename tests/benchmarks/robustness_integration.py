@@ -14,15 +14,15 @@ import argparse
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.corrector import solve_fixed
-from hbm.response import follow_band
-from hbm.time.comparison import compare_point
-from hbm.time.settings import IntegrationSettings
 from tests.benchmarks.record import one_thread, record
 from tests.benchmarks.robustness import BAND, SEED, draw
 from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.comparison import compare_point
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 SHARE, SETTLED, AGREES = 0.05, 2.5e-3, 5e-3
 HARMONICS = (*range(1, 10), 12, 16, 24, 32)

@@ -19,11 +19,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.response import follow_band
-from hbm.solutions import solutions_at
 from tests.benchmarks import contact_beam
 from tests.benchmarks.record import ROOT, one_thread, record
 from tests.hbm.cases import beam
+from tipdamp.hbm.curve.solutions import solutions_at
+from tipdamp.hbm.response import follow_band
 
 PEER = Path(__file__).parent / "peer_pyharm.py"
 PEER_PACKAGE, PEER_SAMPLES = "pyHarm-os==1.2.2", 128

@@ -21,7 +21,7 @@ CASES = {"B8, 20 N, H = 7": ("beam('B8')", 20, 7, (700, 1200)), "C8, 40 N, H = 7
 
 WORKER = """
 import json, sys, time
-from hbm.response import follow_band
+from tipdamp.hbm.response import follow_band
 from tests.hbm.cases import beam, rig
 built = {}
 for line in sys.stdin:

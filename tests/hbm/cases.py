@@ -8,14 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.optimize import brentq
 
-from hbm import fourier
-from hbm.balance.named_motion import describe_motion
-from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.corrector import solve_fixed
-from hbm.continuation.settings import Settings
-from hbm.curve.starts import first_point
-from hbm.laws import Contacts, CubicSpring, DryFriction2T, Jenkins1D, UnilateralSpring
-from hbm.problem import ContactProblem
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.starts import first_point
+from tipdamp.hbm.hold.named_motion import describe_motion
+from tipdamp.hbm.laws import Contacts, CubicSpring, DryFriction2T, Jenkins1D, UnilateralSpring
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "hbm"
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from hbm import fourier
-from hbm.contact import ContactTable
-from hbm.laws import SHIPPED, ContactLaw, Contacts, IsotropicFriction, MixedLaw
-from hbm.model import ReducedModel
+from tipdamp.hbm import fourier
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.laws import SHIPPED, ContactLaw, Contacts, IsotropicFriction, MixedLaw
+from tipdamp.hbm.model import ReducedModel
 
 OWN_LAWS = Path(__file__).parents[2] / "docs" / "studies" / "own_law"
 

@@ -7,8 +7,8 @@ chatters on re-contact.
 
 import numpy as np
 
-from hbm.laws import Contacts
-from hbm.problem import ContactProblem
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.laws import Contacts
 
 STIFFER = 3.0
 

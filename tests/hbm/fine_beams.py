@@ -3,9 +3,9 @@
 import numpy as np
 import scipy.linalg as la
 
-from hbm.laws import Contacts, UnilateralSpring
-from hbm.problem import ContactProblem
 from tests import beam_elements
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.laws import Contacts, UnilateralSpring
 
 
 def in_angles(matrices, unit):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hbm.laws import Contacts, DryFriction2T
-from hbm.problem import ContactProblem
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.laws import Contacts, DryFriction2T
 
 FORCE = np.array([0, -20.0, 5.0, 0, 0, 0]) * -1j      # times sin(w t) = Re(-i exp(i w t))
 Y2 = {"y2": np.eye(6)[3]}

@@ -6,8 +6,8 @@ damper lies along x and is pressed up (z) into the V of the two inclined contact
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.model import ReducedModel
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.model import ReducedModel
 
 ANGLE = np.radians(35.0)
 RADIUS = 3e-3

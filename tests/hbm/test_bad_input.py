@@ -11,19 +11,19 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-import hbm.problem
-from hbm.balance import receptance as linear
-from hbm.balance import residual, restraint
-from hbm.balance.named_motion import describe_motion
-from hbm.balance.receptance import free_receptance
-from hbm.contact import relative_motion
-from hbm.continuation.settings import DEFAULT
-from hbm.errors import InputError
-from hbm.laws import ContactLaw, Contacts, CubicSpring, DryFriction2T, Jenkins1D, UnilateralSpring
-from hbm.model import ReducedModel
-from hbm.problem import ContactProblem
-from hbm.response import follow_band, forced_response
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm.balance import problem as problems
+from tipdamp.hbm.balance import receptance as linear
+from tipdamp.hbm.balance import residual, restraint
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.receptance import free_receptance
+from tipdamp.hbm.contact import relative_motion
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.hold.named_motion import describe_motion
+from tipdamp.hbm.laws import ContactLaw, Contacts, CubicSpring, DryFriction2T, Jenkins1D, UnilateralSpring
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.response import follow_band, forced_response
 
 MODEL, PAIRS, TIP = small_rig(stations=3)
 
@@ -186,7 +186,7 @@ def test_refused_by_forced_response(row, monkeypatch):
         raise AssertionError("something heavy has started")
     monkeypatch.setattr(residual.HarmonicBalance, "evaluate", heavy)
     if row not in FOUND_WITH_THE_STUCK_SYSTEM:
-        monkeypatch.setattr(hbm.problem, "stuck_receptance", heavy)
+        monkeypatch.setattr(problems, "stuck_receptance", heavy)
     else:
         monkeypatch.setattr(linear.la, "eigh", eigh_of_one(linear.la.eigh))
     with warnings.catch_warnings(), pytest.raises(InputError, match=message) as caught:

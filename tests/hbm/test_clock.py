@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hbm.problem import contact_problem
-from hbm.response import solve_at
 from tests.hbm.conformance import LAWS, one_dof
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.response import solve_at
 
 PHASES = 2 * np.pi * np.array([3, 16, 29, 53]) / 64      # rad: whole samples, for sampled laws
 HZ, H = 1.4, 3

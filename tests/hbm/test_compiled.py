@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm import compiled
-from hbm.laws import compilation
+from tipdamp.hbm import compiled
+from tipdamp.hbm.laws import compilation
 
 ROOT = Path(__file__).parents[2]
-SOURCE = '''from hbm.compiled import njit
+SOURCE = '''from tipdamp.hbm.compiled import njit
 
 
 @njit(cache=True)
@@ -28,7 +28,7 @@ def shifted(b):
 '''
 ADD = """
 import numpy as np
-from hbm.balance import kernels
+from tipdamp.hbm.balance import kernels
 rates, push = np.arange(6.0).reshape(2, 3) * (1 + 2j), np.ones((2, 3), dtype=complex)
 print(kernels.by_order(rates, push).tolist())
 """

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hbm.contact_doubts import misplaced, mixed_partners, node_places, opposed_normals
-from hbm.model import ReducedModel
 from tests.contact_tables import contact_table, frames
+from tipdamp.hbm.contact_doubts import misplaced, mixed_partners, node_places, opposed_normals
+from tipdamp.hbm.model import ReducedModel
 
 TURN = Rotation.from_rotvec([0.3, -1.1, 0.7]).as_matrix()
 UNITS = (1.0, 1000.0)           # m, and a model that is in mm throughout

@@ -7,15 +7,15 @@ from typing import ClassVar, get_args, get_type_hints
 import numpy as np
 import pytest
 
-from hbm import ContactProblem, Contacts, ContactSetting, ForcedResponse, InputError, follow_band, follow_parameter
-from hbm.curve.options import CurveKeywords, CurveOptions
-from hbm.laws import ContactLaw, Jenkins1D, MixedLaw
-from hbm.response import forced_response, solve_at
-from hbm.solutions import time_history
-from hbm.testing import check_law
 from tests.hbm.cases import jenkins, load
 from tests.hbm.small_rig import small_rig
 from tests.hbm.test_extremes import F, X, problem
+from tipdamp import ContactProblem, Contacts, ContactSetting, ForcedResponse, InputError, follow_band, follow_parameter
+from tipdamp.hbm.curve.options import CurveKeywords, CurveOptions
+from tipdamp.hbm.curve.solutions import time_history
+from tipdamp.hbm.laws import ContactLaw, Jenkins1D, MixedLaw
+from tipdamp.hbm.response import forced_response, solve_at
+from tipdamp.hbm.testing import check_law
 
 ONE = {"x": [1.0]}
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from hbm.laws import Contacts, DryFriction1T, DryFriction2T, IsotropicFriction, Jenkins1D, UnilateralSpring
-from hbm.peaks import find_peaks
-from hbm.problem import ContactProblem
-from hbm.response import follow_band, follow_parameter, solve_at
-from hbm.solutions import solutions_at
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.curve.peaks import find_peaks
+from tipdamp.hbm.curve.solutions import solutions_at
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import Contacts, DryFriction1T, DryFriction2T, IsotropicFriction, Jenkins1D, UnilateralSpring
+from tipdamp.hbm.response import follow_band, follow_parameter, solve_at
 
 X = {"x": np.array([1.0, 0, 0, 0])}
 F = np.array([10.0, 0, 0, 0])

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
-from hbm.balance.receptance import linear_response
-from hbm.contact import relative_motion
-from hbm.hold.spring import Hold, held_motions
-from hbm.interface import SETTINGS, Excitation, reduce_interface
-from hbm.laws import DryFriction2T, IsotropicFriction
-from hbm.model import ReducedModel
-from hbm.problem import contact_problem
-from hbm.response import follow_band, forced_response, solve_at
 from tests.benchmarks.hundreds import FACES_BAND, SLIP, face_to_face, loosened, sliding
 from tests.hbm.conformance import own_law
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.balance.receptance import linear_response
+from tipdamp.hbm.contact import relative_motion
+from tipdamp.hbm.hold.spring import Hold, held_motions
+from tipdamp.hbm.interface import SETTINGS, Excitation, reduce_interface
+from tipdamp.hbm.laws import DryFriction2T, IsotropicFriction
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.response import follow_band, forced_response, solve_at
 
 PAIRS, H, ZETA, LEVEL = 64, 3, 0.01, 5.0
 SLIDING = (700.0, 1100.0)        # Hz, around the resonance where nothing but the contacts holds the damper along y

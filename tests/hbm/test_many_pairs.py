@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import fourier
-from hbm.continuation.settings import DEFAULT
-from hbm.laws import Contacts, DryFriction2T
-from hbm.problem import ContactProblem
-from hbm.response import follow_band
-from hbm.solutions import points_at
-from hbm.time.comparison import left_orbit
-from hbm.time.settings import IntegrationSettings
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.comparison import left_orbit
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.curve.solutions import points_at
+from tipdamp.hbm.laws import Contacts, DryFriction2T
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 N = 16                                # pairs
 BAND = (80, 180)                      # Hz, around the blade's 100 Hz alone and its resonance with the bar stuck to it

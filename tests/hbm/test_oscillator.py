@@ -6,11 +6,11 @@ Free damper, no springs to ground, statics solved with the rest.
 import numpy as np
 import pytest
 
-from hbm.laws import DryFriction2T
-from hbm.response import follow_band
-from hbm.time.comparison import compare_point
 from tests.hbm.cases import solve
 from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tipdamp.hbm.comparison import compare_point
+from tipdamp.hbm.laws import DryFriction2T
+from tipdamp.hbm.response import follow_band
 
 STUCK_HZ = [84.971, 161.981, 225.079, 256.630, 399.950, 555.087]
 

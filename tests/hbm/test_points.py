@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from hbm.contact import GROUND, relative_motion
-from hbm.errors import InputError
-from hbm.io.matrices_out import write_model
-from hbm.model import ReducedModel
-from hbm.points import ContactPoints
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm.contact import GROUND, relative_motion
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.matrices_out import write_model
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.points import ContactPoints
 
 
 def by_the_node(model, pairs):

@@ -7,21 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import laws
-from hbm.balance.receptance import linear_response, natural_frequencies, stuck_receptance
-from hbm.contact import relative_motion
-from hbm.continuation.branch import Branch
-from hbm.continuation.point import Point
-from hbm.curve.trace import explain
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from hbm.parameter import Frequency
-from hbm.problem import contact_problem
-from hbm.response import follow_band, follow_parameter, forced_response
-from hbm.result import ForcedResponse
-from hbm.solutions import solutions_at, time_history
-from hbm.time.comparison import compare
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm import laws
+from tipdamp.hbm.balance.parameter import Frequency
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.balance.receptance import linear_response, natural_frequencies, stuck_receptance
+from tipdamp.hbm.comparison import compare
+from tipdamp.hbm.contact import relative_motion
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.curve.solutions import solutions_at, time_history
+from tipdamp.hbm.curve.trace import explain
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.response import follow_band, follow_parameter, forced_response
+from tipdamp.hbm.result import ForcedResponse
 
 BAND = (900.0, 1800.0)       # holds the out-of-phase mode, 1347 Hz stuck
 LAW = laws.DryFriction2T()

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from hbm.laws import DryFriction2T
-from hbm.peaks import find_peaks
-from hbm.problem import contact_problem
-from hbm.response import follow_band, solve_at
-from hbm.result import ForcedResponse
-from hbm.solutions import solutions_at
 from tests.hbm.cases import jenkins, load
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.curve.peaks import find_peaks
+from tipdamp.hbm.curve.solutions import solutions_at
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import DryFriction2T
+from tipdamp.hbm.response import follow_band, solve_at
+from tipdamp.hbm.result import ForcedResponse
 
 PROBLEM, FORCE = jenkins(load("A1")["parameters"])
 

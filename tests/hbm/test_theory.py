@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hbm import ForcedResponse
+from tipdamp import ForcedResponse
 
 ROOT = Path(__file__).parents[2]
 THEORY = ROOT / "docs" / "theory"

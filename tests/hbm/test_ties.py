@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hbm.ties import first_largest, in_order, levels
+from tipdamp.hbm.ties import first_largest, in_order, levels
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hbm.response import follow_band
 from tests.hbm.cases import den_hartog, load, solve, unilateral
+from tipdamp.hbm.response import follow_band
 
 C1, C2 = load("C1"), load("C2")
 

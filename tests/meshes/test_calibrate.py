@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from meshes.calibrate import START, TARGETS, frequencies, save
-from meshes.rig import DEFAULTS, Rig
+from tipdamp.meshes.calibrate import START, TARGETS, frequencies, save
+from tipdamp.meshes.rig import DEFAULTS, Rig
 
 # relative; free modes 0.5 %, stuck modes 1 % (full area 0.8 % by the choice that meshes/README.md explains)
 ALLOWED = {"out_of_phase": 0.005, "in_phase": 0.005, "full_line": 0.01, "ends": 0.01, "full_area": 0.01}
@@ -25,7 +25,7 @@ def test_save_writes_the_fitted_lengths_and_no_other(tmp_path, monkeypatch):
 
     copy = tmp_path / DEFAULTS.name
     copy.write_text(DEFAULTS.read_text())
-    monkeypatch.setattr("meshes.calibrate.DEFAULTS", copy)
+    monkeypatch.setattr("tipdamp.meshes.calibrate.DEFAULTS", copy)
     before = tomllib.loads(copy.read_text())
     save(Rig(**START))
     after = tomllib.loads(copy.read_text())

@@ -5,13 +5,13 @@ import pytest
 
 pytest.importorskip("gmsh")
 
-from meshes.rig import Cells, Rig, contact  # noqa: E402
-from meshes.sections import blades_section  # noqa: E402
-from meshes.tetrahedra import blades, main, outline  # noqa: E402
-from meshes.two_blade_rig import build  # noqa: E402
-from modal.elasticity import Material, elastic_body  # noqa: E402
-from modal.faces import group_faces  # noqa: E402
-from modal.loads import pressure  # noqa: E402
+from tipdamp.meshes.rig import Cells, Rig, contact  # noqa: E402
+from tipdamp.meshes.sections import blades_section  # noqa: E402
+from tipdamp.meshes.tetrahedra import blades, main, outline  # noqa: E402
+from tipdamp.meshes.two_blade_rig import build  # noqa: E402
+from tipdamp.modal.elasticity import Material, elastic_body  # noqa: E402
+from tipdamp.modal.faces import group_faces  # noqa: E402
+from tipdamp.modal.loads import pressure  # noqa: E402
 from tipdamp.proposal.propose import propose  # noqa: E402
 from tipdamp.readers.dispatch import read_mesh  # noqa: E402
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from hbm.errors import InputError
-from meshes.checks import MeshError, cell_volumes, check, check_solid, damper_volume
-from meshes.rig import DAMPERS, SIDES, Cells, Rig, contact
-from meshes.structured import HEX27, boundary
-from meshes.two_blade_rig import build, generate, main
+from tipdamp.hbm.errors import InputError
+from tipdamp.meshes.checks import MeshError, cell_volumes, check, check_solid, damper_volume
+from tipdamp.meshes.rig import DAMPERS, SIDES, Cells, Rig, contact
+from tipdamp.meshes.structured import HEX27, boundary
+from tipdamp.meshes.two_blade_rig import build, generate, main
 
 pytest.importorskip("gmsh")
 RIG = Rig()
@@ -210,7 +210,7 @@ def test_every_length_is_an_argument(tmp_path):
     thicker = {f.name: 1.001 * getattr(RIG, f.name) for f in fields(Rig)}
     arguments = [f"--{k.replace('_', '-')}={v!r}" for k, v in thicker.items()]
     assert main([*arguments, f"--out={tmp_path}", f"--size={SMALL}"]) == 0
-    from meshes.mesh_file import read
+    from tipdamp.meshes.mesh_file import read
 
     check(Rig(**thicker), "asymmetric", 2, *(read(tmp_path / f"asymmetric_{b}.msh") for b in ("blades", "damper")))
 

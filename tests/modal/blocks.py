@@ -4,9 +4,9 @@ from itertools import product
 
 import numpy as np
 
-from modal.elements.cells import CELLS
-from modal.mesh import Mesh
-from modal.mesh_checks import checked
+from tipdamp.modal.elements.cells import CELLS
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh_checks import checked
 
 LENGTH, WIDTH, HEIGHT = 0.1, 0.02, 0.01
 CORNERS = {"tetra": "tetra", "tetra10": "tetra", "hexahedron": "hexahedron", "hexahedron20": "hexahedron",

@@ -58,7 +58,7 @@ def _chain(n, rng, links=0):
 
 def missed(seed: int) -> int:
     """How many of the lowest modes of a random body are not found, as `count` modes and as all below a frequency."""
-    from modal.eigen import Factor
+    from tipdamp.modal.eigen import Factor
 
     K, M, lam = random_body(seed)
     count = int(np.random.default_rng(seed + 10**6).integers(1, 40))
@@ -75,7 +75,7 @@ def main():
     parser.add_argument("--scipy", action="store_true", help="as where PETSc is not installed")
     arguments = parser.parse_args()
     if arguments.scipy:
-        from modal.solvers import petsc
+        from tipdamp.modal.solvers import petsc
 
         petsc.start = lambda: None
     found = {seed: missed(seed) for seed in range(arguments.bodies)}

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from modal.eigen import Factor
-from modal.elasticity import Material, elastic_body
 from tests.modal.blocks import HEIGHT, LENGTH, WIDTH, block
-from tipdamp.sanity_checks import LOCKING
+from tipdamp.checks.plausibility import LOCKING
+from tipdamp.modal.eigen import Factor
+from tipdamp.modal.elasticity import Material, elastic_body
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 QUADRATIC = {"tetra10": (3, 2), "hexahedron20": (3, 2), "hexahedron27": (2, 1.5), "wedge15": (3, 2)}

@@ -5,7 +5,7 @@ from math import factorial
 import numpy as np
 import pytest
 
-from modal.elements.cells import CELLS, smallest_jacobians
+from tipdamp.modal.elements.cells import CELLS, smallest_jacobians
 from tipdamp.readers.content import HEX20, HEX20_NASTRAN, TET10, WEDGE15, WEDGE15_NASTRAN
 
 each = pytest.mark.parametrize("cell", CELLS.values(), ids=CELLS)

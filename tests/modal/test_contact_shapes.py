@@ -7,12 +7,12 @@ import pytest
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from hbm.points import ContactPoints
-from modal.contact_shapes import traction_cells
-from modal.craig_bampton import assemble, craig_bampton
-from modal.elasticity import Material, elastic_body
-from modal.truncation import error_bound, join, rounding
 from tests.boxes import block
+from tipdamp.hbm.points import ContactPoints
+from tipdamp.modal.contact_shapes import traction_cells
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.truncation import error_bound, join, rounding
 
 pytest.importorskip("dolfinx")
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)

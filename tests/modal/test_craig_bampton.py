@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from modal.craig_bampton import assemble, craig_bampton
-from modal.eigen import Factor, SingularStiffness
-from modal.elasticity import Material, elastic_body
-from modal.mesh import Mesh
-from modal.mesh_checks import checked
-from modal.solvers import petsc
 from tests.modal.blocks import block
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.eigen import Factor, SingularStiffness
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh_checks import checked
+from tipdamp.modal.solvers import petsc
 
 pytest.importorskip("dolfinx")
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from modal.damping import half_power
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.damping import half_power
 
 
 @pytest.mark.parametrize("zeta", [0.005, 0.022])

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from modal.elasticity import strain  # noqa: E402
-from modal.elements import dolfinx_compat  # noqa: E402
-from modal.elements.dolfinx_compat import CELLS, Block  # noqa: E402
+from tipdamp.modal.elasticity import strain  # noqa: E402
+from tipdamp.modal.elements import dolfinx_compat  # noqa: E402
+from tipdamp.modal.elements.dolfinx_compat import CELLS, Block  # noqa: E402
 
 from .blocks import block  # noqa: E402
 
@@ -127,7 +127,8 @@ def _names(text):
 
 def test_ctrl_c_still_interrupts():
     """In a fresh process: dolfinx 0.5.2 imports gmsh, which would have Ctrl-C end it without a word."""
-    program = ("import signal; from modal.elements.dolfinx_compat import Block; from tests.modal.blocks import block\n"
+    program = ("import signal; from tipdamp.modal.elements.dolfinx_compat import Block\n"
+               "from tests.modal.blocks import block\n"
                "made = block('tetra'); Block.of(made.position, 'tetra', made.cells['tetra'])\n"
                "import sys, dolfinx; assert ('gmsh' in sys.modules) is (dolfinx.__version__ == '0.5.2')\n"
                "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler")

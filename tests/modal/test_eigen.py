@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from modal.eigen import Factor, SingularStiffness
-from modal.solvers import arpack, inertia, petsc
-from modal.solvers.inertia import modes_below
+from tipdamp.modal.eigen import Factor, SingularStiffness
+from tipdamp.modal.solvers import arpack, inertia, petsc
+from tipdamp.modal.solvers.inertia import modes_below
 
 from .random_bodies import missed, random_body
 
@@ -217,7 +217,7 @@ def test_upper_bounds_betray_a_missed_mode(changed, monkeypatch, withheld):
         return count_below(*args)
 
     monkeypatch.setattr(Factor, "_lowest", forgetful)
-    monkeypatch.setattr("modal.eigen.modes_below", counting)
+    monkeypatch.setattr("tipdamp.modal.eigen.modes_below", counting)
     found = factor.modes(M, 6, at_most=true * (1 + 1e-4))
     assert found.omega == pytest.approx(true, rel=1e-9)
     assert bool(counted) == (withheld is not None)

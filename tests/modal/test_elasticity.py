@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from modal.body import rigid_modes
-from modal.elasticity import Material, elastic_body
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.body import rigid_modes
+from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.readers.dispatch import read_mesh
 
 from .conftest import HEIGHT, LENGTH, WIDTH, make_bar
@@ -34,7 +34,7 @@ def test_first_bending_mode_of_a_slender_bar(tmp_path):
     """Cantilever: f = 1.8751^2 / (2 pi L^2) sqrt(EI / rho A) = 838.4 Hz for a thin beam; a solid one is 0.1-1 % off
     (shear, clamped section)."""
     body = elastic_body(read_mesh(make_bar(tmp_path / "b.msh", cells=12)), STEEL, "bar", clamp="clamp")
-    from modal.eigen import Factor
+    from tipdamp.modal.eigen import Factor
 
     omega, _ = Factor(body.K).lowest_modes(body.M, 1)
     beam = 1.8751041**2 / LENGTH**2 * np.sqrt(STEEL.E * HEIGHT**2 / 12 / STEEL.density)
@@ -45,7 +45,7 @@ def test_first_bending_mode_of_a_slender_bar(tmp_path):
 def test_cell_types_agree(tmp_path, bar, order, hexahedra, tolerance):
     """Tetrahedra and hexahedra of second order have the same first frequency up to the error of the coarser mesh
     (0.4 % measured between 6 and 10 hexahedra along the bar)."""
-    from modal.eigen import Factor
+    from tipdamp.modal.eigen import Factor
 
     other = read_mesh(make_bar(tmp_path / "b.msh", order, hexahedra, cells=10))
     hz = [Factor(b.K).lowest_modes(b.M, 1)[0][0]

@@ -9,9 +9,9 @@ import scipy.linalg as sl
 from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import legval
 
-from modal.body import Body
-from modal.craig_bampton import craig_bampton
-from modal.truncation import error_bound
+from tipdamp.modal.body import Body
+from tipdamp.modal.craig_bampton import craig_bampton
+from tipdamp.modal.truncation import error_bound
 
 G1 = json.loads((Path(__file__).parents[1] / "reference" / "modal" / "G1-cms-bar-beam.json").read_text())
 TERMS = 48  # polynomials between the ends: 20 fixed-interface modes to 1e-12

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
-from hbm.errors import InputError
-from modal import elasticity
-from modal.body import rigid_modes
-from modal.elasticity import Material, elastic_body
-from modal.elements import dolfinx_compat
-from modal.elements.isoparametric import stiffness_and_mass
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal import elasticity
+from tipdamp.modal.body import rigid_modes
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.elements import dolfinx_compat
+from tipdamp.modal.elements.isoparametric import stiffness_and_mass
 
 from .blocks import CORNERS, HEIGHT, LENGTH, WIDTH, block, mixture, volume
 
@@ -36,7 +36,7 @@ def test_uniform_strain_is_exact(own, make, size):
     energy = 0.5 * STEEL.lame * np.trace(strain) ** 2 + STEEL.shear * np.sum(strain**2)
     assert 0.5 * u @ body.K @ u == pytest.approx(energy * size, rel=1e-10)
     force = np.abs((body.K @ u).reshape(-1, 3)).max(axis=1)
-    from modal.faces import boundary_faces
+    from tipdamp.modal.faces import boundary_faces
 
     outside = np.unique(np.concatenate([f.ravel() for f in boundary_faces(mesh)]))
     inner = np.setdiff1d(np.arange(len(mesh.node)), outside)

@@ -5,12 +5,12 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from hbm.errors import InputError  # noqa: E402
-from modal.craig_bampton import craig_bampton  # noqa: E402
-from modal.eigen import Factor  # noqa: E402
-from modal.elasticity import Material, elastic_body  # noqa: E402
-from modal.loads import Rotation, centrifugal, gravity, point_force, pressure, traction  # noqa: E402
 from tests.boxes import block  # noqa: E402
+from tipdamp.hbm.errors import InputError  # noqa: E402
+from tipdamp.modal.craig_bampton import craig_bampton  # noqa: E402
+from tipdamp.modal.eigen import Factor  # noqa: E402
+from tipdamp.modal.elasticity import Material, elastic_body  # noqa: E402
+from tipdamp.modal.loads import Rotation, centrifugal, gravity, point_force, pressure, traction  # noqa: E402
 
 STEEL = Material(207e9, 0.3, 7850.0)
 L, B, H = 0.10, 0.02, 0.01
@@ -57,7 +57,7 @@ def test_uniform_tension_is_reproduced(bar):
 
 def test_triangles_carry_their_share():
     """One quadratic tetrahedron: uniform pressure goes to the mid-edges, a third each; corners carry nothing."""
-    from modal.mesh import Mesh
+    from tipdamp.modal.mesh import Mesh
 
     corner = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float)
     middle = [(corner[a] + corner[b]) / 2 for a, b in ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))]

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from hbm.contact import relative_motion
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from modal.body import Body, check_support
-from modal.craig_bampton import craig_bampton
-from modal.elasticity import Material, elastic_body
 from tests.contact_tables import contact_table
+from tipdamp.hbm.contact import relative_motion
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.modal.body import Body, check_support
+from tipdamp.modal.craig_bampton import craig_bampton
+from tipdamp.modal.elasticity import Material, elastic_body
 
 from .blocks import block
 
@@ -154,7 +154,7 @@ def bent(good, place, among):
 def test_b26_indefinite_stiffness(good, monkeypatch, place, where, modes, petsc):
     """Among the masters, and among the others, where it would come out as a mode that is nan."""
     if not petsc:
-        monkeypatch.setattr("modal.solvers.petsc.start", lambda: None)
+        monkeypatch.setattr("tipdamp.modal.solvers.petsc.start", lambda: None)
     tip = good.node_dofs(good.groups["tip"])
     among = np.arange(good.dofs) if place < 0 else np.setdiff1d(np.arange(good.dofs), tip)
     body = given(good, K=bent(good, place, among))

@@ -4,10 +4,10 @@ import tracemalloc
 
 import numpy as np
 
-from modal.craig_bampton import craig_bampton
-from modal.elasticity import Material, elastic_body
-from modal.memory import predicted_bytes
 from tests.modal.blocks import block
+from tipdamp.modal.craig_bampton import craig_bampton
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.memory import predicted_bytes
 
 MEASURED = {10080: 0.270, 27720: 0.521, 56700: 1.103, 107712: 2.254, 206640: 4.958, 298356: 7.771}   # GiB by dofs
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from modal.faces import boundary_faces, node_normals
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.faces import boundary_faces, node_normals
 from tipdamp.readers.dispatch import read_mesh
 
 from .conftest import HEIGHT, LENGTH, WIDTH, make_bar

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from modal.solvers.cholesky import SingularStiffness
-from modal.solvers.dissection import DissectionSettings, dissection
-from modal.solvers.multifrontal import CarryingFactor
+from tipdamp.modal.solvers.cholesky import SingularStiffness
+from tipdamp.modal.solvers.dissection import DissectionSettings, dissection
+from tipdamp.modal.solvers.multifrontal import CarryingFactor
 
 
 def lattice(seed, shape=(7, 5, 4), missing=0.0):

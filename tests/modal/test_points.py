@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from hbm.points import ContactPoints
-from modal.craig_bampton import assemble, craig_bampton
-from modal.elasticity import Material, elastic_body
+from tipdamp.hbm.points import ContactPoints
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.elasticity import Material, elastic_body
 
 pytest.importorskip("dolfinx")
 

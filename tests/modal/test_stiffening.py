@@ -5,15 +5,15 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from hbm.errors import InputError  # noqa: E402
-from modal.craig_bampton import craig_bampton  # noqa: E402
-from modal.eigen import Factor  # noqa: E402
-from modal.elasticity import Material, elastic_body  # noqa: E402
-from modal.elements.isoparametric import stress_stiffness  # noqa: E402
-from modal.loads import Rotation  # noqa: E402
-from modal.stiffening import geometric_stiffness, rotating_body, spin_softening  # noqa: E402
 from tests.boxes import block  # noqa: E402
 from tests.modal import blocks  # noqa: E402
+from tipdamp.hbm.errors import InputError  # noqa: E402
+from tipdamp.modal.craig_bampton import craig_bampton  # noqa: E402
+from tipdamp.modal.eigen import Factor  # noqa: E402
+from tipdamp.modal.elasticity import Material, elastic_body  # noqa: E402
+from tipdamp.modal.elements.isoparametric import stress_stiffness  # noqa: E402
+from tipdamp.modal.loads import Rotation  # noqa: E402
+from tipdamp.modal.stiffening import geometric_stiffness, rotating_body, spin_softening  # noqa: E402
 
 # Flapping of a uniform cantilever with hub radius 0: omega sqrt(m L^4/EI) of the first two modes by the speed
 # eta = Omega sqrt(m L^4/EI).   Wright, Smith, Thresher, Wang: Vibration modes of centrifugally stiffened beams,

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from modal.craig_bampton import craig_bampton
-from modal.elasticity import Material, elastic_body
-from modal.elements.cells import CELLS
-from modal.stress import alternating_stress, half_range, nodal_stress, von_mises
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.craig_bampton import craig_bampton
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.elements.cells import CELLS
+from tipdamp.modal.stress import alternating_stress, half_range, nodal_stress, von_mises
 from tipdamp.readers.dispatch import read_mesh
 
 from .blocks import block

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
-from hbm.errors import InputError
-from modal.body import Body
-from modal.craig_bampton import assemble, craig_bampton
-from modal.truncation import Truncation, error_bound, join, rounding
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.body import Body
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.truncation import Truncation, error_bound, join, rounding
 
 from .random_bodies import random_body
 

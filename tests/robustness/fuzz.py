@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError
 from tests.modal.blocks import block
 from tests.robustness import counts
 from tests.robustness.meshes import WRITTEN
 from tests.robustness.rows import chain, corner, tipdamp
 from tests.tipdamp import corner_study, mesh_texts
 from tests.tipdamp.rig_study import CHAIN
+from tipdamp.hbm.errors import InputError
 from tipdamp.readers.dispatch import read_mesh
 
 HANG = 10          # s

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.contact import ContactTable
 from tests.robustness.rows import accepted, arrays, chain, corner, refused, row, tipdamp
 from tests.tipdamp import corner_study
+from tipdamp.hbm.contact import ContactTable
 
 ROOT = Path(__file__).parents[2]
 

@@ -19,7 +19,6 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.result import ForcedResponse
 from tests.conftest import changed
 from tests.robustness import counts
 from tests.robustness.flips import numbers
@@ -27,6 +26,7 @@ from tests.robustness.rows import chain
 from tests.robustness.runtime import environment
 from tests.robustness.test_same_numbers import TEXT
 from tests.tipdamp import corner_study
+from tipdamp.hbm.result import ForcedResponse
 
 STAGES = "inspect", "reduce", "preload", "tune", "respond", "cycles", "stress", "report"
 EVERY = (("levels = [2]", "levels = [2, 3, 5]"), ("harmonics = [1]", "harmonics = [3]"),

@@ -7,12 +7,12 @@ from unittest import mock
 
 import numpy as np
 
-from modal import memory
-from modal.mesh import Mesh
 from tests.modal.blocks import block
 from tests.robustness.rows import accepted, corner, refused, row, warned
 from tests.tipdamp import corner_study, mesh_texts
 from tests.tipdamp.bad_meshes import WRITERS
+from tipdamp.modal import memory
+from tipdamp.modal.mesh import Mesh
 
 WRITTEN = {".msh": mesh_texts.gmsh_text, ".inp": mesh_texts.abaqus_flat, ".cdb": mesh_texts.ansys,
            ".bdf": mesh_texts.nastran}
@@ -176,7 +176,7 @@ def formats(folder):
         (folder / name).write_text(WRITERS[end](corner_study.damper()))
         said.add(next(line for line in accepted(study).out.splitlines() if "damper:" in line))
     assert len(said) == 1, said
-    yield "the same counts, masses and groups from 2.2 and 4.1 (binary: tests/tipdamp/test_bad_formats.py)"
+    yield "the same counts, masses and groups from 2.2 and 4.1 (binary: tests/tipdamp/readers/test_bad_formats.py)"
 
 
 @row("22", "group name that is not UTF-8", "W")

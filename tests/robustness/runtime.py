@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.result import ForcedResponse
 from tests.robustness.rows import accepted, chain, corner, refused, row, stages, tipdamp
 from tipdamp.doctor import Facts, Module, checks
-from tipdamp.store import Store
+from tipdamp.engine.store import Store
+from tipdamp.hbm.result import ForcedResponse
 
 ROOT = Path(__file__).parents[2]
 LONG = (("levels = [5]", "levels = [5, 8, 11]"), ("harmonics = [1]", "harmonics = [3]"))
@@ -268,7 +268,7 @@ def damaged(folder):
 
 @row("x16", "compiled kernels that are cut off or overwritten", "R", slow=True)
 def damaged_kernels(folder):
-    program = ("import numpy as np; from hbm.balance import kernels\n"
+    program = ("import numpy as np; from tipdamp.hbm.balance import kernels\n"
                "print(kernels.by_order(np.arange(6.0).reshape(2, 3) + 2j, np.ones((2, 3), dtype=complex)).tolist())")
 
     def run():

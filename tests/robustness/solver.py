@@ -6,22 +6,22 @@ from unittest import mock
 
 import numpy as np
 
-from hbm.continuation.settings import DEFAULT
-from hbm.laws import Contacts, Jenkins1D
-from hbm.problem import ContactProblem
-from hbm.response import follow_band
-from static_contact import complementarity
-from static_contact.preload import StaticContact
 from tests.hbm.cases import duffing
 from tests.robustness.rows import chain, corner, refused, row, stages, tipdamp, warned
 from tests.static_contact import corner as cube
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.laws import Contacts, Jenkins1D
+from tipdamp.hbm.response import follow_band
+from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.normal import complementarity
 
 
 @row("62", "Newton fails at a point; a curve that stays incomplete", "R")
 def newton_fails(folder):
     study = chain(folder)
     stages(study, "tune")
-    with mock.patch("hbm.validation.DEFAULT", replace(DEFAULT, max_points=12)):
+    with mock.patch("tipdamp.hbm.validation.DEFAULT", replace(DEFAULT, max_points=12)):
         said = tipdamp("respond", study, "--quiet", "--jobs", "1")
     assert said.code == 3 and "2 of 2 curves are incomplete" in said.err, said
     found = json.loads((folder / "results" / "study" / "respond.json").read_text())["responses"][0]

@@ -4,10 +4,10 @@ import json
 
 import numpy as np
 
-from hbm.result import ForcedResponse
 from tests.robustness.rows import accepted, arrays, cells, chain, corner, refused, row, stages, tipdamp, warned
+from tipdamp.engine.store import Store
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.stages.run import STAGES
-from tipdamp.store import Store
 
 
 def result(study, name):

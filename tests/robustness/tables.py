@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hbm.contact import ContactTable
 from tests.robustness.rows import accepted, cells, chain, refused, row
 from tests.tipdamp.rig_study import CHAIN
+from tipdamp.hbm.contact import ContactTable
 
 
 def pairs(folder, **change):

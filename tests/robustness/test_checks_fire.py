@@ -1,7 +1,7 @@
 """Checks that are always on: each quantity that they watch is put wrong, and the check says so.
 
 Stored points of a curve, balance of the contact forces and indefinite bodies: tests/hbm/curve/test_equilibrium.py,
-tests/static_contact/test_preload.py, tests/modal/test_craig_bampton.py; modes over ranks:
+tests/static_contact/contact/test_preload.py, tests/modal/test_craig_bampton.py; modes over ranks:
 tests/static_contact/full/test_stuck_modes.py.
 """
 
@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from hbm.curve import equilibrium
-from hbm.errors import InputError
-from modal import craig_bampton as reduction
-from modal.eigen import Factor, SingularStiffness
-from modal.solvers import arpack, slepc
-from static_contact.friction import FrictionalContact
-from static_contact.full import newton
-from static_contact.preload import StaticContact
 from tests.modal.random_bodies import random_body
 from tests.robustness.rows import chain, stages, tipdamp
 from tests.static_contact import corner
+from tipdamp.hbm.curve import equilibrium
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal import craig_bampton as reduction
+from tipdamp.modal.eigen import Factor, SingularStiffness
+from tipdamp.modal.solvers import arpack, slepc
 from tipdamp.stages import report, run
+from tipdamp.static_contact.contact.friction import FrictionalContact
+from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.full import newton
 
 
 class Off:

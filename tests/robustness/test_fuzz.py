@@ -5,13 +5,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.model import ReducedModel
 from tests.modal.blocks import block
 from tests.robustness import flips, fuzz
 from tests.robustness.meshes import WRITTEN
 from tests.tipdamp.rig_study import CHAIN, write_chain
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
 from tipdamp.readers.dispatch import read_mesh
 from tipdamp.study.study import load_study
 

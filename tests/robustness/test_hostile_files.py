@@ -9,16 +9,16 @@ import pytest
 import scipy.io
 import scipy.sparse as sp
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.io import matlab, room
-from hbm.io.matrices_in import read_matrix
-from hbm.io.npz import open_npz
 from tests.modal.blocks import block
 from tests.robustness import fuzz
 from tests.robustness.meshes import WRITTEN
 from tests.robustness.rows import chain, corner, refused, stages, tipdamp
 from tests.tipdamp import corner_study, mesh_texts
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io import matlab, room
+from tipdamp.hbm.io.matrices_in import read_matrix
+from tipdamp.hbm.io.npz import open_npz
 from tipdamp.readers.dispatch import read_mesh
 
 LITTLE = 100e6                     # bytes, for files of some kB

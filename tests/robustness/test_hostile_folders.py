@@ -14,7 +14,7 @@ import pytest
 from tests.robustness.hostile import Planted
 from tests.robustness.rows import chain, corner, stages, tipdamp
 from tests.tipdamp import corner_study
-from tipdamp.store import Store, fingerprint
+from tipdamp.engine.store import Store, fingerprint
 
 NAME = r"$\frac{$ \x^ %s {0} </td>" + \
     "</script><script>document.title='ran'</script><img src=http://127.0.0.1:9/x onerror=\"document.title='ran'\">"

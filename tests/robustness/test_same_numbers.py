@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hbm.contact import ContactTable
 from tests.conftest import changed
 from tests.robustness.rows import chain, stages, tipdamp
 from tests.robustness.runtime import numbers as all_numbers
 from tests.robustness.runtime import same as same_curves
 from tests.tipdamp import corner_study
 from tests.tipdamp.stages.test_full import over_ranks
-from tipdamp import ranks
-from tipdamp.stages import STAGES
+from tipdamp.engine import ranks
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.results import STAGES
 
 STILL, TURN = np.eye(3), Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 TEXT = changed(corner_study.TEXT, ("[respond]", '[tune]\nstations = "all"\n[respond]\ndirection = [1, 0, 0]'),

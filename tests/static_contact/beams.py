@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.model import ReducedModel
-from static_contact.preload import preload
 from tests.beam_elements import bending
 from tests.contact_tables import contact_table
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.static_contact.contact.preload import preload
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
 

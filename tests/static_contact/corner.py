@@ -6,11 +6,11 @@ knows neither sets of closed pairs nor the condensed compliance.
 
 import numpy as np
 
-from modal.craig_bampton import assemble, craig_bampton
-from modal.elasticity import Material, elastic_body
-from modal.loads import nodal_load
-from static_contact.pairing import Side, join, pair
 from tests.tipdamp import corner_study
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.loads import nodal_load
+from tipdamp.static_contact.surfaces.pairing import Side, join, pair
 
 PULL = np.array([10.0, 0, 10.0]) / np.sqrt(2)       # N, into the corner
 SHARES = {"centred": ([1 / 3] * 3, 0.0), "uneven": ([0.2, 0.35, 0.45], 0.0), "turned": ([1 / 3] * 3, 0.3),

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hbm.contact import ContactTable
-from modal.craig_bampton import assemble, craig_bampton
-from modal.elasticity import Material, elastic_body
-from modal.mesh import Mesh
 from tests.contact_tables import contact_table, frames
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.mesh import Mesh
 from tipdamp.readers.dispatch import read_mesh
 
 FILE = Path(__file__).parents[1] / "reference" / "pin-pocket" / "pinpocket.msh"

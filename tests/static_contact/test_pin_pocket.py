@@ -5,16 +5,16 @@ import warnings
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from hbm.hold.spring import Hold, held_motions
-from hbm.model import ReducedModel
-from static_contact.complementarity import NoEquilibrium
-from static_contact.compliance import Compliance
-from static_contact.friction import FrictionalContact
-from static_contact.preload import StaticContact
-from static_contact.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
-from static_contact.stuck_bodies import StuckBodies
 from tests.static_contact.pin_pocket import PULL, SIDE, bodies, case, nodal_pull, pairs
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.hold.spring import Hold, held_motions
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.static_contact.bodies.compliance import Compliance
+from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance, SparseStuckBodies
+from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies
+from tipdamp.static_contact.contact.friction import FrictionalContact
+from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.normal.complementarity import NoEquilibrium
 
 pytest.importorskip("dolfinx")
 FREE = ["roll about z", "slide along z"]

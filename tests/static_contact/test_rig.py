@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from static_contact.detachment import detach_until
-from static_contact.equilibrium import side_forces, side_normals
-from static_contact.kept_pairs import keep_ends
-from static_contact.preload import StaticContact
-from static_contact.redistribution import redistribute
-from static_contact.reduction_error import stuck_error_bound
-from static_contact.stuck_assembly import StuckAssembly
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.static_contact.contact.equilibrium import side_forces, side_normals
+from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.tuning.detachment import detach_until
+from tipdamp.static_contact.tuning.kept_pairs import keep_ends
+from tipdamp.static_contact.tuning.redistribution import redistribute
+from tipdamp.static_contact.tuning.reduction_error import stuck_error_bound
+from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # Fc / (2 sin 45): frictionless balance between faces at 45 degrees
 
@@ -145,10 +145,10 @@ def test_reduced_stuck_frequencies_match_the_full_model(rig_results):
 @pytest.mark.slow
 def test_modes_by_frequency_and_by_error(rig, tmp_path):
     """The study may say how many modes, how high, or how good."""
-    from modal.truncation import Truncation
     from tipdamp.bodies import CHECK_BELOW_HZ
+    from tipdamp.engine.store import Store
+    from tipdamp.modal.truncation import Truncation
     from tipdamp.stages.run import run_stage
-    from tipdamp.store import Store
     from tipdamp.study.study import load_study
 
     text = (rig / "rig.toml").read_text().replace("modes = 30", "error = 1e-4").replace(

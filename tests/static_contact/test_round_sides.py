@@ -8,19 +8,19 @@ import pytest
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from hbm.errors import InputError
-from modal.elasticity import Material, elastic_body
-from modal.faces import face_corners, face_places, face_shapes
-from modal.mesh import Mesh
-from static_contact.pairing import Side, pair
-from static_contact.preload import StaticContact
-from static_contact.sparse_bodies import SparseBodies, SparseCompliance
-from static_contact.surfaces.facets import Surface
-from static_contact.surfaces.normals import smooth_normals
-from static_contact.surfaces.pick import faces_of
-from static_contact.surfaces.points import FacingSides, surface_contact
 from tests.modal.blocks import block
-from tests.static_contact.test_surfaces import faces_at
+from tests.static_contact.surfaces.test_contact_points import faces_at
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.faces import face_corners, face_places, face_shapes
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance
+from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.surfaces.facets import Surface
+from tipdamp.static_contact.surfaces.normals import smooth_normals
+from tipdamp.static_contact.surfaces.pairing import Side, pair
+from tipdamp.static_contact.surfaces.pick import faces_of
+from tipdamp.static_contact.surfaces.points import FacingSides, surface_contact
 
 pytest.importorskip("dolfinx")
 

@@ -4,18 +4,17 @@ points or pairs carried the forces. By it meshes and kinds of contact are compar
 import numpy as np
 import scipy.sparse as sp
 
-from modal.faces import face_shapes
-from modal.mesh import Mesh
-from static_contact.preload import StaticContact
-from static_contact.sparse_bodies import SparseBodies, SparseCompliance
-from static_contact.surfaces.facets import Surface, facets
-from static_contact.surfaces.overlap import overlap
-from static_contact.surfaces.pick import faces_of
-from tipdamp import loads
-from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies import BLADES, DAMPER, loads
 from tipdamp.bodies.assemble import assemble_bodies
 from tipdamp.bodies.surfaces import SurfaceContact, named_side
-from tipdamp.pressure import patches
+from tipdamp.fields.pressure import patches
+from tipdamp.modal.faces import face_shapes
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance
+from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.surfaces.facets import Surface, facets
+from tipdamp.static_contact.surfaces.overlap import overlap
+from tipdamp.static_contact.surfaces.pick import faces_of
 
 CORNERS, MIDDLES = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]), ((0, 1), (1, 2), (2, 0))
 

@@ -9,19 +9,19 @@ import shutil
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
-from hbm.model import ReducedModel
-from static_contact.detachment import DetachmentOptions, detach_until
-from static_contact.kept_pairs import keep_ends
-from static_contact.roll_springs import spring_rows
-from static_contact.stuck_assembly import StuckAssembly
 from tests.conftest import STUDY, changed
 from tests.tipdamp.rig_study import SAID_BY_THE_TABLE, read
 from tipdamp.cli import main
-from tipdamp.stages.model_inputs import declared_springs
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.model import ReducedModel
 from tipdamp.stages.reduce import free_modes
 from tipdamp.stages.run import run_stage
-from tipdamp.store import Store
+from tipdamp.static_contact.tuning.detachment import DetachmentOptions, detach_until
+from tipdamp.static_contact.tuning.kept_pairs import keep_ends
+from tipdamp.static_contact.tuning.roll_springs import spring_rows
+from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
+from tipdamp.statics.model_inputs import declared_springs
 from tipdamp.study.study import load_study
 
 pytestmark = pytest.mark.slow
@@ -41,7 +41,7 @@ MODES = (("modes = 30", "modes = 40"), ("modes = 10", "modes = 20"))
 @pytest.fixture(scope="module")
 def reduced(tmp_path_factory):
     """reduced(damper, *changes): folder of a study on the default mesh, up to the preload; the reduction once."""
-    from meshes.two_blade_rig import main as make
+    from tipdamp.meshes.two_blade_rig import main as make
 
     made = {}
 

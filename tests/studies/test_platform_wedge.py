@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import changed
 from tipdamp.cli import main
-from tipdamp.store import Store
+from tipdamp.engine.store import Store
 
 pytestmark = pytest.mark.slow
 

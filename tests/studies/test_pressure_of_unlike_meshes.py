@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from static_contact.pairing import Side, join, pair
 from tests.refined_meshes import refine
 from tests.studies.face_pressure import per_station
 from tests.studies.test_unlike_wedge import FOLDER
@@ -15,6 +14,7 @@ from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.pair import matched
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.surfaces import SurfaceContact
+from tipdamp.static_contact.surfaces.pairing import Side, join, pair
 from tipdamp.study.study import load_study
 
 pytestmark = pytest.mark.slow
@@ -66,8 +66,8 @@ def pairs_of_nodes(study, meshes, every):
 def rig(tmp_path_factory):
     """{(kind of contact, size): (2, 16) N}: 113 N, 79.9 N a side."""
     pytest.importorskip("gmsh")
-    from meshes.rig import Rig
-    from meshes.tetrahedra import generate
+    from tipdamp.meshes.rig import Rig
+    from tipdamp.meshes.tetrahedra import generate
 
     found = {}
     for size, (edge, cells) in SIZES.items():

@@ -5,9 +5,9 @@ import shutil
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
-from hbm.result import ForcedResponse
 from tests.studies.test_two_blade_rig import EACH_SIDE, FOLDER
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.measured.agreement import drawn, values_at
 from tipdamp.measured.damping import half_power
 from tipdamp.stages.respond import assembled
@@ -22,7 +22,7 @@ KEPT = 2799.5            # Hz, stuck on 5 + 4 stations
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    from meshes.two_blade_rig import main
+    from tipdamp.meshes.two_blade_rig import main
 
     folder = tmp_path_factory.mktemp("twin")
     main(["--rig", "twin", "--out", str(folder / "meshes")])

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.stages.run import STAGES, applies, results_folder, run_stage
 from tipdamp.study.study import load_study
 
@@ -18,7 +18,7 @@ EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # N, frictionless balance between fac
 
 
 def run(tmp_path_factory, damper, stages):
-    from meshes.two_blade_rig import main
+    from tipdamp.meshes.two_blade_rig import main
 
     folder = tmp_path_factory.mktemp(damper)
     main(["--damper", damper, "--out", str(folder / "meshes")])

@@ -6,17 +6,17 @@ import re
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
 from tipdamp.cli import main
-from tipdamp.store import Store
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
 
 pytestmark = pytest.mark.slow
 
 pytest.importorskip("dolfinx")
 pytest.importorskip("gmsh")
 
-from meshes.rig import Rig  # noqa: E402
-from meshes.tetrahedra import generate  # noqa: E402
+from tipdamp.meshes.rig import Rig  # noqa: E402
+from tipdamp.meshes.tetrahedra import generate  # noqa: E402
 
 KNOWN = {"E": "207e9", "nu": "0.3", "density": "7850", "pull": "113", "mu": "0.6", "levels": "[6]",
          "band": "[2600, 3400]\nharmonics = 1\nboth_ways = false"}

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from hbm.contact import ContactTable
-from modal.faces import group_faces
 from tests.conftest import changed
 from tests.refined_meshes import refine
 from tipdamp.cli import main
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.modal.faces import group_faces
 from tipdamp.readers.dispatch import read_mesh
-from tipdamp.store import Store
 
 pytestmark = pytest.mark.slow
 

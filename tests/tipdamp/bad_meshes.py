@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from hbm.errors import InputError
 from tests.tipdamp import mesh_texts
 from tipdamp.cli import main
+from tipdamp.hbm.errors import InputError
 from tipdamp.readers.dispatch import read_mesh
 
 WRITERS = {".msh": mesh_texts.gmsh_text, ".2.msh": lambda m: mesh_texts.gmsh_text(m, "2.2"),

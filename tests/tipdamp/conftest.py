@@ -47,4 +47,4 @@ def nothing_is_assembled(monkeypatch):
     def heavy(*_, **__):
         raise AssertionError("a body was assembled")
 
-    monkeypatch.setattr("modal.elasticity.elastic_body", heavy)
+    monkeypatch.setattr("tipdamp.modal.elasticity.elastic_body", heavy)

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from modal.mesh import Mesh
 from tests.modal.blocks import block
 from tests.tipdamp import mesh_texts
+from tipdamp.modal.mesh import Mesh
 
 A = 0.01
 TEXT = """[material]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hbm.contact import ContactTable
+from tipdamp.hbm.contact import ContactTable
 
 
 def curved_pairs(rows=3, stations=6, seed=3) -> ContactTable:

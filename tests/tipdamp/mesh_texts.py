@@ -6,7 +6,7 @@ Each writer sets the same groups: 'clamp' and 'tip' nodes of the block's ends, '
 
 import numpy as np
 
-from modal.elements.cells import CELLS
+from tipdamp.modal.elements.cells import CELLS
 from tipdamp.readers.content import HEX20, HEX20_NASTRAN, TET10, WEDGE15, WEDGE15_NASTRAN
 
 _HEX_FACES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]  # Abaqus' S1 to S6

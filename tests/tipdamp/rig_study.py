@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.model import ReducedModel
+from tipdamp.hbm.model import ReducedModel
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "studies" / "matrices_only" / "make_matrices.py"
 CHAIN = """

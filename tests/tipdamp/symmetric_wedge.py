@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from meshes.mesh_file import extruded_tetrahedra
-from modal.mesh import Mesh
 from tests.boxes import block
 from tests.tipdamp import mesh_texts
+from tipdamp.meshes.mesh_file import extruded_tetrahedra
+from tipdamp.modal.mesh import Mesh
 
 LENGTH, WIDTH, PULL = 0.02, 0.024, 400.0            # m of the damper and of the blades along y, N
 # of the left blade in x, z: a plate with a head, whose slanted face from (-7, -1) to (-1, 5) mm meets the damper

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm import problem
 from tests.conftest import STUDY
 from tests.hbm.test_bad_input import with_entry
 from tests.tipdamp.rig_study import SAID_BY_THE_TABLE, edit, files, text
 from tipdamp.cli import Terminated, main
+from tipdamp.hbm.balance import problem
 
 ROOT = Path(__file__).parents[2]
 

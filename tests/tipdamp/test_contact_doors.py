@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from static_contact.preload import StaticContact
 from tests.static_contact.beams import beam, supports
 from tests.tipdamp import corner_study
 from tests.tipdamp.corner_study import A
 from tests.tipdamp.rig_study import write_chain
 from tipdamp.cli import main
-from tipdamp.store import Store
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.static_contact.contact.preload import StaticContact
 
 LANDS = "".join(f'[contact.{name}b]\nblade = "touch_{name}b"\ndamper = "face_{axis}b"\nshape = "flat"\n'
                 "kn = 1e6\nkt = 1e6\nwidth = 0.01\n" for name, axis in (("one", "x"), ("two", "z"))) + "[respond]"

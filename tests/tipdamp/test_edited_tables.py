@@ -5,13 +5,13 @@ import re
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.io.dof_table import read_dofs
-from hbm.model import ReducedModel
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import CHAIN, write_chain
 from tipdamp.cli import main
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.dof_table import read_dofs
+from tipdamp.hbm.model import ReducedModel
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hbm.model import ReducedModel
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
+from tipdamp.hbm.model import ReducedModel
 
 
 def test_reduced_model_exported_and_read_back(tmp_path, capsys):

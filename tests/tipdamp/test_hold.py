@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.hold.rigid_motion import parse_motion
-from hbm.model import ReducedModel
-from hbm.result import ForcedResponse
 from tests.tipdamp import corner_study
 from tests.tipdamp.report.files import table
-from tipdamp import only_friction
+from tipdamp.checks import only_friction
 from tipdamp.cli import main
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.hold.rigid_motion import parse_motion
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.results.static_results import PreloadResult
 from tipdamp.stages.adrift import adrift
 from tipdamp.stages.respond import assembled
-from tipdamp.stages.results import PreloadResult
 from tipdamp.stages.run import results_folder, run_stage
-from tipdamp.store import Store
 from tipdamp.study.hold import HOLD
 from tipdamp.study.keys import json_schema
 from tipdamp.study.study import load_study

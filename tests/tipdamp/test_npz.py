@@ -6,13 +6,13 @@ import zipfile
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from hbm.io import npz
-from hbm.io.npz import open_npz
-from hbm.model import ReducedModel
-from hbm.result import ForcedResponse
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.cli import main
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io import npz
+from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.result import ForcedResponse
 
 
 def lying(path, shape):

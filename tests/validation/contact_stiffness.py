@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from static_contact.stiffness import rectangular_punch_bem
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
-from static_contact.stiffness.rectangular_punch import rectangle_compliance
 from tests.static_contact.stiffness.test_rectangular_punch import FRESH
 from tests.static_contact.stiffness.test_reference import CASES, ROUTES
 from tests.static_contact.stiffness.test_rounded_punch import FLATS, punch_limits, slope_and_stiffness
 from tests.validation import Subject, row
+from tipdamp.static_contact.stiffness import rectangular_punch_bem
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
+from tipdamp.static_contact.stiffness.rectangular_punch import rectangle_compliance
 
 
 def rows():

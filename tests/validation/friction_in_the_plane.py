@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hbm.laws import DryFriction2T
 from tests.hbm.cases import load
 from tests.hbm.laws.test_coupled import prescribed, rotating
 from tests.validation import Subject, row
+from tipdamp.hbm.laws import DryFriction2T
 
 
 def rows():

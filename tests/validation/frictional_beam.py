@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hbm import fourier
-from hbm.response import follow_band
 from tests.hbm.cases import beam, coupled, jenkins, load, solve
 from tests.validation import Row, Subject, row
+from tipdamp.hbm import fourier
+from tipdamp.hbm.response import follow_band
 
 TABLE = {("B8", 20, 930.6): {1: 9.14515e-5, 3: 9.14730e-5, 7: 9.14525e-5, 15: 9.14524e-5, "time": 9.14529e-5},
          ("C8", 40, 932.1): {1: 1.59843e-4, 3: 1.57963e-4, 7: 1.57987e-4, 15: 1.57987e-4, "time": 1.57986e-4}}

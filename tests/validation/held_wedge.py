@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.hold.spring import Hold
-from hbm.laws import DryFriction2T
-from hbm.model import ReducedModel
-from hbm.response import forced_response
 from tests.validation import Subject, row
-from tipdamp.stages.model_inputs import excitation, outputs
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.hold.spring import Hold
+from tipdamp.hbm.laws import DryFriction2T
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.response import forced_response
 from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.statics.model_inputs import excitation, outputs
 from tipdamp.study.study import load_study
 
 FOLDER = Path(__file__).parents[1] / "reference" / "platform-wedge"

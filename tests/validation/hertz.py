@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from modal.body import Body
-from modal.craig_bampton import assemble, craig_bampton
-from modal.elasticity import Material, elastic_body
-from static_contact.preload import StaticContact
 from tests.boxes import block
 from tests.validation import Subject, row
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.modal.body import Body
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.static_contact.contact.preload import StaticContact
 
 STEEL = Material(207e9, 0.3, 7850.0)
 A, RADIUS, SIZE = 1e-3, 0.1, 0.05                    # m: half width wanted, radius, extent of both bodies

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hbm.response import follow_band
 from tests.hbm.cases import jenkins, load, solve
 from tests.validation import Subject, row
+from tipdamp.hbm.response import follow_band
 
 
 def rows():

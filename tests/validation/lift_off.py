@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hbm.response import follow_band
-from hbm.solutions import solutions_at
 from tests.hbm.cases import load, unilateral
 from tests.validation import Subject, row
+from tipdamp.hbm.curve.solutions import solutions_at
+from tipdamp.hbm.response import follow_band
 
 
 def rows():

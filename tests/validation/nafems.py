@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from modal.eigen import Factor
-from modal.elasticity import Material, elastic_body
-from modal.mesh import Mesh
 from tests.boxes import block
 from tests.validation import Subject, row
+from tipdamp.modal.eigen import Factor
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.mesh import Mesh
 
 STEEL = Material(E=200e9, nu=0.3, density=8000.0)  # both tests
 # NAFEMS, Selected Benchmarks for Natural Frequency Analysis (R0015), as printed in the verification manuals of

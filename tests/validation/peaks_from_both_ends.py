@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbm.peaks import find_peaks
-from hbm.response import follow_band
-from hbm.solutions import solutions_at
 from tests.hbm.cases import duffing, duffing_peak, jenkins, load, unilateral
 from tests.validation import Row, Subject, row
 from tests.validation.random_systems import System, contact_systems, smooth_systems
+from tipdamp.hbm.curve.peaks import find_peaks
+from tipdamp.hbm.curve.solutions import solutions_at
+from tipdamp.hbm.response import follow_band
 
 SAME = 1e-8             # of the height: difference up to which two peaks are one
 BESIDE = 1e-4           # of its frequency, inside of a fold

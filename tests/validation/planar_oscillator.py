@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from hbm.peaks import find_peaks
-from hbm.response import follow_band
-from hbm.time.comparison import compare_point
 from tests.hbm.cases import solve
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.validation import Subject, row
+from tipdamp.hbm.comparison import compare_point
+from tipdamp.hbm.curve.peaks import find_peaks
+from tipdamp.hbm.response import follow_band
 
 # Hz: H = 1, 3, 5, 9, time integration
 TABLE = {150: [2.79185e-5] * 4 + [2.79164e-5], 155: [5.57187e-5] * 4 + [5.57125e-5],

@@ -6,9 +6,9 @@ by Macaulay brackets and must satisfy every condition, which for a convex proble
 
 import numpy as np
 
-from static_contact.preload import StaticContact
 from tests.static_contact.beams import beam, by_trying_all_sets, is_solution, macaulay, random_case, supports
 from tests.validation import Row, Subject, row
+from tipdamp.static_contact.contact.preload import StaticContact
 
 
 def compare(case):

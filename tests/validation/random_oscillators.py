@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.corrector import solve_fixed
-from hbm.time.comparison import compare_point, integrator_of
-from hbm.time.settings import IntegrationSettings
 from tests.benchmarks.robustness import draw
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.time.plain_integration import PlainIntegration
 from tests.validation import Row, Subject, row
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.comparison import compare_point, integrator_of
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 GUESSES = Path(__file__).parents[1] / "reference" / "hbm" / "random_oscillators.npz"
 SETTINGS = IntegrationSettings(tolerance=1e-9, patience=5, max_periods=60)

@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbm.response import follow_band
-from hbm.result import ForcedResponse
 from tests.robustness import counts
 from tests.validation import Row, Subject, plain_stepping
 from tests.validation.random_systems import System, contact_systems
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.result import ForcedResponse
 
 SAMPLES, DECADES, SEED, LIMIT, COUNT = 16384, (-2, 3), 3, 1e-3, 500
 STUCK = {"t1": "kt", "t2": "kt", "n": "kn"}

@@ -9,8 +9,16 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from hbm.laws import Contacts, CubicSpring, DryFriction1T, DryFriction2T, IsotropicFriction, Jenkins1D, UnilateralSpring
-from hbm.problem import ContactProblem
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.laws import (
+    Contacts,
+    CubicSpring,
+    DryFriction1T,
+    DryFriction2T,
+    IsotropicFriction,
+    Jenkins1D,
+    UnilateralSpring,
+)
 
 LAWS = (Jenkins1D, DryFriction1T, DryFriction2T, UnilateralSpring, IsotropicFriction)
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from hbm.peaks import find_peaks
-from hbm.response import follow_band
-from hbm.solutions import solutions_at
-from hbm.time.comparison import compare
-from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import rig
 from tests.validation import Row, Subject
+from tipdamp.hbm.comparison import compare
+from tipdamp.hbm.curve.peaks import find_peaks
+from tipdamp.hbm.curve.solutions import solutions_at
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 BAND = (2300, 3300)
 AROUND = (0.0, -50.0, -35.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 35.0, 50.0)      # Hz from the peak at H = 5

@@ -1,9 +1,9 @@
 """Stuck frequencies of a lumped two-blade rig for every set of kept pairs, and the tuning to a target."""
 
-from static_contact.detachment import detach_until
-from static_contact.stuck_assembly import StuckAssembly
-from tests.static_contact.test_detachment import H1, P, lumped_rig, motion, out_of_phase, pairs_of, stations
+from tests.static_contact.tuning.test_detachment import H1, P, lumped_rig, motion, out_of_phase, pairs_of, stations
 from tests.validation import Subject, row
+from tipdamp.static_contact.tuning.detachment import detach_until
+from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 
 def rows():

@@ -5,8 +5,6 @@ from dataclasses import replace
 
 import pytest
 
-from hbm.time.comparison import compare_point
-from hbm.time.settings import IntegrationSettings
 from tests.hbm.oscillator import Y2
 from tests.validation import (
     Miss,
@@ -17,6 +15,8 @@ from tests.validation import (
     row,
 )
 from tests.validation.__main__ import SUBJECTS, main, missed
+from tipdamp.hbm.comparison import compare_point
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 OWN_TESTS = {"nafems", "hertz", "random_beams", "random_oscillators", "rig_time_integration", "contact_stiffness",
              "peaks_from_both_ends"}                      # hold these rows

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from hbm.time import shooting
-from hbm.time.exact import ExactIntegrator
-from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
 from tests.validation import Subject, row
+from tipdamp.hbm.time import shooting
+from tipdamp.hbm.time.exact import ExactIntegrator
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 LIGHT_NODE = {"C1": (1.2, 1.25, 1.3), "D1": (0.9, 1.0, 1.2, 1.5)}
 BUILD = {"A": jenkins, "C": unilateral, "D": coupled}

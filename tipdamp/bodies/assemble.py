@@ -6,18 +6,18 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from hbm.contact import GROUND, ContactTable
-from hbm.errors import InputError
-from hbm.points import ContactPoints
-from modal.body import Body
-from modal.contact_shapes import traction_cells
-from modal.elasticity import Material
-from modal.mesh import Mesh
-from static_contact.surfaces.points import MeshPoints
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.loads import at_speed
 from tipdamp.bodies.surfaces import surface_points
-from tipdamp.loads import at_speed
-from tipdamp.progress import Tick
+from tipdamp.engine.progress import Tick
+from tipdamp.hbm.contact import GROUND, ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.points import ContactPoints
+from tipdamp.modal.body import Body
+from tipdamp.modal.contact_shapes import traction_cells
+from tipdamp.modal.elasticity import Material
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.surfaces.points import MeshPoints
 from tipdamp.study import schema
 from tipdamp.study.view import Study
 
@@ -54,8 +54,8 @@ def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, counts: d
     counts : {body: ...} of `shape_counts`, for the forecast of the memory
     points : of `pair.matched`, where that is known already
     """
-    from modal.elasticity import elastic_body
-    from modal.memory import check_memory
+    from tipdamp.modal.elasticity import elastic_body
+    from tipdamp.modal.memory import check_memory
 
     check_memory(*((len(mesh.node), counts[name].columns // 3 if counts else 0, mesh.source)
                    for name, mesh in meshes.items()))

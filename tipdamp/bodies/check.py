@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from hbm.model import ReducedModel
-from modal.truncation import Truncation
-from static_contact.full.stuck_modes import StuckSet, full_stuck_sets
-from static_contact.reduction_error import stuck_error_bound
-from static_contact.roll_springs import spring_rows
 from tipdamp.bodies.assemble import assemble_bodies
 from tipdamp.bodies.read import read_meshes
-from tipdamp.progress import Tick
-from tipdamp.stages.results import FullModelCheck
+from tipdamp.engine.progress import Tick
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.modal.truncation import Truncation
+from tipdamp.results.static_results import FullModelCheck
+from tipdamp.static_contact.full.stuck_modes import StuckSet, full_stuck_sets
+from tipdamp.static_contact.tuning.reduction_error import stuck_error_bound
+from tipdamp.static_contact.tuning.roll_springs import spring_rows
 from tipdamp.study.view import Study
 
 

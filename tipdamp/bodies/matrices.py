@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.contact import ContactTable, relative_motion
-from hbm.errors import InputError
-from hbm.io.dof_table import DIRECTIONS
-from hbm.model import ReducedModel
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies.loads import PULL
 from tipdamp.bodies.pair import own_pairs
 from tipdamp.bodies.table_checks import check_against_model
-from tipdamp.loads import PULL
-from tipdamp.stages.results import Reduction
+from tipdamp.hbm.contact import ContactTable, relative_motion
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.dof_table import DIRECTIONS
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.results.static_results import Reduction
 from tipdamp.study.view import Study
 
 

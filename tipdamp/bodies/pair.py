@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm.contact import GROUND, ContactTable, check_distinct, check_pairs_once
-from hbm.errors import InputError
-from modal.mesh import Mesh
-from static_contact.pairing import join, matches, offsets, pair
-from static_contact.surfaces.pick import faces_of
-from static_contact.surfaces.settings import DEFAULT
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.surfaces import SurfaceContact, length_text, named_side, surface_points
 from tipdamp.bodies.table_checks import check_on_surface
+from tipdamp.hbm.contact import GROUND, ContactTable, check_distinct, check_pairs_once
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.surfaces.pairing import join, matches, offsets, pair
+from tipdamp.static_contact.surfaces.pick import faces_of
+from tipdamp.static_contact.surfaces.settings import DEFAULT
 from tipdamp.study.view import Study
 
 

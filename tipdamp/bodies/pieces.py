@@ -5,16 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from modal.body import Body, parts, piece, piece_in_words
-from modal.mesh import Mesh
-from modal.mesh_checks import parts as mesh_parts
-from modal.mesh_checks import some
-from static_contact.sparse_bodies import SparseBodies
-from tipdamp import loads
-from tipdamp.bodies import DAMPER
+from tipdamp.bodies import DAMPER, loads
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.modal.body import Body, parts, piece, piece_in_words
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh_checks import parts as mesh_parts
+from tipdamp.modal.mesh_checks import some
+from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 from tipdamp.study.view import Study
 
 SAME_PLACE = 1e-6       # of the size of a mesh: nodes nearer to each other lie on one another

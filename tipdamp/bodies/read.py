@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from hbm.errors import InputError, nearest, shown
-from modal.mesh import Mesh
-from static_contact.surfaces.pick import FacePick
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.split import Wanted, cut_named, named_cells, split
 from tipdamp.bodies.surfaces import with_picked
+from tipdamp.hbm.errors import InputError, nearest, shown
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.surfaces.pick import FacePick
 from tipdamp.study.view import Study, every_key
 
 # what every stage that works on meshes or given matrices reads of the study

@@ -4,24 +4,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.model import ReducedModel
-from modal.body import Body
-from modal.contact_shapes import holding_nodes
-from modal.craig_bampton import assemble, craig_bampton
-from modal.mesh import Mesh
-from modal.reduction import Reduction as BodyReduction
-from modal.truncation import Truncation, join
-from static_contact.reduction_error import enough_modes, own_error
-from tipdamp import loads
-from tipdamp.bodies import BLADES, CHECK_BELOW_HZ, DAMPER
+from tipdamp.bodies import BLADES, CHECK_BELOW_HZ, DAMPER, loads
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes, shape_counts, tractions_on, with_points
 from tipdamp.bodies.pair import matched
 from tipdamp.bodies.pieces import check_pieces
 from tipdamp.bodies.read import read_meshes
-from tipdamp.progress import Tick
-from tipdamp.stages.results import Reduction
-from tipdamp.stiffness import side_materials, with_values
+from tipdamp.bodies.stiffness import side_materials, with_values
+from tipdamp.engine.progress import Tick
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.modal.body import Body
+from tipdamp.modal.contact_shapes import holding_nodes
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.reduction import Reduction as BodyReduction
+from tipdamp.modal.truncation import Truncation, join
+from tipdamp.results.static_results import Reduction
+from tipdamp.static_contact.tuning.reduction_error import enough_modes, own_error
 from tipdamp.study.schema import Blades, Damper
 from tipdamp.study.view import Study
 

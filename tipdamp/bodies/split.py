@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hbm.errors import InputError, shown
-from modal.mesh import Mesh
-from modal.mesh_checks import parts
+from tipdamp.hbm.errors import InputError, shown
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh_checks import parts
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from modal.faces import face_corners, face_keys
-from modal.mesh import Mesh
-from static_contact.pairing import Side, matches
-from static_contact.surfaces.facets import Surface, facets
-from static_contact.surfaces.pick import FacePick, faces_of
-from static_contact.surfaces.points import FacingSides, MeshPoints, check_faces, surface_contact
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.faces import face_corners, face_keys
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.surfaces.facets import Surface, facets
+from tipdamp.static_contact.surfaces.pairing import Side, matches
+from tipdamp.static_contact.surfaces.pick import FacePick, faces_of
+from tipdamp.static_contact.surfaces.points import FacingSides, MeshPoints, check_faces, surface_contact
 from tipdamp.study.view import Study
 
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from hbm.contact import GROUND, ContactTable
-from hbm.contact_doubts import misplaced, mixed_partners, node_places, opposed_normals
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from modal.mesh import Mesh
-from tipdamp.pair_checks import surface_angles
+from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.hbm.contact import GROUND, ContactTable
+from tipdamp.hbm.contact_doubts import misplaced, mixed_partners, node_places, opposed_normals
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.modal.faces import boundary_faces, node_normals
+from tipdamp.modal.mesh import Mesh
 from tipdamp.study.view import Study
 
 OUTWARD = 90.0          # degrees off the surfaces: beyond, n points into the damper
@@ -51,3 +52,19 @@ def _check_normals(where, pairs):
     against = opposed_normals(pairs)
     if against:
         raise InputError(f"{where}, {against}")
+
+
+def surface_angles(pairs: ContactTable, meshes: dict) -> np.ndarray:
+    """(P,) degrees: how far n is off the damper's outward normal or the blade's inward one, whichever is worse; of
+    several faces at a node the nearest counts. 180 where a node is not on the surface; 0 at contact points, whose n is
+    that of the surfaces."""
+    worst = np.zeros(len(pairs))
+    for body, bodies, nodes, sign in ((DAMPER, pairs.damper_body, pairs.damper_node, 1.0),
+                                      (BLADES, pairs.blade_body, pairs.blade_node, -1.0)):
+        mesh, there = meshes[body], np.flatnonzero((bodies != GROUND) & ~pairs.on_surface)
+        faces = boundary_faces(mesh)
+        for i, index in zip(there, mesh.index(nodes[there]), strict=True):
+            normals = node_normals(mesh, index, faces)
+            cosine = (sign * normals @ pairs.normal[i]).max() if len(normals) else -1.0
+            worst[i] = max(worst[i], np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+    return worst

@@ -2,6 +2,11 @@
 
 import numpy as np
 
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.statics.model_inputs import in_patch
+from tipdamp.study.schema import Measured
+
 LINKS = 16               # straight links of the drawn curve between two computed points
 
 
@@ -47,3 +52,19 @@ def share_inside(hz: np.ndarray, low: np.ndarray, high: np.ndarray, path_hz: np.
     values = values_at(hz, *drawn(path_hz, path))
     hits = [bool(((v >= a) & (v <= b)).any()) for v, a, b in zip(values, low, high, strict=True) if len(v)]
     return float(np.mean(hits)) if hits else float("nan")
+
+
+def at_place(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
+    """(m,) bool: outputs of the measured place. Raises InputError where the curve has no such output."""
+    place, names = settings.response or first_patch, curve.output_names.tolist()
+    mine = in_patch(names, place) | (curve.output_names == place)
+    if not mine.any():
+        raise InputError(f"response = '{place}': no output of that name; {nearest(place, names)}")
+    return mine
+
+
+def computed_amplitude(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
+    """(n,) m, largest computed amplitude over the nodes of the measured place; NaN where a point failed."""
+    mine = at_place(curve, settings, first_patch)
+    values = np.abs(curve.harmonics[:, mine, 1]) if settings.amplitude == "fundamental" else curve.amplitude()[:, mine]
+    return np.where(curve.converged, values.max(axis=1), np.nan)

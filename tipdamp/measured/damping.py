@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
 
 FLAT = 3                 # equal highest values that no sampled resonance has: the signal was clipped
 WIDE = 1e-4              # of the frequency: over less than this, samples of a resonance may be equal

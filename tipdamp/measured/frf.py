@@ -2,16 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
 
 GRAVITY = 9.80665        # m/s2, standard acceleration (CGPM 1901)
 # quantity: power of i omega that leads from displacement to it, and its units in SI
 QUANTITIES = {"receptance": (0, {"m": 1.0, "mm": 1e-3, "um": 1e-6}),
               "mobility": (1, {"m/s": 1.0, "mm/s": 1e-3}),
               "accelerance": (2, {"m/s2": 1.0, "mm/s2": 1e-3, "g": GRAVITY})}
+BAND_COLUMNS = "frequency (Hz),mean (m/N),low (m/N),high (m/N),standard deviation (m/N)"
 SAME_GRID = 1e-9         # relative difference of frequencies that come from text with ten digits
 
 
@@ -83,3 +85,14 @@ def average(repeats: Sequence[Frf]) -> MeasuredCurve:
 def _on(hz, frf):
     exact = len(frf.hz) == len(hz) and np.allclose(frf.hz, hz, rtol=SAME_GRID, atol=0.0)
     return frf.amplitude if exact else np.interp(hz, frf.hz, frf.amplitude)
+
+
+def write_band(path: Path, curve: MeasuredCurve, scatter: float) -> None:
+    """Mean and band of the repeats of a measured curve, as CSV."""
+    table = np.column_stack([curve.hz, curve.mean, *curve.band(scatter), curve.deviation])
+    np.savetxt(path, table, delimiter=",", fmt="%.12g", header=BAND_COLUMNS, comments="")
+
+
+def load_band(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """hz, mean, low, high (n,) Hz and m/N of the CSV of a measured curve."""
+    return tuple(np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2).T[:4])

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError
-from tipdamp.measured.columns import Columns, from_matlab, from_text
+from tipdamp.hbm.errors import InputError
 from tipdamp.measured.damping import check_clipped
 from tipdamp.measured.frf import QUANTITIES, Frf, receptance
 from tipdamp.measured.universal import from_universal
+from tipdamp.readers.columns import Columns, from_matlab, from_text
 from tipdamp.study.schema import Measured
 
 TEXT, MATLAB, UNIVERSAL = (".csv", ".txt", ".dat"), (".mat",), (".unv", ".uff", ".uf")

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
 
 FUNCTION, UNITS, FACTOR = 58, 164, "factor to SI"
 FRF_TYPE, FORCE = 4, 13                    # func_type and specific data type of dataset 58

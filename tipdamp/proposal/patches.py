@@ -6,11 +6,11 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from hbm.ties import in_order
-from modal.faces import boundary_faces, face_corners, face_keys, group_faces
-from modal.mesh import Mesh
-from static_contact.surfaces.facets import Surface, facets
-from static_contact.surfaces.pick import FacePick
+from tipdamp.hbm.ties import in_order
+from tipdamp.modal.faces import boundary_faces, face_corners, face_keys, group_faces
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.surfaces.facets import Surface, facets
+from tipdamp.static_contact.surfaces.pick import FacePick
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hbm.errors import InputError
-from hbm.ties import first_largest, in_order
-from modal.elements.cells import tables
-from modal.mesh import Mesh
-from modal.mesh_checks import parts
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.split import cut
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.ties import first_largest, in_order
+from tipdamp.modal.elements.cells import tables
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh_checks import parts
 from tipdamp.proposal.patches import (
     Patch,
     as_one,

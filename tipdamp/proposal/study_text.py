@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from static_contact.rigid_motions import SETTINGS
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.proposal.propose import Proposal
+from tipdamp.static_contact.bodies.rigid_motions import SETTINGS
 
 ASK = '"?"'
 UNITS = {"m": ("Pa", "kg/m3"), "mm": ("MPa", "t/mm3")}

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
 from tipdamp.proposal.propose import Proposal, propose
 from tipdamp.proposal.study_text import study_text
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError, shown
+from tipdamp.hbm.errors import InputError, shown
 from tipdamp.readers.abaqus_sets import SOLID, AbaqusFile, Scope, collect
 from tipdamp.readers.content import FULL_INTEGRATION, Content, Reader, decode, numbers, span, whole
 

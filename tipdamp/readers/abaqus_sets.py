@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError, shown
-from modal.elements.cells import CELLS
+from tipdamp.hbm.errors import InputError, shown
+from tipdamp.modal.elements.cells import CELLS
 from tipdamp.readers.content import HEX20, TET10, WEDGE15, Content
 
 _HEX_FACES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError, shown
-from modal.elements.cells import CELLS
-from modal.mesh_checks import some
+from tipdamp.hbm.errors import InputError, shown
+from tipdamp.modal.elements.cells import CELLS
+from tipdamp.modal.mesh_checks import some
 from tipdamp.readers.content import FULL_INTEGRATION, HEX20, TET10, WEDGE15, Content, Reader, decode, span
 
 BRICKS = {45: 8, 185: 8, 64: 8, 5: 8, 95: 20, 186: 20, 90: 20}  # element routine -> nodes

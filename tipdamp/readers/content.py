@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm.errors import InputError, shown
-from hbm.io.room import check_size
-from modal.elements.cells import CELLS
-from modal.faces import face_keys
-from modal.mesh import Mesh
-from modal.mesh_checks import checked, some
+from tipdamp.hbm.errors import InputError, shown
+from tipdamp.hbm.io.room import check_size
+from tipdamp.modal.elements.cells import CELLS
+from tipdamp.modal.faces import face_keys
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh_checks import checked, some
 
 # orders in which formats list the nodes between corners (corner numbers from 0)
 _HEX_BOTTOM, _HEX_TOP = [(0, 1), (1, 2), (2, 3), (3, 0)], [(4, 5), (5, 6), (6, 7), (7, 4)]

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from hbm.errors import InputError, nearest, shown
-from hbm.io.room import check_size
-from modal.mesh import Mesh
+from tipdamp.hbm.errors import InputError, nearest, shown
+from tipdamp.hbm.io.room import check_size
+from tipdamp.modal.mesh import Mesh
 from tipdamp.readers import abaqus, ansys, gmsh, nastran
 from tipdamp.readers.content import to_mesh
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError, shown
+from tipdamp.hbm.errors import InputError, shown
 from tipdamp.readers.content import Content, Reader, whole
 
 # element number -> (name, dimension, nodes)            [gmsh manual, file format MSH]

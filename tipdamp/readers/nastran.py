@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-from hbm.errors import InputError, shown
-from modal.elements.cells import CELLS
+from tipdamp.hbm.errors import InputError, shown
+from tipdamp.modal.elements.cells import CELLS
 from tipdamp.readers.content import (
     FULL_INTEGRATION,
     HEX20_NASTRAN,

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tipdamp.pair_checks import pair_names
+from tipdamp.checks.pairs import pair_names
 from tipdamp.report.results import Case, Results
 from tipdamp.report.text import NEGLIGIBLE, force_along, moment, names_of_pairs, number, sentence
-from tipdamp.stages.results import SideForces, TuneStep
+from tipdamp.results.static_results import SideForces, TuneStep
 
 
 @dataclass(frozen=True)

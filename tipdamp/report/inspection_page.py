@@ -4,16 +4,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from modal.mesh import Mesh
-from tipdamp import surface
 from tipdamp.bodies.surfaces import contact_edges
+from tipdamp.fields import surface
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.modal.mesh import Mesh
 from tipdamp.report.figures.contact_pairs import contact_pairs
 from tipdamp.report.figures.mesh_groups import mesh_groups
 from tipdamp.report.page import Block, Section, page
 from tipdamp.report.tables.inspected import bodies_table, pairs_table
 from tipdamp.report.text import sentence
-from tipdamp.stages.results import InspectResult
+from tipdamp.results.static_results import InspectResult
 from tipdamp.study.view import Study
 
 

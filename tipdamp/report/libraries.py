@@ -2,7 +2,7 @@
 
 from importlib.util import find_spec
 
-from hbm.errors import InputError
+from tipdamp.hbm.errors import InputError
 
 
 class MissingLibrary(InputError):

@@ -5,16 +5,19 @@ from typing import TypeVar
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.io.npz import open_npz
-from hbm.model import ReducedModel
-from hbm.result import ForcedResponse
-from tipdamp import pair_checks, surface
-from tipdamp.stages.cycles import Loops, load_loops
-from tipdamp.stages.measured import load_band
-from tipdamp.stages.model_inputs import in_patch
-from tipdamp.stages.record import Result
-from tipdamp.stages.response_results import (
+from tipdamp.checks import pairs as pair_checks
+from tipdamp.engine.store import Store
+from tipdamp.fields import surface
+from tipdamp.fields.surface import Surface
+from tipdamp.fields.visualization import Shapes
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.measured.frf import load_band
+from tipdamp.results.loops import Loops, load_loops
+from tipdamp.results.record import Result
+from tipdamp.results.response_results import (
     AgreementResult,
     CurveResult,
     CyclesResult,
@@ -22,11 +25,9 @@ from tipdamp.stages.response_results import (
     RespondResult,
     StressResult,
 )
-from tipdamp.stages.results import FullResult, InspectResult, PreloadResult, ReduceResult, TuneResult
-from tipdamp.store import Store
+from tipdamp.results.static_results import FullResult, InspectResult, PreloadResult, ReduceResult, TuneResult
+from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.view import Study
-from tipdamp.surface import Surface
-from tipdamp.visualization import Shapes
 
 R = TypeVar("R", bound=Result)
 

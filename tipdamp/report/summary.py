@@ -3,7 +3,7 @@
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.results import Results
 from tipdamp.report.versions import versions
-from tipdamp.stages.response_results import CurveResult
+from tipdamp.results.response_results import CurveResult
 
 COPIED = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "at_least_hz", "at_least_m", "inside_hz", "inside_m",
           "points", "failed_points", "seconds", "complete", "ended", "patches", "held", "held_change",

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tipdamp.stages.results import Redistribution
+from tipdamp.results.static_results import Redistribution
 
 NOTHING = "\N{EN DASH}"
 MICRO = 1e6             # µm in a metre

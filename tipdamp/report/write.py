@@ -2,7 +2,8 @@
 
 import time
 
-from tipdamp.progress import Tick
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import figure_table, matplotlib
 from tipdamp.report.drawing.figure import Figure
@@ -10,7 +11,6 @@ from tipdamp.report.introduction import introduction
 from tipdamp.report.page import page
 from tipdamp.report.results import load_results
 from tipdamp.report.summary import summarise
-from tipdamp.store import Store
 from tipdamp.study.view import Study
 
 

@@ -4,13 +4,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from hbm.balance.receptance import linear_response
-from hbm.contact import ContactTable, relative_motion
-from hbm.model import ReducedModel
-from tipdamp import only_friction
 from tipdamp.bodies import DAMPER
-from tipdamp.stages.model_inputs import ratio
-from tipdamp.stages.results import FreeMotion
+from tipdamp.checks import only_friction
+from tipdamp.hbm.balance.receptance import linear_response
+from tipdamp.hbm.contact import ContactTable, relative_motion
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.results.static_results import FreeMotion
+from tipdamp.statics.model_inputs import ratio
 from tipdamp.study.view import Study
 
 

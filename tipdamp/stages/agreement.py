@@ -4,15 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hbm.errors import InputError, nearest
-from hbm.result import ForcedResponse
-from tipdamp.measured.agreement import drawn, share_inside, values_at
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.measured.agreement import at_place, computed_amplitude, drawn, share_inside, values_at
 from tipdamp.measured.damping import half_power
-from tipdamp.progress import Tick
-from tipdamp.stages.curve_facts import peak_of
-from tipdamp.stages.measured import load_band
-from tipdamp.stages.model_inputs import in_patch
-from tipdamp.stages.response_results import (
+from tipdamp.measured.frf import load_band
+from tipdamp.results.response_results import (
     Agreement,
     AgreementResult,
     CurveResult,
@@ -21,10 +20,9 @@ from tipdamp.stages.response_results import (
     MeasuredResult,
     RespondResult,
 )
-from tipdamp.stages.results import TuneResult
+from tipdamp.results.static_results import TuneResult
+from tipdamp.stages.curve_facts import peak_of
 from tipdamp.stages.stage import Stage
-from tipdamp.store import Store
-from tipdamp.study.schema import Measured
 from tipdamp.study.view import Study
 
 SAME_LEVEL = 0.02        # relative difference of two forces that count as one level
@@ -48,22 +46,6 @@ def agreement(study: Study, store: Store, tick: Tick) -> list[str]:
                                     load_band(store.path(facts.file))))
     AgreementResult(curves=tuple(found), zeta=_zeta(study, store), warnings=tuple(said)).save(store)
     return []
-
-
-def at_place(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
-    """(m,) bool: outputs of the measured place. Raises InputError where the curve has no such output."""
-    place, names = settings.response or first_patch, curve.output_names.tolist()
-    mine = in_patch(names, place) | (curve.output_names == place)
-    if not mine.any():
-        raise InputError(f"response = '{place}': no output of that name; {nearest(place, names)}")
-    return mine
-
-
-def computed_amplitude(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
-    """(n,) m, largest computed amplitude over the nodes of the measured place; NaN where a point failed."""
-    mine = at_place(curve, settings, first_patch)
-    values = np.abs(curve.harmonics[:, mine, 1]) if settings.amplitude == "fundamental" else curve.amplitude()[:, mine]
-    return np.where(curve.converged, values.max(axis=1), np.nan)
 
 
 def _agreement(name, settings, patch, facts: MeasuredFacts, case: CurveResult, curve, band) -> Agreement:

@@ -5,18 +5,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hbm import fourier
-from hbm.contact import ContactTable
-from hbm.hold.check import hold_in_words
-from hbm.hold.spring import HeldMotion
-from hbm.problem import ContactProblem
-from hbm.result import ForcedResponse, local_maxima
-from hbm.ties import first_largest
-from tipdamp.curves import Case
-from tipdamp.pair_checks import pair_names
-from tipdamp.stages.model_inputs import in_patch
-from tipdamp.stages.record import Number
-from tipdamp.stages.response_results import BackCurve, CurveResult, HeldForce, Peak
+from tipdamp.checks.pairs import pair_names
+from tipdamp.engine.curves import Case
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.curve.hold_check import hold_in_words
+from tipdamp.hbm.hold.spring import HeldMotion
+from tipdamp.hbm.result import ForcedResponse, local_maxima
+from tipdamp.hbm.ties import first_largest
+from tipdamp.results.record import Number
+from tipdamp.results.response_results import BackCurve, CurveResult, HeldForce, Peak
+from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import Respond
 
 

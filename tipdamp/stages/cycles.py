@@ -1,21 +1,20 @@
 """Stage cycles: inside of the contacts at the peak of every curve, hysteresis loops, friction work, energy balance."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from hbm.curve.energy import EnergyBalance
-from hbm.cycles import ContactCycles, contact_cycles
-from hbm.errors import InputError
-from hbm.io.npz import open_npz
-from hbm.result import ForcedResponse
-from tipdamp.pair_checks import pair_names
-from tipdamp.progress import Tick
+from tipdamp.checks.pairs import pair_names
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.hbm.curve.cycles import contact_cycles
+from tipdamp.hbm.curve.energy import EnergyBalance
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.results.loops import save_loops
+from tipdamp.results.response_results import CurveResult, CyclesResult, PeakCycle, RespondResult
 from tipdamp.stages.respond import READS, assembled
-from tipdamp.stages.response_results import CurveResult, CyclesResult, PeakCycle, RespondResult
 from tipdamp.stages.stage import Stage
-from tipdamp.store import Store
 from tipdamp.study.view import Study
 
 SAMPLES = 256            # a period: the loops are drawn with them, the energies do not depend on them
@@ -39,7 +38,7 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
             continue
         found.append(_facts(case, curve, point, cycle.energy, names))
         with store.writing(found[-1].file) as path:
-            _save(path, cycle, names)
+            save_loops(path, cycle, names)
     CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
     return [one.file for one in found]
 
@@ -58,28 +57,6 @@ def _facts(case: CurveResult, curve: ForcedResponse, point: int, energy: EnergyB
     return PeakCycle(file=f"cycles/{case.file.rpartition('/')[2]}", Fe_N=case.Fe_N, H=case.H,
                      hz=float(curve.frequency[point]), input_J=energy.input, damping_J=energy.damping,
                      friction_J=dict(zip(names, map(float, energy.friction), strict=True)), error=energy.error)
-
-
-def _save(path, cycle: ContactCycles, names) -> None:
-    with path.open("wb") as file:
-        np.savez_compressed(file, time=cycle.time, motion=cycle.motion, force=cycle.force, sliders=cycle.sliders,
-                            components=np.array(cycle.components), pairs=np.array(names))
-
-
-class Loops(NamedTuple):
-    """What a file of the stage holds: time (n,) s, motion and force (n, P, nd) in m and N, components, pairs (P,)."""
-
-    time: np.ndarray
-    motion: np.ndarray
-    force: np.ndarray
-    components: tuple[str, ...]
-    pairs: tuple[str, ...]
-
-
-def load_loops(path) -> Loops:
-    """Read a file of the stage."""
-    with open_npz(path, packed=True) as z:
-        return Loops(z["time"], z["motion"], z["force"], tuple(z["components"].tolist()), tuple(z["pairs"].tolist()))
 
 
 def line(store: Store) -> str:

@@ -5,18 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.model import ReducedModel
-from static_contact.kept_pairs import keep_ends
-from static_contact.redistribution import carried
-from static_contact.roll_springs import spring_rows
-from static_contact.stiffness.nodal_weights import calibrate_scale
-from static_contact.stuck_assembly import StuckAssembly
-from tipdamp import loads
-from tipdamp.bodies import BLADES
-from tipdamp.stages import model_inputs as inputs
+from tipdamp.bodies import BLADES, loads
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.model import ReducedModel
 from tipdamp.stages.reduce import free_modes
-from tipdamp.statics import StaticBodies, factored_once, static_contact
+from tipdamp.static_contact.stiffness.nodal_weights import calibrate_scale
+from tipdamp.static_contact.tuning.kept_pairs import keep_ends
+from tipdamp.static_contact.tuning.redistribution import carried
+from tipdamp.static_contact.tuning.roll_springs import spring_rows
+from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
+from tipdamp.statics import model_inputs as inputs
+from tipdamp.statics.cases import StaticBodies, factored_once, static_contact
 from tipdamp.study.view import Study
 
 READS = ("tune.follow", "tune.stations", "tune.stiffness", "respond.direction", "respond.patches")

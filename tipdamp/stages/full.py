@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from static_contact.full.newton import FullPreload, full_preload
-from static_contact.full.ranks import Part, distributed_bodies, own_rows
-from tipdamp import loads, ranks
-from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies import BLADES, DAMPER, loads
 from tipdamp.bodies.assemble import assemble_bodies, materials
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.bodies.surfaces import surface_points
-from tipdamp.progress import Tick
-from tipdamp.stages.results import FullResult, FullSide
+from tipdamp.engine import ranks
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.results.static_results import FullResult, FullSide
 from tipdamp.stages.stage import Stage
-from tipdamp.store import Store
+from tipdamp.static_contact.full.newton import FullPreload, full_preload
+from tipdamp.static_contact.full.ranks import Part, distributed_bodies, own_rows
 from tipdamp.study.view import Study
 
 

@@ -4,28 +4,35 @@ from types import MappingProxyType
 
 import numpy as np
 
-from hbm.errors import InputError, shown
-from modal.mesh import DIMENSION
-from modal.mesh_checks import parts
-from tipdamp import loads, only_friction, pair_checks
-from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.bodies import BLADES, DAMPER, loads
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes, shape_counts
+from tipdamp.bodies.gaps import check_gaps
 from tipdamp.bodies.matrices import given_model, ground_warnings
 from tipdamp.bodies.pair import matched, places_on
 from tipdamp.bodies.pieces import check_pieces
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
+from tipdamp.bodies.stiffness import side_materials
 from tipdamp.bodies.surfaces import damper_areas
-from tipdamp.bodies.table_checks import unknown_places
-from tipdamp.gaps import check_gaps
-from tipdamp.progress import Tick
+from tipdamp.bodies.table_checks import surface_angles, unknown_places
+from tipdamp.checks import only_friction
+from tipdamp.checks import pairs as pair_checks
+from tipdamp.checks.plausibility import (
+    distance_warnings,
+    expectations,
+    first_frequency,
+    friction_warnings,
+    mesh_warnings,
+)
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.hbm.errors import InputError, shown
+from tipdamp.modal.mesh import DIMENSION
+from tipdamp.modal.mesh_checks import parts
 from tipdamp.report.inspection_page import Inspected, inspection_page
 from tipdamp.report.libraries import missing
 from tipdamp.report.tables.inspected import covered
-from tipdamp.sanity_checks import distance_warnings, expectations, first_frequency, friction_warnings, mesh_warnings
-from tipdamp.stages.results import InspectedBody, InspectResult
+from tipdamp.results.static_results import InspectedBody, InspectResult
 from tipdamp.stages.stage import Stage
-from tipdamp.stiffness import side_materials
-from tipdamp.store import Store
 from tipdamp.study.view import Study
 
 
@@ -66,7 +73,7 @@ def _meshes(study, store, tick):
         raise
     check_gaps(study, pairs, meshes[DAMPER].position)
     bodies, warnings = _assembled(study, meshes, (pairs, points), bodies, tick)
-    angles = pair_checks.surface_angles(pairs, meshes)
+    angles = surface_angles(pairs, meshes)
     if not study.contact.pairs:
         warnings += distance_warnings(study, pairs, meshes)
     warnings += [*friction_warnings(study), *pair_checks.warnings(pairs, angles)]
@@ -91,7 +98,7 @@ def _of_mesh(mesh, file):
 
 def _assembled(study, meshes, contact, bodies, tick):
     """The bodies with dofs, mass and rigid modes; the warnings about each. contact : pairs, and points of surfaces."""
-    from modal.body import check_support
+    from tipdamp.modal.body import check_support
 
     (pairs, points), found, warnings = contact, dict(bodies), []
     counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from static_contact.area_detachment import detach_area, keep_area
-from static_contact.contact_cells import cells_in, fade_of, plane_of
-from static_contact.detachment import DetachmentOptions, halves
-from static_contact.mirror import mirrors_of
-from static_contact.stuck_assembly import StuckAssembly
-from tipdamp.pressure import patches
-from tipdamp.progress import Tick
-from tipdamp.stages import results
+from tipdamp.engine.progress import Tick
+from tipdamp.fields.pressure import patches
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.results import static_results as results
+from tipdamp.static_contact.contact.contact_cells import cells_in, fade_of, plane_of
+from tipdamp.static_contact.contact.mirror import mirrors_of
+from tipdamp.static_contact.tuning.area_detachment import detach_area, keep_area
+from tipdamp.static_contact.tuning.detachment import DetachmentOptions, halves
+from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.study.view import Study
 
 UNITS = {True: ("mm2", 1e6), False: ("mm", 1e3)}         # of areas, and of sides that are a line

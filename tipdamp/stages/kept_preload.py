@@ -5,24 +5,25 @@ from functools import cached_property
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.hold.rigid_motion import parse_motion
-from hbm.model import ReducedModel
-from static_contact.equilibrium import beside
-from static_contact.preload import StaticContact
-from static_contact.redistribution import (
+from tipdamp.bodies import loads
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.hold.rigid_motion import parse_motion
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.results import static_results as results
+from tipdamp.static_contact.contact.equilibrium import beside
+from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.tuning.redistribution import (
     MOMENT,
     balancing_forces,
     contact_length,
     redistribute,
     redistribute_friction,
 )
-from tipdamp import friction, loads
-from tipdamp.stages import model_inputs as inputs
-from tipdamp.stages import results
-from tipdamp.statics import StaticBodies, static_bodies, static_contact
-from tipdamp.store import Store
+from tipdamp.statics import friction
+from tipdamp.statics import model_inputs as inputs
+from tipdamp.statics.cases import StaticBodies, static_bodies, static_contact
 from tipdamp.study.view import Study
 
 UNBALANCED = 0.1        # of the load: preload that was measured is hardly known better

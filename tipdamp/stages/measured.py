@@ -1,21 +1,18 @@
 """Stage measured: measured response curves to receptances, mean and band, peak and damping."""
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 
-from hbm.errors import InputError
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.hbm.errors import InputError
 from tipdamp.measured.damping import circle_fit, half_power, highest_peak
-from tipdamp.measured.frf import Frf, MeasuredCurve, average
+from tipdamp.measured.frf import Frf, MeasuredCurve, average, write_band
 from tipdamp.measured.read import read_measured
-from tipdamp.progress import Tick
-from tipdamp.stages.response_results import Damping, MeasuredFacts, MeasuredResult
+from tipdamp.results.response_results import Damping, MeasuredFacts, MeasuredResult
 from tipdamp.stages.stage import Stage
-from tipdamp.store import Store
 from tipdamp.study.view import Study
-
-COLUMNS = "frequency (Hz),mean (m/N),low (m/N),high (m/N),standard deviation (m/N)"
 
 
 def measured(study: Study, store: Store, tick: Tick) -> list[str]:
@@ -32,7 +29,7 @@ def measured(study: Study, store: Store, tick: Tick) -> list[str]:
         facts[name] = _facts(name, settings.files, curve)
         said += [f"measured curve '{name}': {text}" for text in (*more, *_refusals(facts[name]))]
         with store.writing(facts[name].file) as path:
-            _write(path, curve, settings.scatter)
+            write_band(path, curve, settings.scatter)
     MeasuredResult(curves=facts, warnings=tuple(said)).save(store)
     return [one.file for one in facts.values()]
 
@@ -87,16 +84,6 @@ def _refusals(facts: MeasuredFacts):
         yield f"no damping by half-power: {facts.half_power.refused}"
     if facts.with_phase and facts.circle_fit.refused and facts.circle_fit.refused != facts.half_power.refused:
         yield f"no damping by circle fit: {facts.circle_fit.refused}"
-
-
-def _write(path: Path, curve: MeasuredCurve, scatter: float) -> None:
-    table = np.column_stack([curve.hz, curve.mean, *curve.band(scatter), curve.deviation])
-    np.savetxt(path, table, delimiter=",", fmt="%.12g", header=COLUMNS, comments="")
-
-
-def load_band(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """hz, mean, low, high (n,) Hz and m/N of the CSV of a measured curve."""
-    return tuple(np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2).T[:4])
 
 
 def line(store: Store) -> str:

@@ -5,27 +5,36 @@ from typing import Any
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.hold.spring import spring_forces
-from hbm.model import ReducedModel
-from static_contact.preload import StaticContact
-from tipdamp import friction, loads, only_friction, statics, stiffness, stresses
-from tipdamp.bodies import DAMPER
+from tipdamp.bodies import DAMPER, loads, stiffness
+from tipdamp.bodies.gaps import check_gaps
 from tipdamp.bodies.pieces import check_loaded
 from tipdamp.bodies.read import BODY_READS
-from tipdamp.gaps import check_gaps
-from tipdamp.pair_checks import jamming
-from tipdamp.progress import Tick
-from tipdamp.sanity_checks import closure_warnings
+from tipdamp.checks import only_friction
+from tipdamp.checks.pairs import jamming
+from tipdamp.checks.plausibility import closure_warnings
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.fields.visualization import keep_preload
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.hold.spring import spring_forces
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.results.static_results import (
+    FreeMotion,
+    LoadCasePreload,
+    PreloadResult,
+    ReduceResult,
+    SideForces,
+    SideLoad,
+)
 from tipdamp.stages import fitted_stiffness
 from tipdamp.stages.fitted_stiffness import fit_factor
-from tipdamp.stages.model_inputs import balance_error, equilibrium, preload_map, side_sums
-from tipdamp.stages.results import FreeMotion, LoadCasePreload, PreloadResult, ReduceResult, SideForces, SideLoad
 from tipdamp.stages.stage import Stage
-from tipdamp.store import Store
+from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.statics import cases as statics
+from tipdamp.statics import friction, stresses
+from tipdamp.statics.model_inputs import balance_error, equilibrium, preload_map, side_sums
 from tipdamp.study.view import Study
-from tipdamp.visualization import keep_preload
 
 
 @dataclass(frozen=True)

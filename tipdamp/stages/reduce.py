@@ -4,20 +4,20 @@ from typing import Any
 
 import numpy as np
 
-from hbm.balance.receptance import linear_response
-from hbm.model import ReducedModel
 from tipdamp.bodies import BLADES
+from tipdamp.bodies.free_modes import FreeModes, band, band_warnings, lowest_modes, named_modes
 from tipdamp.bodies.matrices import given_model, size_of
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.bodies.reduce import reduced_model, wants_error
-from tipdamp.free_modes import FreeModes, band, band_warnings, lowest_modes, named_modes
-from tipdamp.progress import Tick
-from tipdamp.stages.model_inputs import EXCITATION, excitation, group, in_patch, outputs, ratio
-from tipdamp.stages.results import FreeResponse, ReduceResult
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.fields.visualization import keep_bodies
+from tipdamp.hbm.balance.receptance import linear_response
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.results.static_results import FreeResponse, ReduceResult
 from tipdamp.stages.stage import Stage
-from tipdamp.store import Store
+from tipdamp.statics.model_inputs import EXCITATION, excitation, group, in_patch, outputs, ratio
 from tipdamp.study.view import Study
-from tipdamp.visualization import keep_bodies
 
 
 def reduce(study: Study, store: Store, tick: Tick) -> list[str]:

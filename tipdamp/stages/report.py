@@ -1,10 +1,10 @@
 """Stage report: one HTML page, the figures and summary.json."""
 
-from tipdamp.progress import Tick
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
 from tipdamp.report.write import write_report
-from tipdamp.stages import ON_REQUEST, STAGES
+from tipdamp.results import ON_REQUEST, STAGES
 from tipdamp.stages.stage import Stage, load_stage
-from tipdamp.store import Store
 from tipdamp.study.view import PARTS, Study
 
 BEFORE = {name: load_stage(name) for name in STAGES if name != "report"}

@@ -7,30 +7,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hbm.balance.receptance import linear_response
-from hbm.contact import ContactTable
-from hbm.curve.trace import SLIDES
-from hbm.hold import spring
-from hbm.interface import InterfaceReduction
-from hbm.model import ReducedModel
-from hbm.problem import contact_problem
-from hbm.result import ForcedResponse
-from static_contact.roll_springs import with_springs
-from tipdamp import friction, only_friction
-from tipdamp.curves import Case, Curves, forget, sweep
-from tipdamp.interface import FILES, doubts, facts_of, in_words, keep_shapes, kept_shapes, shapes_of
-from tipdamp.pair_checks import pair_names
-from tipdamp.progress import Ticker
+from tipdamp.bodies.interface import FILES, doubts, facts_of, in_words, keep_shapes, kept_shapes, shapes_of
+from tipdamp.checks import only_friction
+from tipdamp.checks.pairs import pair_names
+from tipdamp.engine.curves import Case, Curves, forget, sweep
+from tipdamp.engine.progress import Ticker
+from tipdamp.engine.store import Store
+from tipdamp.engine.workers import Workers
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.balance.receptance import linear_response
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.curve.trace import SLIDES
+from tipdamp.hbm.hold import spring
+from tipdamp.hbm.interface import InterfaceReduction
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.results.response_results import CurveResult, Peak, RespondResult
+from tipdamp.results.static_results import PreloadResult, TuneResult
 from tipdamp.stages.adrift import adrift, held_in
 from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
-from tipdamp.stages.model_inputs import declared_springs, excitation, held_motions, outputs, peak_groups, ratio
-from tipdamp.stages.response_results import CurveResult, Peak, RespondResult
-from tipdamp.stages.results import PreloadResult, TuneResult
 from tipdamp.stages.stage import Stage
-from tipdamp.store import Store
+from tipdamp.static_contact.tuning.roll_springs import with_springs
+from tipdamp.statics import friction
+from tipdamp.statics.model_inputs import declared_springs, excitation, held_motions, outputs, peak_groups, ratio
 from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study, every_key
-from tipdamp.workers import Workers
 
 # of `assembled`
 READS = (*every_key("respond", but=("stress",)), "sides", "preload.friction", "driver.hold", "model.hold")

@@ -7,20 +7,17 @@ from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 
-import hbm
-import modal
-import static_contact
 import tipdamp
-from hbm.errors import InputError
-from tipdamp import stages
-from tipdamp.progress import progress
+from tipdamp import hbm, modal, results, static_contact
+from tipdamp.engine.progress import progress
+from tipdamp.engine.store import Store, fingerprint
+from tipdamp.engine.workers import Workers
+from tipdamp.hbm.errors import InputError
 from tipdamp.stages.stage import Stage, load_stage
-from tipdamp.store import Store, fingerprint
 from tipdamp.study.view import Study, View
-from tipdamp.workers import Workers
 
-STAGES: dict[str, Stage] = {name: load_stage(name) for name in stages.STAGES}
-ON_REQUEST: dict[str, Stage] = {name: load_stage(name) for name in stages.ON_REQUEST}
+STAGES: dict[str, Stage] = {name: load_stage(name) for name in results.STAGES}
+ON_REQUEST: dict[str, Stage] = {name: load_stage(name) for name in results.ON_REQUEST}
 FROM = ".stages/{}.from"          # of a finished stage: what it was made from
 # names and patterns of all that the program writes into a results folder
 WRITTEN = (".stages/*", "export/*", *(file for stage in (*STAGES.values(), *ON_REQUEST.values())

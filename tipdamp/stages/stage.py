@@ -6,7 +6,7 @@ from fnmatch import fnmatchcase
 from importlib import import_module
 from operator import attrgetter
 
-from tipdamp.store import Store
+from tipdamp.engine.store import Store
 from tipdamp.study.view import Study
 
 

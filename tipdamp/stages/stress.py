@@ -5,21 +5,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbm.cycles import whole_motion
-from hbm.result import ForcedResponse
-from hbm.ties import SAME, in_order
-from modal.mesh import Mesh
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.bodies.reduce import reduced_model, wants_error
-from tipdamp.progress import Tick
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.fields.visualization import write_shapes
+from tipdamp.hbm.curve.cycles import whole_motion
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.ties import SAME, in_order
+from tipdamp.modal.mesh import Mesh
+from tipdamp.results.response_results import PeakStress, RespondResult, StressPlace, StressResult
 from tipdamp.stages.cycles import highest_point
 from tipdamp.stages.respond import READS, Assembly, assembled
-from tipdamp.stages.response_results import PeakStress, RespondResult, StressPlace, StressResult
 from tipdamp.stages.stage import Stage
-from tipdamp.store import Store
-from tipdamp.stresses import VibrationStress, WholeBody, body_load, contact_forces, whole_body
+from tipdamp.statics.stresses import VibrationStress, WholeBody, body_load, contact_forces, whole_body
 from tipdamp.study.view import Study
-from tipdamp.visualization import write_shapes
 
 LARGEST = 5              # places of each body that are named
 BALANCED = 1e-3          # part of the forces at rest that a free body may take up by its inertia without a word

@@ -4,33 +4,41 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from modal.truncation import Truncation
-from static_contact.detachment import Detachment, DetachmentOptions, detach_until, keep_stations, keep_weights
-from static_contact.full.stuck_modes import StuckSet
-from static_contact.redistribution import carried
-from static_contact.roll_springs import RollSpring, spring_rows
-from static_contact.stuck_assembly import StuckAssembly, StuckModes
-from tipdamp import friction, kept_table
 from tipdamp.bodies import BLADES, CHECK_BELOW_HZ
 from tipdamp.bodies.check import full_model_check
+from tipdamp.bodies.free_modes import tracking_warnings
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
-from tipdamp.free_modes import tracking_warnings
-from tipdamp.pair_checks import one_row_warnings
-from tipdamp.pair_checks import warnings as pair_warnings
-from tipdamp.progress import Tick
-from tipdamp.stages import kept_area, results
-from tipdamp.stages import model_inputs as inputs
+from tipdamp.checks import kept_table
+from tipdamp.checks.pairs import one_row_warnings
+from tipdamp.checks.pairs import warnings as pair_warnings
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.fields.visualization import keep_stuck
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.modal.truncation import Truncation
+from tipdamp.results import static_results as results
+from tipdamp.results.response_results import MeasuredResult
+from tipdamp.stages import kept_area
 from tipdamp.stages.kept_preload import KeptContact, kept_case, kept_preload, moment_within
 from tipdamp.stages.preload import side_forces
 from tipdamp.stages.reduce import free_modes
-from tipdamp.stages.response_results import MeasuredResult
 from tipdamp.stages.stage import Stage
-from tipdamp.store import Store
+from tipdamp.static_contact.full.stuck_modes import StuckSet
+from tipdamp.static_contact.tuning.detachment import (
+    Detachment,
+    DetachmentOptions,
+    detach_until,
+    keep_stations,
+    keep_weights,
+)
+from tipdamp.static_contact.tuning.redistribution import carried
+from tipdamp.static_contact.tuning.roll_springs import RollSpring, spring_rows
+from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly, StuckModes
+from tipdamp.statics import friction
+from tipdamp.statics import model_inputs as inputs
 from tipdamp.study.view import Study
-from tipdamp.visualization import keep_stuck
 
 DEVIATIONS = 2                      # of the peak frequency over the repeats: scatter of a measured target
 SHOWN_BELOW_HZ = 2 * CHECK_BELOW_HZ

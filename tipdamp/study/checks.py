@@ -4,9 +4,9 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-from hbm.errors import InputError, nearest, shown
-from hbm.io.room import check_size
-from hbm.validation import check_samples
+from tipdamp.hbm.errors import InputError, nearest, shown
+from tipdamp.hbm.io.room import check_size
+from tipdamp.hbm.validation import check_samples
 from tipdamp.study.law import laws_with_sliders
 from tipdamp.study.schema import Contact, LoadCase, Respond, Section, Side, Tune
 from tipdamp.study.view import Study

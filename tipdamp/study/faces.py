@@ -3,8 +3,8 @@
 from dataclasses import fields
 from typing import Any
 
-from hbm.errors import nearest
-from static_contact.surfaces.pick import FacePick
+from tipdamp.hbm.errors import nearest
+from tipdamp.static_contact.surfaces.pick import FacePick
 from tipdamp.study.values import NUMBER, Key, Kind, number
 
 LENGTH = Key(NUMBER, "", low=0, open_low=True)

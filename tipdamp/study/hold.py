@@ -4,8 +4,8 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from hbm.errors import InputError, nearest
-from hbm.hold.rigid_motion import ALLOWED, parse_motion
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.hold.rigid_motion import ALLOWED, parse_motion
 from tipdamp.study.values import NUMBER, Key, Kind, number
 
 KEYS = ("motion", "stiffness", "mean")

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict
 
-from hbm.errors import nearest
+from tipdamp.hbm.errors import nearest
 from tipdamp.study.values import Key, Kind, number
 
 if TYPE_CHECKING:
-    from hbm.laws import ContactLaw
+    from tipdamp.hbm.laws import ContactLaw
 
 DEFAULT = "DryFriction2T"
 
@@ -28,26 +28,26 @@ class LawChoice(BaseModel):
     @property
     def meaning(self) -> str:
         """First line of the law's own description."""
-        from hbm.laws import SHIPPED
+        from tipdamp.hbm.laws import SHIPPED
 
         return str(SHIPPED[self.name].__doc__).splitlines()[0]
 
     def make(self) -> "ContactLaw":
         """The law itself."""
-        from hbm.laws import SHIPPED
+        from tipdamp.hbm.laws import SHIPPED
 
         return SHIPPED[self.name](**self.parameters)
 
 
 def laws_with_sliders() -> list[str]:
     """Names of the laws that can start from friction forces."""
-    from hbm.laws import SHIPPED
+    from tipdamp.hbm.laws import SHIPPED
 
     return [name for name, law in SHIPPED.items() if law.sliders]
 
 
 def _read(value: Any, key: Key, _: float) -> LawChoice:
-    from hbm.laws import SHIPPED
+    from tipdamp.hbm.laws import SHIPPED
 
     given = {"name": value} if isinstance(value, str) else value
     if not isinstance(given, dict) or not isinstance(given.get("name"), str):
@@ -82,7 +82,7 @@ def _parameter(name, value, key):
 
 
 def _json() -> dict:
-    from hbm.laws import SHIPPED
+    from tipdamp.hbm.laws import SHIPPED
 
     needed = {name: [p for p, required in _parameters(law).items() if required] for name, law in SHIPPED.items()}
     tables = [{"type": "object", "additionalProperties": False, "required": ["name", *needed[name]],

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from static_contact.surfaces.pick import FacePick
+from tipdamp.static_contact.surfaces.pick import FacePick
 from tipdamp.study.faces import FACES
 from tipdamp.study.hold import HOLD, HoldChoice
 from tipdamp.study.law import DEFAULT, LAW, LawChoice

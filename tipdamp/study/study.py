@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from hbm.errors import InputError, nearest, shown
-from hbm.validation import brief
+from tipdamp.hbm.errors import InputError, nearest, shown
+from tipdamp.hbm.validation import brief
 from tipdamp.study import checks
 from tipdamp.study.schema import REFERENCE, SECTIONS, UNITS, LoadCase, Measured, OtherMaterial, Section, Side, Top
 from tipdamp.study.values import NUMBER, Key, number

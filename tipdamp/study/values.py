@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
-from hbm.errors import nearest
-from tipdamp.measured.columns import parse_meanings
+from tipdamp.hbm.errors import nearest
+from tipdamp.readers.columns import parse_meanings
 
 LONGEST = 10_000          # list of a study
 

@@ -1,6 +1,6 @@
 """Forced response from nothing but two matrices, a dof table and a contact table, read from the working directory."""
 
-from hbm import ContactTable, DryFriction2T, ReducedModel, forced_response
+from tipdamp import ContactTable, DryFriction2T, ReducedModel, forced_response
 
 LEVELS = (5.0, 40.0, 60.0)            # N
 BAND = (900.0, 1400.0)                # Hz

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hbm.laws import ContactLaw
+from tipdamp.hbm.laws import ContactLaw
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,9 @@ def main():
     """Amplitudes of two coupled masses, each on a contact of its own, by harmonic balance and by scipy."""
     from scipy.integrate import solve_ivp
 
-    from hbm.laws import Contacts
-    from hbm.problem import ContactProblem
-    from hbm.response import follow_band
+    from tipdamp.hbm.balance.problem import ContactProblem
+    from tipdamp.hbm.laws import Contacts
+    from tipdamp.hbm.response import follow_band
 
     law = BoucWen(alpha=[0.1, 0.3], reach=[0.2, 0.5], beta=[0.8, 0.4], gamma=[0.2, 0.6])
     contacts = Contacts(kn=[0, 0], kt=[1.0, 2.0], mu=[0, 0], preload=[0, 0])

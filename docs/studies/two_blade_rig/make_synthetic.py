@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.response import follow_band
-from static_contact.roll_springs import with_springs
+from tipdamp.engine.store import Store
+from tipdamp.hbm.response import follow_band
 from tipdamp.measured.agreement import drawn, values_at
-from tipdamp.stages.model_inputs import declared_springs, excitation, outputs, ratio
-from tipdamp.store import Store
+from tipdamp.static_contact.tuning.roll_springs import with_springs
+from tipdamp.statics.model_inputs import declared_springs, excitation, outputs, ratio
 from tipdamp.study.study import load_study
 
 HERE = Path(__file__).parent
@@ -49,9 +49,9 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _hidden(study, store):
     """Problem, force of 1 N, row and name of the patch's centre, with the hidden contact set."""
-    from hbm.contact import ContactTable
-    from hbm.model import ReducedModel
-    from hbm.problem import contact_problem
+    from tipdamp.hbm.balance.problem import contact_problem
+    from tipdamp.hbm.contact import ContactTable
+    from tipdamp.hbm.model import ReducedModel
 
     model, line = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("preload.csv"))
     stations, last = line.station.max(), HIDDEN["front"] - 1

@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbm.compiled import njit
-from hbm.laws.records import ContactState
+from tipdamp.hbm.compiled import njit
+from tipdamp.hbm.laws.records import ContactState
 
 STICK, SLIP, OPEN = int(ContactState.STICK), int(ContactState.FORWARD), int(ContactState.OPEN)
 TWO_PI = 2 * np.pi

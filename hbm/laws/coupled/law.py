@@ -5,11 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from hbm.laws import compilation
-from hbm.laws.coupled.kernels import cycle
-from hbm.laws.records import SliderStart
-from hbm.laws.uncoupled.events import OPEN, TWO_PI, Sliders
-from hbm.laws.uncoupled.law import CoulombFriction, integrated, located
+from tipdamp.hbm.laws import compilation
+from tipdamp.hbm.laws.coupled.kernels import cycle
+from tipdamp.hbm.laws.records import SliderStart
+from tipdamp.hbm.laws.uncoupled.events import OPEN, TWO_PI, Sliders
+from tipdamp.hbm.laws.uncoupled.law import CoulombFriction, integrated, located
 
 ROUNDING = 1e-12         # of the limit, and of its change over a path: a force that near is at it, or goes with it
 

@@ -17,8 +17,8 @@ from collections import namedtuple
 
 import numpy as np
 
-from hbm.compiled import njit
-from hbm.laws.records import ContactState
+from tipdamp.hbm.compiled import njit
+from tipdamp.hbm.laws.records import ContactState
 
 STICK, FORWARD, BACKWARD, OPEN = (int(state) for state in ContactState)
 TWO_PI = 2 * np.pi

@@ -9,8 +9,20 @@ Compiled code is stored per file: nothing compiled here is called from compiled 
 
 import numpy as np
 
-from hbm.compiled import njit
-from hbm.laws.uncoupled.events import BACKWARD, BEGIN, BY_N, BY_U, END, FORWARD, INSTANT, OPEN, PLACE, STICK, TWO_PI
+from tipdamp.hbm.compiled import njit
+from tipdamp.hbm.laws.uncoupled.events import (
+    BACKWARD,
+    BEGIN,
+    BY_N,
+    BY_U,
+    END,
+    FORWARD,
+    INSTANT,
+    OPEN,
+    PLACE,
+    STICK,
+    TWO_PI,
+)
 
 
 @njit(cache=True)

@@ -9,11 +9,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from hbm.laws import compilation
-from hbm.laws.base import ContactLaw
-from hbm.laws.piecewise import slider_table
-from hbm.laws.records import ContactForces
-from hbm.laws.uncoupled import events, integrals
+from tipdamp.hbm.laws import compilation
+from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.piecewise import slider_table
+from tipdamp.hbm.laws.records import ContactForces
+from tipdamp.hbm.laws.uncoupled import events, integrals
 
 
 @dataclass(frozen=True)

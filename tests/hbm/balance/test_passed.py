@@ -5,10 +5,18 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from hbm.balance import aft
-from hbm.balance.settings import DEFAULT
-from hbm.laws import Contacts, DryFriction1T, DryFriction2T, IsotropicFriction, Jenkins1D, MixedLaw, UnilateralSpring
-from hbm.laws.records import SliderStart
+from tipdamp.hbm.balance import aft
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.laws import (
+    Contacts,
+    DryFriction1T,
+    DryFriction2T,
+    IsotropicFriction,
+    Jenkins1D,
+    MixedLaw,
+    UnilateralSpring,
+)
+from tipdamp.hbm.laws.records import SliderStart
 
 P, H = 80, 4
 LAWS = [Jenkins1D(), DryFriction1T(), DryFriction2T(), IsotropicFriction(), UnilateralSpring(),

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from hbm import problem as problems
-from hbm.balance import residual
-from hbm.balance.reduced import reduced_receptance
-from hbm.balance.residual import HarmonicBalance
-from hbm.balance.settings import DEFAULT
-from hbm.continuation.corrector import solve_fixed
-from hbm.laws import DryFriction2T
-from hbm.problem import contact_problem
-from hbm.response import follow_band, follow_parameter
 from tests.hbm.cases import with_damping_matrix
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm.balance import problem as problems
+from tipdamp.hbm.balance import residual
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.balance.reduced import reduced_receptance
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.laws import DryFriction2T
+from tipdamp.hbm.response import follow_band, follow_parameter
 
 FEW = replace(DEFAULT, few_modes_of_matrix=0, few_modes_of_ratio=0, reduced_share=0.9)
 BAND = (300.0, 800.0)
@@ -38,7 +38,7 @@ def cases(kind, stations=9):
 @pytest.fixture
 def few(monkeypatch):
     monkeypatch.setattr(problems, "DEFAULT", FEW)
-    monkeypatch.setattr("hbm.balance.reduced.DEFAULT", FEW)
+    monkeypatch.setattr("tipdamp.hbm.balance.reduced.DEFAULT", FEW)
 
 
 @pytest.mark.parametrize("kind, tolerance", [("matrix", 1e-11), ("ratio", 1e-7)])

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from hbm import fourier
-from hbm.balance import aft, residual
-from hbm.balance.receptance import stuck_receptance
-from hbm.balance.residual import HarmonicBalance
-from hbm.balance.settings import BalanceSettings
-from hbm.continuation.corrector import solve_fixed
-from hbm.laws import DryFriction2T, IsotropicFriction, MixedLaw, UnilateralSpring
-from hbm.parameter import ContactSetting, Frequency, Level
-from hbm.problem import contact_problem
-from hbm.response import forced_response
 from tests.hbm.cases import coupled, load, with_damping_matrix
 from tests.hbm.conformance import SteppedFriction
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance import aft, residual
+from tipdamp.hbm.balance.parameter import ContactSetting, Frequency, Level
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.balance.receptance import stuck_receptance
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.settings import BalanceSettings
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.laws import DryFriction2T, IsotropicFriction, MixedLaw, UnilateralSpring
+from tipdamp.hbm.response import forced_response
 
 
 def pencil_case():

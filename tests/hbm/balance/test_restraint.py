@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hbm.balance.restraint import acts_along, floating_motions, stiff_factor, with_gauge
 from tests import beam_elements
 from tests.hbm.fine_beams import clamped, in_angles, two_free
+from tipdamp.hbm.balance.restraint import acts_along, floating_motions, stiff_factor, with_gauge
 
 
 @pytest.mark.parametrize("n", [5, 81, 121])

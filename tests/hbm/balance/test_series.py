@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.balance.residual import HarmonicBalance
-from hbm.balance.series import ContactReceptance
 from tests.hbm.cases import rig
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.series import ContactReceptance
 
 
 @pytest.mark.parametrize("before", [0.3, 0.7, 0.95, 1.2, 3.0])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.corrector import solve_fixed
 
 
 class Dense:

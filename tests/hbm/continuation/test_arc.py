@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from hbm.continuation import arc
-from hbm.continuation.corrector import heading
-from hbm.continuation.point import Metric, Point
-from hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.continuation import arc
+from tipdamp.hbm.continuation.corrector import heading
+from tipdamp.hbm.continuation.point import Metric, Point
+from tipdamp.hbm.continuation.settings import DEFAULT
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from hbm.continuation.budget import Budget, BudgetExceeded
-from hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.continuation.budget import Budget, BudgetExceeded
+from tipdamp.hbm.continuation.settings import DEFAULT
 
 TICK = DEFAULT.progress_interval
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from hbm.continuation.arc import metric_at
-from hbm.continuation.corrector import between
-from hbm.continuation.crossings import with_tangent
-from hbm.continuation.settings import DEFAULT
-from hbm.response import follow_band
-from hbm.solutions import restored
 from tests.hbm.cases import jenkins
+from tipdamp.hbm.continuation.arc import metric_at
+from tipdamp.hbm.continuation.corrector import between
+from tipdamp.hbm.continuation.crossings import with_tangent
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.curve.solutions import restored
+from tipdamp.hbm.response import follow_band
 
 LOST = 0.01         # of the points, at most: 16 % where a step that is not small ends the search, none else
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hbm.continuation.branch import ENDS, Branch
-from hbm.continuation.corrector import between, correct
-from hbm.continuation.follow import follow
-from hbm.continuation.point import Metric, Plane
-from hbm.continuation.settings import DEFAULT, Settings
 from tests.hbm.continuation.equations import Dense, s_curve, start_at
+from tipdamp.hbm.continuation.branch import ENDS, Branch
+from tipdamp.hbm.continuation.corrector import between, correct
+from tipdamp.hbm.continuation.follow import follow
+from tipdamp.hbm.continuation.point import Metric, Plane
+from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 
 def test_folds_are_followed():

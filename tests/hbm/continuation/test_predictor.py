@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.continuation import predictor
-from hbm.continuation.corrector import between
-from hbm.continuation.point import Metric, Point
 from tests.hbm.continuation.equations import s_curve
+from tipdamp.hbm.continuation import predictor
+from tipdamp.hbm.continuation.corrector import between
+from tipdamp.hbm.continuation.point import Metric, Point
 
 METRIC = Metric(np.ones(1), 1.0, 1.0)
 

@@ -5,12 +5,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hbm.continuation import arc
-from hbm.continuation.corrector import heading
-from hbm.continuation.point import Metric, Point
-from hbm.continuation.ripples import TooManyRipples, resolve
-from hbm.continuation.settings import DEFAULT, Settings
 from tests.hbm.continuation.equations import Dense
+from tipdamp.hbm.continuation import arc
+from tipdamp.hbm.continuation.corrector import heading
+from tipdamp.hbm.continuation.point import Metric, Point
+from tipdamp.hbm.continuation.ripples import TooManyRipples, resolve
+from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 METRIC = Metric(np.ones(1), 1.0, 1.0)
 RIPPLE, WAVES = 1e-4, 60.0

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hbm.continuation.settings import DEFAULT
-from hbm.continuation.step_size import next_step, shorter_step
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.continuation.step_size import next_step, shorter_step
 
 
 @pytest.mark.parametrize("errors, iterations, shortened, expected", [

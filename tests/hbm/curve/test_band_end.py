@@ -5,12 +5,12 @@ import warnings
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from hbm.laws import Contacts, UnilateralSpring
-from hbm.problem import ContactProblem
-from hbm.response import follow_band, follow_parameter
-from hbm.solutions import solutions_at
 from tests.hbm.cases import duffing, duffing_peak
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.curve.solutions import solutions_at
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import Contacts, UnilateralSpring
+from tipdamp.hbm.response import follow_band, follow_parameter
 
 X = {"x": [1.0]}
 

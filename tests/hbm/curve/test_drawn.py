@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from hbm.continuation.settings import Settings
-from hbm.curve import drawn
-from hbm.response import follow_band
 from tests.hbm.cases import beam
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve import drawn
+from tipdamp.hbm.response import follow_band
 
 
 def test_slopes_are_those_of_pchip():

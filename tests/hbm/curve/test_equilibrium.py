@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from hbm import fourier
-from hbm.continuation.settings import Settings
-from hbm.curve.equilibrium import force_residuals
-from hbm.errors import InputError
-from hbm.laws import Contacts, DryFriction2T, Jenkins1D
-from hbm.parameter import Equation, Frequency, ModelParameter
-from hbm.problem import ContactProblem, contact_problem
-from hbm.response import follow_band, follow_parameter, solve_at
-from hbm.testing import forces, total_force
 from tests.hbm.cases import beam, duffing, jenkins, load, solve, unilateral, with_damping_matrix
 from tests.hbm.oscillator import FORCE, oscillator
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.parameter import Equation, Frequency, ModelParameter
+from tipdamp.hbm.balance.problem import ContactProblem, contact_problem
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.equilibrium import force_residuals
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import Contacts, DryFriction2T, Jenkins1D
+from tipdamp.hbm.response import follow_band, follow_parameter, solve_at
+from tipdamp.hbm.testing import forces, total_force
 
 LIMIT = 1e-8
 F = np.array([10.0, 0, 0, 0])

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.settings import Settings
-from hbm.curve.equilibrium import _limit, doubt, force_residuals, settle
-from hbm.curve.starts import first_point
-from hbm.laws import Contacts, CubicSpring, Jenkins1D
-from hbm.parameter import Equation, Frequency
-from hbm.problem import ContactProblem
-from hbm.response import follow_band
 from tests.hbm.fine_beams import clamped, in_modes, two_free
+from tipdamp.hbm.balance.parameter import Equation, Frequency
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.equilibrium import _limit, doubt, force_residuals, settle
+from tipdamp.hbm.curve.starts import first_point
+from tipdamp.hbm.laws import Contacts, CubicSpring, Jenkins1D
+from tipdamp.hbm.response import follow_band
 
 LAWS = {"friction": (Jenkins1D(), Contacts([0], [2e3], [1], [1])),
         "cubic": (CubicSpring(6e9), Contacts([0], [0], [0], [0]))}

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.settings import Settings
-from hbm.curve.journal import Block, Journal, StaleJournal, packed, unpacked
-from hbm.errors import InputError
-from hbm.response import follow_band
 from tests.hbm.cases import beam, load, rig, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.journal import Block, Journal, StaleJournal, packed, unpacked
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.response import follow_band
 
 
 def folding():

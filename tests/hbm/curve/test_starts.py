@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.corrector import solve_fixed
-from hbm.continuation.settings import Settings
-from hbm.curve import starts
-from hbm.response import follow_band
-from hbm.solutions import solutions_at
 from tests.hbm.cases import load, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve import starts
+from tipdamp.hbm.curve.solutions import solutions_at
+from tipdamp.hbm.response import follow_band
 
 C1 = load("C1")
 

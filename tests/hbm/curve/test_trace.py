@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hbm.balance.residual import HarmonicBalance
-from hbm.continuation.follow import follow
-from hbm.continuation.settings import Settings
-from hbm.curve.starts import first_point
-from hbm.response import follow_band
 from tests.hbm.cases import beam, rig
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.follow import follow
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.starts import first_point
+from tipdamp.hbm.response import follow_band
 
 
 @pytest.mark.parametrize("case,level,H", [("B8", 20, 7), ("C8", 40, 7), ("C8", 200, 3)])

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from hbm import (
+from tests.contact_tables import contact_table
+from tests.hbm.small_rig import small_rig
+from tipdamp import (
     ContactProblem,
     Contacts,
     ContactTable,
@@ -26,11 +28,9 @@ from hbm import (
     linear_response,
     solve_at,
 )
-from hbm.continuation.settings import Settings
-from hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
-from hbm.hold.spring import held_motions
-from tests.contact_tables import contact_table
-from tests.hbm.small_rig import small_rig
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
+from tipdamp.hbm.hold.spring import held_motions
 
 MODEL, PAIRS, TIP = small_rig()
 MU, KN, N0 = 0.3, 1e6, 50.0

@@ -11,12 +11,12 @@ import pytest
 import scipy.io
 import scipy.sparse as sp
 
-from hbm.contact import COLUMNS, GROUND, ContactTable
-from hbm.errors import InputError
-from hbm.io.dof_table import DIRECTIONS, ROTATIONS
-from hbm.io.matrices_in import FORMATS, read_matrix
-from hbm.model import ReducedModel
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm.contact import COLUMNS, GROUND, ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS
+from tipdamp.hbm.io.matrices_in import FORMATS, read_matrix
+from tipdamp.hbm.model import ReducedModel
 
 from_files = ReducedModel.from_files
 
@@ -243,10 +243,10 @@ def test_response_needs_no_finite_elements(rig, tmp_path):
         import sys
         for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh", "mpi4py"):
             sys.modules[name] = None
-        from hbm.contact import ContactTable
-        from hbm.model import ReducedModel
-        from hbm.laws import DryFriction2T
-        from hbm.response import forced_response
+        from tipdamp.hbm.contact import ContactTable
+        from tipdamp.hbm.model import ReducedModel
+        from tipdamp.hbm.laws import DryFriction2T
+        from tipdamp.hbm.response import forced_response
         model = ReducedModel.from_files("M.mtx", "K.mtx", dofs="dofs.csv")
         tip = model.displacement_row("blade1", 4, [0, 1, 0])
         curve = forced_response(model, ContactTable.load("pairs.csv"), DryFriction2T(), 8 * tip, (200, 600),

@@ -6,17 +6,17 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from hbm import fourier, laws
-from hbm.balance import aft
-from hbm.errors import InputError
-from hbm.laws import sampled
-from hbm.problem import contact_problem
-from hbm.response import forced_response
-from hbm.testing import check_law, forces, history, total_force
-from hbm.time.comparison import compare_point
-from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import solve
 from tests.hbm.conformance import LAWS, located_slider, mixed, one_dof, own_law, random_case
+from tipdamp.hbm import fourier, laws
+from tipdamp.hbm.balance import aft
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.comparison import compare_point
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import sampled
+from tipdamp.hbm.response import forced_response
+from tipdamp.hbm.testing import check_law, forces, history, total_force
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 H = 5
 each_law = pytest.mark.parametrize("case", LAWS, ids=lambda c: c.law.name)

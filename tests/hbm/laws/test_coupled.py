@@ -7,17 +7,17 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
-from hbm import fourier, laws
-from hbm.balance.aft import STARTS
-from hbm.continuation.settings import Settings
-from hbm.laws import CubicSpring, IsotropicFriction, Motion, SliderStart
-from hbm.laws.sampled import projector
-from hbm.problem import ContactProblem
-from hbm.response import follow_band
-from hbm.testing import forces, history, shifted, total_force
 from tests.hbm.cases import load, solve
 from tests.hbm.conformance import random_case
 from tests.validation.plain_stepping import harmonics
+from tipdamp.hbm import fourier, laws
+from tipdamp.hbm.balance.aft import STARTS
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.laws import CubicSpring, IsotropicFriction, Motion, SliderStart
+from tipdamp.hbm.laws.sampled import projector
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.testing import forces, history, shifted, total_force
 
 E1 = load("E1")
 LAW = IsotropicFriction()

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hbm.laws import Contacts, CubicSpring, DryFriction1T, PlainForce, UnilateralSpring
-from hbm.problem import ContactProblem
-from hbm.response import solve_at
-from hbm.testing import check_force, check_law
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.laws import Contacts, CubicSpring, DryFriction1T, PlainForce, UnilateralSpring
+from tipdamp.hbm.response import solve_at
+from tipdamp.hbm.testing import check_force, check_law
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm import laws
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.laws import IsotropicFriction, MixedLaw
-from hbm.model import ReducedModel
-from hbm.problem import contact_problem
-from hbm.response import forced_response
-from hbm.testing import forces, full_derivative
 from tests.hbm.conformance import LAWS, mixed, one_dof, random_case
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm import laws
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import IsotropicFriction, MixedLaw
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.response import forced_response
+from tipdamp.hbm.testing import forces, full_derivative
 
 
 def test_forces_are_those_of_each_law_alone():

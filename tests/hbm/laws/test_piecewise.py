@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from hbm.laws import Contacts, DryFriction2T, Jenkins1D, UnilateralSpring
-from hbm.laws.base import Motion, SliderStart
-from hbm.laws.mixed import MixedLaw
-from hbm.laws.piecewise import merged_table, slider_table
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import Contacts, DryFriction2T, Jenkins1D, UnilateralSpring
+from tipdamp.hbm.laws.base import Motion, SliderStart
+from tipdamp.hbm.laws.mixed import MixedLaw
+from tipdamp.hbm.laws.piecewise import merged_table, slider_table
 
 P = 40
 

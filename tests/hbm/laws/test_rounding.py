@@ -4,12 +4,12 @@ stay within what the springs of the law permit."""
 import numpy as np
 import pytest
 
-from hbm import fourier, laws
-from hbm.balance import aft
-from hbm.laws import Contacts, Motion
-from hbm.laws.differences import samples_of
-from hbm.testing import forces, full_derivative, shifted
 from tests.hbm.conformance import LAWS
+from tipdamp.hbm import fourier, laws
+from tipdamp.hbm.balance import aft
+from tipdamp.hbm.balance.differences import samples_of
+from tipdamp.hbm.laws import Contacts, Motion
+from tipdamp.hbm.testing import forces, full_derivative, shifted
 
 ULP = np.finfo(float).eps
 LARGEST = 100.0          # derivative over stiffness: a slider that creeps gathers up to one each of 60 periods

@@ -6,13 +6,13 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from hbm.balance.residual import HarmonicBalance
-from hbm.laws import ContactLaw, Contacts
-from hbm.problem import ContactProblem
-from hbm.response import follow_band
-from hbm.testing import check_law
 from tests.hbm.conformance import own_law
 from tests.hbm.laws.test_contract import Viscous
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.laws import ContactLaw, Contacts
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.testing import check_law
 
 ONE = np.eye(1)
 

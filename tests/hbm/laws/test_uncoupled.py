@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hbm import fourier, laws
-from hbm.errors import InputError
-from hbm.laws import compilation
-from hbm.laws.uncoupled import integrals
-from hbm.testing import forces
 from tests.hbm.conformance import random_case
+from tipdamp.hbm import fourier, laws
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import compilation
+from tipdamp.hbm.laws.uncoupled import integrals
+from tipdamp.hbm.testing import forces
 
 
 def test_stuck_contact_is_a_spring():

@@ -3,21 +3,21 @@
 import numpy as np
 import pytest
 
-from hbm import fourier
-from hbm.errors import InputError
-from hbm.laws import DryFriction2T, compilation
-from hbm.problem import contact_problem
-from hbm.response import follow_band
-from hbm.solutions import solutions_at
-from hbm.time import events, floquet, shooting
-from hbm.time.comparison import compare, compare_point
-from hbm.time.exact import ExactIntegrator
-from hbm.time.poles import poles
-from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.comparison import compare, compare_point
+from tipdamp.hbm.curve.solutions import solutions_at
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import DryFriction2T, compilation
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.time import events, floquet, shooting
+from tipdamp.hbm.time.exact import ExactIntegrator
+from tipdamp.hbm.time.poles import poles
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 BUILD = {"A1": jenkins, "C1": unilateral, "C2": unilateral, "D1": coupled, "D2": coupled}
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hbm import fourier
-from hbm.laws import Contacts, CubicSpring, IsotropicFriction, Jenkins1D
-from hbm.problem import ContactProblem
-from hbm.time import floquet
-from hbm.time.comparison import compare_point, integrator_of
-from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import jenkins, load, rig, solve
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.comparison import compare_point, integrator_of
+from tipdamp.hbm.laws import Contacts, CubicSpring, IsotropicFriction, Jenkins1D
+from tipdamp.hbm.time import floquet
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 ONE = np.ones((1, 1))
 

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hbm.balance.residual import ContactProblem, HarmonicBalance
-from hbm.continuation.corrector import solve_fixed
-from hbm.errors import InputError
-from hbm.laws import Contacts, Jenkins1D
-from hbm.laws.base import ContactLaw
-from hbm.laws.piecewise import PiecewiseLinear
-from hbm.time.comparison import compare_point, integrator_of
-from hbm.time.exact import ExactIntegrator
-from hbm.time.sampled import SampledIntegrator
-from hbm.time.settings import IntegrationSettings
+from tipdamp.hbm.balance.residual import ContactProblem, HarmonicBalance
+from tipdamp.hbm.comparison import compare_point, integrator_of
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import Contacts, Jenkins1D
+from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.piecewise import PiecewiseLinear
+from tipdamp.hbm.time.exact import ExactIntegrator
+from tipdamp.hbm.time.sampled import SampledIntegrator
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 ONE = np.ones((1, 1))
 W, FORCE = 0.8, 1.0

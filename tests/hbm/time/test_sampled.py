@@ -6,13 +6,13 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from hbm.laws import ContactLaw, Contacts, CubicSpring, IsotropicFriction
-from hbm.problem import ContactProblem
-from hbm.time import shooting
-from hbm.time.exact import ExactIntegrator
-from hbm.time.sampled import SampledIntegrator
-from hbm.time.settings import IntegrationSettings
 from tests.hbm.cases import jenkins, load, solve
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.laws import ContactLaw, Contacts, CubicSpring, IsotropicFriction
+from tipdamp.hbm.time import shooting
+from tipdamp.hbm.time.exact import ExactIntegrator
+from tipdamp.hbm.time.sampled import SampledIntegrator
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 ONE = np.ones((1, 1))
 

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from hbm.balance.receptance import stuck_receptance
-from hbm.contact import ContactTable
-from hbm.laws import DryFriction2T
-from hbm.model import ReducedModel
-from hbm.problem import contact_problem
-from static_contact.roll_springs import spring_rows, with_springs
-from tipdamp.stages import model_inputs as terms
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.balance.receptance import stuck_receptance
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.laws import DryFriction2T
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.static_contact.tuning.roll_springs import spring_rows, with_springs
+from tipdamp.statics import model_inputs as terms
 from tipdamp.study.study import load_study
 
 STUDY = Path(__file__).parents[3] / "docs" / "studies" / "two_blade_rig" / "asymmetric.toml"

@@ -7,15 +7,15 @@ sys.path.insert(0, str(Path(__file__).parents[3]))
 
 import numpy as np  # noqa: E402
 
-from modal.elasticity import Material  # noqa: E402
-from static_contact.full.newton import full_preload  # noqa: E402
-from static_contact.full.ranks import Part, distributed_bodies  # noqa: E402
-from static_contact.full.stuck_modes import full_stuck_hz  # noqa: E402
-from static_contact.pull import pull_forces  # noqa: E402
-from tipdamp import stiffness  # noqa: E402
+from tipdamp.bodies import stiffness  # noqa: E402
 from tipdamp.bodies.assemble import assemble_bodies  # noqa: E402
 from tipdamp.bodies.pair import matched_pairs  # noqa: E402
 from tipdamp.bodies.read import read_meshes  # noqa: E402
+from tipdamp.modal.elasticity import Material  # noqa: E402
+from tipdamp.static_contact.contact.pull import pull_forces  # noqa: E402
+from tipdamp.static_contact.full.newton import full_preload  # noqa: E402
+from tipdamp.static_contact.full.ranks import Part, distributed_bodies  # noqa: E402
+from tipdamp.static_contact.full.stuck_modes import full_stuck_hz  # noqa: E402
 from tipdamp.study.study import load_study  # noqa: E402
 
 

@@ -13,20 +13,20 @@ import scipy.sparse as sp
 
 pytest.importorskip("petsc4py")
 
-from hbm.contact import ContactTable  # noqa: E402
-from hbm.errors import InputError  # noqa: E402
-from hbm.model import ReducedModel  # noqa: E402
-from static_contact.complementarity import NoEquilibrium  # noqa: E402
-from static_contact.full.newton import full_preload  # noqa: E402
-from static_contact.full.ranks import distributed_bodies, own_rows  # noqa: E402
-from static_contact.preload import StaticContact  # noqa: E402
 from tests.static_contact.corner import SHARES, corner, pulls, random_pairs  # noqa: E402
 from tests.static_contact.full.on_ranks import crown, parts, solve, stuck_hz, with_hard_pairs  # noqa: E402
 from tests.static_contact.full.on_ranks import rig as rig_parts  # noqa: E402
-from tipdamp import stiffness  # noqa: E402
+from tipdamp.bodies import stiffness  # noqa: E402
 from tipdamp.bodies.assemble import assemble_bodies  # noqa: E402
 from tipdamp.bodies.pair import matched_pairs  # noqa: E402
 from tipdamp.bodies.read import read_meshes  # noqa: E402
+from tipdamp.hbm.contact import ContactTable  # noqa: E402
+from tipdamp.hbm.errors import InputError  # noqa: E402
+from tipdamp.hbm.model import ReducedModel  # noqa: E402
+from tipdamp.static_contact.contact.preload import StaticContact  # noqa: E402
+from tipdamp.static_contact.full.newton import full_preload  # noqa: E402
+from tipdamp.static_contact.full.ranks import distributed_bodies, own_rows  # noqa: E402
+from tipdamp.static_contact.normal.complementarity import NoEquilibrium  # noqa: E402
 from tipdamp.study.study import load_study  # noqa: E402
 
 

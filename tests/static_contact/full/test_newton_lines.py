@@ -7,12 +7,12 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("petsc4py")
 
-from hbm.errors import InputError  # noqa: E402
-from modal.body import Body  # noqa: E402
-from static_contact.full.newton import full_preload  # noqa: E402
-from static_contact.pairing import join  # noqa: E402
-from static_contact.preload import StaticContact  # noqa: E402
-from tests.static_contact.test_free_motions import TURNS, S, damper_on_two_lines  # noqa: E402
+from tests.static_contact.bodies.test_free_motions import TURNS, S, damper_on_two_lines  # noqa: E402
+from tipdamp.hbm.errors import InputError  # noqa: E402
+from tipdamp.modal.body import Body  # noqa: E402
+from tipdamp.static_contact.contact.preload import StaticContact  # noqa: E402
+from tipdamp.static_contact.full.newton import full_preload  # noqa: E402
+from tipdamp.static_contact.surfaces.pairing import join  # noqa: E402
 
 
 def bodies_of(model):

@@ -7,9 +7,9 @@ import scipy.sparse as sp
 
 pytest.importorskip("slepc4py")
 
-from modal.solvers import slepc
-from static_contact.full import stuck_modes as full
 from tests.modal.random_bodies import random_body  # noqa: E402
+from tipdamp.modal.solvers import slepc
+from tipdamp.static_contact.full import stuck_modes as full
 
 
 @pytest.fixture(params=[2, 5])

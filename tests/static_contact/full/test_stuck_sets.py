@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from static_contact.full.stuck_modes import StuckModeSettings, StuckSet, full_stuck_hz, full_stuck_sets
-from static_contact.roll_springs import RollSpring
 from tests.contact_tables import contact_table
-from tests.static_contact.test_reduction_error import rod
+from tests.static_contact.tuning.test_reduction_error import rod
+from tipdamp.static_contact.full.stuck_modes import StuckModeSettings, StuckSet, full_stuck_hz, full_stuck_sets
+from tipdamp.static_contact.tuning.roll_springs import RollSpring
 
 
 @pytest.mark.parametrize("off_the_bounds, few", [(False, 600), (True, 600), (False, 5)])

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from static_contact.stiffness.contact_side import ContactSide, side_compliance, side_stiffness
-from static_contact.stiffness.elastic_constants import MaterialPair
-from static_contact.stiffness.elliptical_punch import ellipse_stiffness
-from static_contact.stiffness.hertz import hertz_half_width, hertz_stiffness
-from static_contact.stiffness.load_displacement import approach
-from static_contact.stiffness.nodal_stiffness import StiffnessModel, given_stiffness, nodal_stiffness
-from static_contact.stiffness.nodal_weights import calibrate_scale, nodal_values, tributary_weights
-from static_contact.stiffness.plane_strain import plane_stiffness
-from static_contact.stiffness.rectangular_punch import rectangle_stiffness
-from static_contact.stiffness.rough_surfaces import Roughness, rough_stiffness
+from tipdamp.hbm.errors import InputError
+from tipdamp.static_contact.stiffness.contact_side import ContactSide, side_compliance, side_stiffness
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
+from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_stiffness
+from tipdamp.static_contact.stiffness.hertz import hertz_half_width, hertz_stiffness
+from tipdamp.static_contact.stiffness.load_displacement import approach
+from tipdamp.static_contact.stiffness.nodal_stiffness import StiffnessModel, given_stiffness, nodal_stiffness
+from tipdamp.static_contact.stiffness.nodal_weights import calibrate_scale, nodal_values, tributary_weights
+from tipdamp.static_contact.stiffness.plane_strain import plane_stiffness
+from tipdamp.static_contact.stiffness.rectangular_punch import rectangle_stiffness
+from tipdamp.static_contact.stiffness.rough_surfaces import Roughness, rough_stiffness
 
 PAIR = MaterialPair(207e9, 0.3, 207e9, 0.3)
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, trapezoid
 
-from hbm.errors import InputError
-from static_contact.stiffness.contact_side import ContactSide, side_compliance
-from static_contact.stiffness.elastic_constants import MaterialPair
-from static_contact.stiffness.elliptical_punch import ellipse_stiffness
-from static_contact.stiffness.partial_slip import (
+from tipdamp.hbm.errors import InputError
+from tipdamp.static_contact.stiffness.contact_side import ContactSide, side_compliance
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
+from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_stiffness
+from tipdamp.static_contact.stiffness.partial_slip import (
     displacement_loop,
     displacement_loop_energy,
     loop_energy,
@@ -17,8 +17,8 @@ from static_contact.stiffness.partial_slip import (
     slip_force,
     stick_load,
 )
-from static_contact.stiffness.plane_strain import plane_stiffness
-from static_contact.stiffness.rounded_punch import punch_half_width
+from tipdamp.static_contact.stiffness.plane_strain import plane_stiffness
+from tipdamp.static_contact.stiffness.rounded_punch import punch_half_width
 
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
 MU, LOAD, RADIUS = 0.6, 80.0, 5e-3

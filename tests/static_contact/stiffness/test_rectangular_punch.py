@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from hbm.errors import InputError
-from static_contact.stiffness import rectangular_punch_bem
-from static_contact.stiffness.elastic_constants import MaterialPair
-from static_contact.stiffness.elliptical_punch import ellipse_stiffness
-from static_contact.stiffness.rectangular_punch import TABLE, rectangle_compliance, rectangle_stiffness, table_nodes
+from tipdamp.hbm.errors import InputError
+from tipdamp.static_contact.stiffness import rectangular_punch_bem
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
+from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_stiffness
+from tipdamp.static_contact.stiffness.rectangular_punch import (
+    TABLE,
+    rectangle_compliance,
+    rectangle_stiffness,
+    table_nodes,
+)
 
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
 FRESH = ((1.27, 0.17), (6.1, 0.42), (49.0, 0.3), (830.0, 0.23), (4900.0, 0.48))    # length/width, nu: no table nodes

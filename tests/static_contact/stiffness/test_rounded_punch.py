@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from hbm.errors import InputError
-from static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
-from static_contact.stiffness.elliptical_punch import ellipse_integrals, ellipse_stiffness
-from static_contact.stiffness.hertz import hertz_half_width
-from static_contact.stiffness.load_displacement import approach, graded_nodes, secant_stiffness
-from static_contact.stiffness.plane_strain import plane_compliance, plane_stiffness
-from static_contact.stiffness.rounded_punch import punch_half_width, punch_load, punch_peak, punch_pressure
+from tipdamp.hbm.errors import InputError
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
+from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_integrals, ellipse_stiffness
+from tipdamp.static_contact.stiffness.hertz import hertz_half_width
+from tipdamp.static_contact.stiffness.load_displacement import approach, graded_nodes, secant_stiffness
+from tipdamp.static_contact.stiffness.plane_strain import plane_compliance, plane_stiffness
+from tipdamp.static_contact.stiffness.rounded_punch import punch_half_width, punch_load, punch_peak, punch_pressure
 
 STEEL = MaterialPair(210e9, 0.3, 210e9, 0.3)
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)

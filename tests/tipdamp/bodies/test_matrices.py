@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tests.tipdamp.bad_meshes import inspect
 from tests.tipdamp.rig_study import own_pairs, read
 from tipdamp.bodies.pair import matched_pairs
 from tipdamp.bodies.read import read_meshes
 from tipdamp.cli import main
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.study.study import load_study
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
-from modal.mesh_checks import parts
 from tests.tipdamp import corner_study
 from tests.tipdamp.corner_study import A, on
 from tipdamp.cli import main
-from tipdamp.store import Store
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.modal.mesh_checks import parts
 
 pytest.importorskip("dolfinx")
 

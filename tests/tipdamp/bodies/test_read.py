@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from modal.mesh import Mesh
 from tests.modal.blocks import block
 from tests.tipdamp import corner_study, mesh_texts
 from tests.tipdamp.bad_meshes import every_format, inspect, write
 from tipdamp.bodies.read import read_meshes
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.mesh import Mesh
 from tipdamp.readers.dispatch import read_mesh
 from tipdamp.study.study import load_study
 

@@ -10,17 +10,17 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from hbm.contact import ContactTable, relative_motion
-from hbm.model import ReducedModel
-from static_contact.full.assembled import AssembledBodies
-from static_contact.reduction_error import stuck_error_bound
-from static_contact.stuck_assembly import stuck_rows
 from tests.tipdamp import corner_study
 from tipdamp.bodies.assemble import assemble_bodies
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.reduce import reduced_model
 from tipdamp.cli import main
+from tipdamp.hbm.contact import ContactTable, relative_motion
+from tipdamp.hbm.model import ReducedModel
 from tipdamp.stages.run import results_folder
+from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.tuning.reduction_error import stuck_error_bound
+from tipdamp.static_contact.tuning.stuck_assembly import stuck_rows
 from tipdamp.study.study import load_study
 
 

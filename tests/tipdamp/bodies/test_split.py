@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
-from modal.faces import face_keys, group_faces
-from modal.mesh import Mesh
 from tests.tipdamp import corner_study, mesh_texts
 from tipdamp.bodies.assemble import assemble_bodies
 from tipdamp.bodies.pair import matched_pairs
 from tipdamp.bodies.read import read_meshes
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.faces import face_keys, group_faces
+from tipdamp.modal.mesh import Mesh
 from tipdamp.study.study import load_study
 
 ONE_FILE = ('mesh = "damper.inp"', 'mesh = "all.inp"'), ('mesh = "blades.inp"', 'mesh = "all.inp"')

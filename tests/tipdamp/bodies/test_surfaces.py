@@ -6,8 +6,6 @@ import re
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
 from tests.tipdamp import corner_study
 from tests.tipdamp.bad_meshes import inspect
 from tests.tipdamp.corner_study import A, unlike
@@ -15,7 +13,9 @@ from tipdamp.bodies.pair import matched_pairs, places_on
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.surfaces import surface_points
 from tipdamp.cli import main
-from tipdamp.stages.model_inputs import line_of
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.statics.model_inputs import line_of
 from tipdamp.study.study import load_study
 
 TOTAL = [("kn = 1e6\nkt = 1e6", "kn_total = 9e6\nkt_total = 9e6")] * 2

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
 from tests.tipdamp.measured.oscillator import PEAK_HZ, ZETA, grid, receptance
+from tipdamp.hbm.errors import InputError
 from tipdamp.measured.damping import circle_fit, half_power, highest_peak
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
 from tests.tipdamp.measured.oscillator import grid, receptance
+from tipdamp.hbm.errors import InputError
 from tipdamp.measured.frf import Frf, average
 from tipdamp.measured.frf import receptance as to_receptance
 

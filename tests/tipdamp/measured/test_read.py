@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
 from tests.tipdamp.measured.oscillator import grid, receptance
+from tipdamp.hbm.errors import InputError
 from tipdamp.measured.read import read_measured
 from tipdamp.study.schema import Measured
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from modal.faces import boundary_faces, face_keys
 from tests.tipdamp import corner_study, mesh_texts
 from tests.tipdamp.bodies.test_split import joined
 from tests.tipdamp.corner_study import A
@@ -19,6 +18,7 @@ from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.split import cut
 from tipdamp.bodies.surfaces import surface_points
 from tipdamp.cli import main
+from tipdamp.modal.faces import boundary_faces, face_keys
 from tipdamp.proposal.patches import Patch, _Faces, within_group
 from tipdamp.proposal.propose import propose
 from tipdamp.proposal.study_text import study_text

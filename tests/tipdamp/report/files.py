@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from hbm.result import ForcedResponse
+from tipdamp.engine.store import Store, plain
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.results import Results, load_results
 from tipdamp.report.write import write_report
 from tipdamp.stages.curve_facts import peak_of
-from tipdamp.stages.model_inputs import in_patch
 from tipdamp.stages.report import said
-from tipdamp.store import Store, plain
+from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.study import load_study
 
 STUDY = """

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.tipdamp.report.files import artefacts, damage, results_of
-from tipdamp.pair_checks import pair_names
+from tipdamp.checks.pairs import pair_names
 from tipdamp.report.drawing import figure_table, matplotlib, plotly
 from tipdamp.report.drawing.figure import Tiles, edges
 from tipdamp.report.figures import detachment, friction_work
-from tipdamp.stages.response_results import CyclesResult, PeakCycle
+from tipdamp.results.response_results import CyclesResult, PeakCycle
 
 
 @pytest.fixture

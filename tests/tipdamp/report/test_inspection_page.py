@@ -6,18 +6,19 @@ import re
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tests.tipdamp.curved_pairs import curved_pairs
 from tests.tipdamp.report.files import HOSTILE, HOSTILE_NAMES, artefacts
-from tipdamp import pair_checks
 from tipdamp.bodies.pair import matched_pairs
 from tipdamp.bodies.read import read_meshes
+from tipdamp.bodies.table_checks import surface_angles
+from tipdamp.checks import pairs as pair_checks
 from tipdamp.cli import main
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import Points
 from tipdamp.report.figures.mesh_groups import without_partner
 from tipdamp.report.inspection_page import Inspected, inspection_page
-from tipdamp.stages.results import InspectResult
+from tipdamp.results.static_results import InspectResult
 from tipdamp.study.study import load_study
 
 HALF = 1 / np.sqrt(2)      # the pull along x + z on faces x and z
@@ -132,7 +133,7 @@ def test_angles_count_both_surfaces(tmp_path):
     turn = np.radians(25)
     lean = np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
     leaning = pairs.replace(frame=pairs.frame @ lean.T)
-    angles = pair_checks.surface_angles(leaning, meshes)
+    angles = surface_angles(leaning, meshes)
     inner = (pairs.side == "one") & (pairs.row == 1) & (pairs.station == 1)      # one face normal there
     assert angles[inner] == pytest.approx(25, abs=1e-6)
     assert "25 degrees off" in pair_checks.warnings(leaning, angles)[0]

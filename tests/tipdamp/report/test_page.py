@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
 from tests.tipdamp.report.files import (
     FULL,
     HOSTILE,
@@ -23,6 +22,7 @@ from tests.tipdamp.report.files import (
     table,
     write,
 )
+from tipdamp.hbm.errors import InputError
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import figure, matplotlib, plotly
 from tipdamp.report.drawing.table import Table

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from hbm.contact import ContactTable
 from tests.tipdamp.curved_pairs import curved_pairs
-from tipdamp import surface
-from tipdamp.pressure import patches
+from tipdamp.fields import surface
+from tipdamp.fields.pressure import patches
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing import plotly_modes, plotly_scene, scene
 from tipdamp.report.drawing.scene import Points, Segments, Solid
 from tipdamp.report.figures.contact_pairs import contact_pairs

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
 from tests.tipdamp.report.files import artefacts, cut, damage, results_of, write
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.summary import summarise
 from tipdamp.report.tables import assumptions, key_figures, peaks, reduction_check, stress
 from tipdamp.report.text import NOTHING
+from tipdamp.results.response_results import PeakStress, StressPlace, StressResult
 from tipdamp.stages import tune
-from tipdamp.stages.response_results import PeakStress, StressPlace, StressResult
 from tipdamp.study.study import load_study
 
 

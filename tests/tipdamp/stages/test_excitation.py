@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hbm.balance.receptance import linear_response
-from hbm.contact import ContactTable
-from hbm.errors import InputError
-from hbm.model import ReducedModel
-from hbm.result import ForcedResponse
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.cli import main
-from tipdamp.stages.model_inputs import excitation
+from tipdamp.hbm.balance.receptance import linear_response
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.statics.model_inputs import excitation
 from tipdamp.study.study import load_study
 
 TWO = '[respond]\nexcitation = ["excitation", "patch_2"]\n'

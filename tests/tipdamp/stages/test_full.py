@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import files, read
 from tipdamp.cli import main
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.write import write_report
-from tipdamp.store import Store
 from tipdamp.study.study import load_study
 
 pytest.importorskip("petsc4py")

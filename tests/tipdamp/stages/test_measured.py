@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hbm.result import ForcedResponse
 from tests.tipdamp.rig_study import CHAIN, read
 from tipdamp.cli import main
-from tipdamp.stages import STAGES
-from tipdamp.stages.measured import load_band
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.measured.frf import load_band
+from tipdamp.results import STAGES
 
 SECTION = """
 [measured.run]

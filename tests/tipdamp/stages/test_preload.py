@@ -5,11 +5,11 @@ import shutil
 import numpy as np
 import pytest
 
-from hbm.contact import ContactTable
-from hbm.errors import InputError
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import own_pairs
 from tipdamp.cli import main
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
 from tipdamp.stages import preload
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study

@@ -7,28 +7,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbm.balance.receptance import linear_response
-from hbm.contact import ContactTable
-from hbm.continuation.settings import Settings
-from hbm.laws import SHIPPED, Contacts, DryFriction2T, Jenkins1D
-from hbm.model import ReducedModel
-from hbm.problem import ContactProblem
-from hbm.response import follow_band, forced_response
-from hbm.result import ForcedResponse
 from tests.hbm.cases import jenkins, load
 from tests.tipdamp import corner_study
 from tests.tipdamp.report.files import table
 from tests.tipdamp.rig_study import read, text
-from tipdamp import curves
 from tipdamp.cli import main
-from tipdamp.curves import Case
-from tipdamp.stages import model_inputs as terms
+from tipdamp.engine import curves
+from tipdamp.engine.curves import Case
+from tipdamp.engine.store import Store
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.receptance import linear_response
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.laws import SHIPPED, Contacts, DryFriction2T, Jenkins1D
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.response import follow_band, forced_response
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.results.response_results import CurveResult, RespondResult
+from tipdamp.results.static_results import PreloadResult
 from tipdamp.stages import respond
 from tipdamp.stages.curve_facts import curve_result, peak_of, peak_shape, with_macs
-from tipdamp.stages.model_inputs import excitation, in_patch, outputs
-from tipdamp.stages.response_results import CurveResult, RespondResult
-from tipdamp.stages.results import PreloadResult
-from tipdamp.store import Store
+from tipdamp.statics import model_inputs as terms
+from tipdamp.statics.model_inputs import excitation, in_patch, outputs
 from tipdamp.study.schema import Respond
 from tipdamp.study.study import load_study
 
@@ -128,8 +128,8 @@ def test_stuck_curve_by_a_second_route(rig_results, rig):
     model, table = ReducedModel.load(rig_results.path("model.npz")), ContactTable.load(rig_results.path("kept.csv"))
     from scipy.linalg import eigh
 
-    from static_contact.roll_springs import with_springs
-    from static_contact.stuck_assembly import stuck_rows
+    from tipdamp.static_contact.tuning.roll_springs import with_springs
+    from tipdamp.static_contact.tuning.stuck_assembly import stuck_rows
 
     model = with_springs(model, table, terms.declared_springs(study, table))
     rows = stuck_rows(model, table)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hbm.errors import InputError
 from tests.tipdamp.report.files import table
-from tipdamp.pair_checks import pair_names
-from tipdamp.stages.results import FreeResponse, ReduceResult, SideForces
-from tipdamp.store import Store
+from tipdamp.checks.pairs import pair_names
+from tipdamp.engine.store import Store
+from tipdamp.hbm.errors import InputError
+from tipdamp.results.static_results import FreeResponse, ReduceResult, SideForces
 
 
 def found():

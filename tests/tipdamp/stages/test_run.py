@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from hbm.contact import ContactTable
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import edit, files
 from tipdamp.cli import main
+from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.stages.run import STAGES, results_folder, run_stage, sources
-from tipdamp.store import Store
 from tipdamp.study.study import load_study
 
 HOLD = """
 import sys
 from pathlib import Path
-from tipdamp.store import Store
+from tipdamp.engine.store import Store
 with Store(Path(sys.argv[1])).lock():
     print("held", flush=True)
     sys.stdin.read()

@@ -7,18 +7,18 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from hbm.contact import ContactTable, relative_motion
-from hbm.errors import InputError
-from modal.craig_bampton import craig_bampton
-from modal.eigen import Factor
-from modal.elasticity import Material, elastic_body
-from modal.stress import nodal_stress, von_mises
-from static_contact.full.assembled import AssembledBodies
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
-from tipdamp.stages.response_results import StressResult
+from tipdamp.hbm.contact import ContactTable, relative_motion
+from tipdamp.hbm.errors import InputError
+from tipdamp.modal.craig_bampton import craig_bampton
+from tipdamp.modal.eigen import Factor
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.stress import nodal_stress, von_mises
+from tipdamp.results.response_results import StressResult
 from tipdamp.stages.run import results_folder
-from tipdamp.stresses import WholeBody, with_modes_of
+from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.statics.stresses import WholeBody, with_modes_of
 from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from hbm.contact import ContactTable
-from hbm.model import ReducedModel
-from static_contact.redistribution import carried
-from static_contact.roll_springs import spring_rows
-from static_contact.stuck_assembly import stuck_rows
 from tests.tipdamp.rig_study import read
 from tipdamp.cli import main
-from tipdamp.stages import model_inputs as inputs
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.static_contact.tuning.redistribution import carried
+from tipdamp.static_contact.tuning.roll_springs import spring_rows
+from tipdamp.static_contact.tuning.stuck_assembly import stuck_rows
+from tipdamp.statics import model_inputs as inputs
 from tipdamp.study.study import load_study
 
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # N, frictionless balance between faces at 45 degrees

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hbm.errors import InputError
 from tests.conftest import STUDY, changed
+from tipdamp.hbm.errors import InputError
 from tipdamp.study.study import load_study
 
 RADIUS = ('shape = "cylinder"', 'shape = "cylinder"\nradius = 2e-3')

@@ -2,10 +2,10 @@
 
 import pytest
 
-from hbm.errors import InputError
-from hbm.laws import SHIPPED, CubicSpring
 from tests.hbm.conformance import required
 from tests.tipdamp import corner_study
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import SHIPPED, CubicSpring
 from tipdamp.study.study import load_study
 
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from hbm.errors import InputError
 from tests.conftest import STUDY
+from tipdamp.hbm.errors import InputError
 from tipdamp.study.study import load_study
 
 STUDIES = sorted((Path(__file__).parents[3] / "docs" / "studies" / "two_blade_rig").glob("*.toml"))
@@ -95,7 +95,7 @@ def test_missing_study_file(tmp_path):
 
 def test_b33_damping_ratios(tmp_path):
     """Below 0 and from 1 on: refused. From 0.2 on: run, with the warning that it may be in percent."""
-    from tipdamp.sanity_checks import damping_warnings
+    from tipdamp.checks.plausibility import damping_warnings
 
     for bad in ("-0.01", "1.0"):
         with pytest.raises(InputError, match=rf"\[respond\] damping_ratio = {bad}: must be at least 0"):

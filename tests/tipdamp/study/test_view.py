@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from tests.tipdamp import corner_study
+from tipdamp.engine.store import Store
 from tipdamp.stages import run
-from tipdamp.store import Store
 from tipdamp.study.study import load_study
 from tipdamp.study.view import Undeclared, View
 

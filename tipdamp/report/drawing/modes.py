@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from tipdamp.fields.surface import Surface
 from tipdamp.report.text import MM
-from tipdamp.surface import Surface
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hbm.contact import ContactTable
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.figure import GREY, Marks
 from tipdamp.report.results import Results
 

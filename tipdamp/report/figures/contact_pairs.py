@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from hbm.contact import ContactTable
+from tipdamp.fields.surface import Surface
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Item, Points, Scene, Segments
 from tipdamp.report.figures.surroundings import NO_SURFACE, box_of, node_numbers, pair_name, surroundings, view_of
 from tipdamp.report.results import Results
 from tipdamp.report.text import MM, distance, listing
-from tipdamp.surface import Surface
 
 FULL_SIZE = 60       # pairs whose marks do not hide each other; more have smaller ones
 LIFT = 0.04          # of the arms of a frame: lines lie in the faces of the damper, which would hide half of them

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hbm.contact import ContactTable
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.figure import BLUE, GREY, VERMILION, Curve, Figure, Item, Line, Marks, Panel
 from tipdamp.report.figures.axial import AXIAL, cut_marks, lowest_shown, nodal, of_side, side_title, station_sums
 from tipdamp.report.results import Results

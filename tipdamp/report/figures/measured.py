@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tipdamp.measured.agreement import drawn
+from tipdamp.measured.agreement import computed_amplitude, drawn
 from tipdamp.report.drawing.figure import Band, Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.report.results import Results
 from tipdamp.report.text import MICRO
-from tipdamp.stages.agreement import computed_amplitude
 
 COLUMNS = 2
 

@@ -2,14 +2,14 @@
 
 from collections.abc import Iterator
 
-from modal.mesh import Mesh
-from tipdamp import pair_checks
 from tipdamp.bodies.read import named_groups
+from tipdamp.checks import pairs as pair_checks
+from tipdamp.fields.surface import Surface
+from tipdamp.modal.mesh import Mesh
 from tipdamp.report.drawing.scene import BLADE, BODY, Item, Points, Scene, Segments, Solid, view
 from tipdamp.report.figures.surroundings import box_around
 from tipdamp.report.text import MM, distance
 from tipdamp.study.view import Study
-from tipdamp.surface import Surface
 
 MAX_NODES = 2000         # of one group that are drawn
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#7b3f9d", "#E69F00", "#56B4E9", "#a0522d", "#CC79A7", "#7f8c1f", "#222222")

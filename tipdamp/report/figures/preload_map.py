@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hbm.contact import ContactTable
-from tipdamp.loads import rest_name
+from tipdamp.bodies.loads import rest_name
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.figure import BLUE, GREEN, ORANGE, VERMILION, Curve, Figure, Item, Line, Marks, Panel
 from tipdamp.report.figures.axial import AXIAL, cut_marks, load_of, lowest_shown, of_side, side_title, station_sums
 from tipdamp.report.results import Results

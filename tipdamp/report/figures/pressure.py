@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm.contact import ContactTable
-from tipdamp.pressure import Patch, patches
+from tipdamp.fields.pressure import Patch, patches
+from tipdamp.fields.surface import Surface
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import Item, Points, Scale, Scene, Segments, Solid
 from tipdamp.report.figures.surroundings import NO_SURFACE, box_of, node_numbers, pair_name, surroundings, view_of
 from tipdamp.report.results import Results
 from tipdamp.report.text import MM, listing, number
-from tipdamp.surface import Surface
 
 PULL = "the pull"
 TITLES = {"N/mm²": "pressure (N/mm²)", "N/mm": "force per length (N/mm)"}

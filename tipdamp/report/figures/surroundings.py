@@ -5,10 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hbm.contact import ContactTable
+from tipdamp.fields.surface import Surface
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import BLADE, BODY, Segments, Solid, View, inside, view
 from tipdamp.report.text import MM
-from tipdamp.surface import Surface
 
 NO_SURFACE = (" The study starts from matrices: there is no mesh whose surface or mode shapes could be shown, only the "
               "pairs.")

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import NOTHING, hertz, micro, number, percent
-from tipdamp.stages.response_results import Damping
+from tipdamp.results.response_results import Damping
 
 
 def tables(results: Results) -> Iterator[Table]:

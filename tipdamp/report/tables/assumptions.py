@@ -4,11 +4,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from hbm.hold.rigid_motion import parse_motion
+from tipdamp.hbm.hold.rigid_motion import parse_motion
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import amount, force_along, listing, micro, moment, number
-from tipdamp.stages.results import SideStiffness
+from tipdamp.results.static_results import SideStiffness
 
 MANY = 12                # load points beyond which a table names their ends alone
 PER_MM3 = 1e9            # N/m3 in a N/mm3

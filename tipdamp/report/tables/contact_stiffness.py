@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import NOTHING, number
-from tipdamp.stages.results import SideStiffness
+from tipdamp.results.static_results import SideStiffness
 
 
 def tables(results: Results) -> Iterator[Table]:

@@ -1,9 +1,9 @@
 """Tables of the page on what was read: contact pairs of each side, and bodies."""
 
-from tipdamp import only_friction
+from tipdamp.checks import only_friction
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.text import MM, NOTHING, distance, listing, number, sentence
-from tipdamp.stages.results import InspectedBody, InspectResult, SideCheck
+from tipdamp.results.static_results import InspectedBody, InspectResult, SideCheck
 
 
 def pairs_table(found: InspectResult) -> Table:

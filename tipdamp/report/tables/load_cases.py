@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from tipdamp.loads import case_pull
+from tipdamp.bodies.loads import case_pull
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import listing, number

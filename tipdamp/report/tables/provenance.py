@@ -6,7 +6,7 @@ from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.tables.inspected import bodies_table
 from tipdamp.report.versions import versions
-from tipdamp.stages import STAGES
+from tipdamp.results import STAGES
 
 
 def tables(results: Results) -> Iterator[Table]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import NOTHING, hertz, percent
-from tipdamp.stages.results import FullModelCheck
+from tipdamp.results.static_results import FullModelCheck
 
 HEAD = ("stuck", "mode", "reduced (Hz)", "full (Hz)", "error", "bound")
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import MEGA, MM, hertz, micro, number
-from tipdamp.stages.response_results import PeakStress, StressPlace
+from tipdamp.results.response_results import PeakStress, StressPlace
 
 
 def tables(results: Results) -> Iterator[Table]:

@@ -1,0 +1,325 @@
+"""What may vary along a branch: the frequency, level or direction of the force, a setting of contacts, damping, K(p).
+
+    follow_parameter(problem, F, 930.0, "mu", (1.0, 0.1), ...)                       of all contacts, by a factor
+    follow_parameter(problem, F, 930.0, ContactSetting("kt", contacts=(3,)), ...)    of one contact
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from tipdamp.hbm.balance.newton import Linearisation
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance, by_level
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.laws.records import Contacts
+from tipdamp.hbm.validation import MOST_HARMONICS, brief, check_forcing, check_kind, numbers
+
+Rebuild: TypeAlias = tuple[ContactProblem, dict]
+SETTINGS = ("preload", "mu", "kn", "kt")
+SMALLEST = 1e-9          # value below which nothing is evaluated
+DIFFERENCE = 1e-6        # step of the central differences, relative to the value
+
+
+class Parameter:
+    """A quantity of the problem that varies along a branch.
+
+    name : as in ForcedResponse.parameter_name; unit : of its values, for messages
+    scale : units of the branch in one of the parameter
+    """
+
+    name: str
+    unit: str = ""
+    scale: float = 1.0
+
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
+        """(problem, forces {harmonic: (r,) N}) at a value."""
+        return problem, forces
+
+    def check(self, problem: ContactProblem) -> None:
+        """InputError where it cannot vary in a problem at a fixed frequency."""
+
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """Linearisation at x (n,) and p, in units of the branch, of a balance that is that of the value 1."""
+        raise NotImplementedError
+
+    def angular_frequency(self, w: float, p: float) -> float:
+        """rad/s at p; w where it does not vary."""
+        return w
+
+    def frequencies(self, hz: float, values: np.ndarray) -> np.ndarray:
+        """(n,) Hz at the values (n,); hz where it does not vary."""
+        return np.full(len(values), hz)
+
+    def named(self, value: float) -> str:
+        """A value for messages."""
+        return f"{value:.6g}{self.unit}" if self.unit else f"{self.name} = {value:.6g}"
+
+
+@dataclass(frozen=True)
+class Frequency(Parameter):
+    """The frequency of the force in Hz; branches run in rad/s."""
+
+    name: str = "frequency"
+    unit: str = " Hz"
+    scale: float = 2 * np.pi
+
+    def check(self, problem: ContactProblem) -> None:
+        """It varies in a band only."""
+        raise InputError("parameter 'frequency': use follow_band")
+
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """Linearisation at x (n,) and p rad/s."""
+        return balance.evaluate(x, p)
+
+    def angular_frequency(self, w: float, p: float) -> float:
+        """p."""
+        return p
+
+    def frequencies(self, hz: float, values: np.ndarray) -> np.ndarray:
+        """The values."""
+        return values
+
+
+@dataclass(frozen=True)
+class Level(Parameter):
+    """A factor on the force."""
+
+    name: str = "level"
+
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
+        """(problem, forces) at a value."""
+        return problem, {k: value * F for k, F in forces.items()}
+
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """Linearisation at x (n,) and the factor p."""
+        return balance.evaluate(x, w, level=p, derivative=by_level)
+
+
+@dataclass(frozen=True)
+class ContactSetting(Parameter):
+    """A factor on kn, kt, mu or the preload of every contact, or of some.
+
+    setting : 'kn', 'kt', 'mu' or 'preload'; contacts : index or indices of these contacts of the problem, None takes
+        all
+    """
+
+    setting: str
+    contacts: tuple | int | None = None
+    name: str = field(init=False)
+
+    def __post_init__(self):
+        if self.setting not in SETTINGS:
+            raise InputError(f"contact setting '{self.setting}' is unknown; {nearest(str(self.setting), SETTINGS)}")
+        some = ""
+        if self.contacts is not None:
+            chosen = np.atleast_1d(numbers("contacts", self.contacts, "must be indices of contacts"))
+            if chosen.ndim > 1 or not chosen.size or (chosen % 1).any():
+                raise InputError(f"contacts = {brief(self.contacts)}: must be indices of contacts")
+            object.__setattr__(self, "contacts", tuple(map(int, chosen)))
+            some = f" of contacts {', '.join(map(str, self.contacts))}"
+        object.__setattr__(self, "name", self.setting + some)
+
+    def check(self, problem: ContactProblem) -> None:
+        """Preloads are those of the preloaded origin, and the contacts those of the problem."""
+        if self.setting == "preload" and not problem.preloaded:
+            raise InputError("parameter 'preload': the unloaded origin has gaps, not preloads; "
+                             "use origin = 'preloaded'")
+        P, chosen = len(problem.contacts), np.atleast_1d(0 if self.contacts is None else self.contacts)
+        if chosen.min() < 0 or chosen.max() >= P:
+            raise InputError(f"contacts = {brief(self.contacts)}: must be indices from 0 to {P - 1}")
+
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
+        """(problem, forces) at a value."""
+        return problem.with_contacts(self.scaled(problem, value)), forces
+
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """Linearisation at x (n,) and the factor p."""
+        value = max(p, SMALLEST)        # a long Newton step may ask for a negative stiffness: the settings end at zero
+
+        def derivative(balance, t):
+            return -balance.modal_response(t, self._force_rate(balance, t, value))
+
+        return balance.evaluate(x, w, contacts=self.scaled(balance.problem, value), derivative=derivative)
+
+    def chosen(self, problem: ContactProblem) -> np.ndarray:
+        """(P,) bool, the contacts whose setting varies."""
+        return np.isin(np.arange(len(problem.contacts)), np.arange(len(problem.contacts)) if self.contacts is None
+                       else self.contacts)
+
+    def scaled(self, problem: ContactProblem, value: float) -> Contacts:
+        """The settings of the contacts at a value."""
+        factor = np.where(self.chosen(problem), value, 1.0)
+        changed = {self.setting: factor * vars(problem.contacts)[self.setting]}
+        if self.setting == "kn" and not problem.preloaded:
+            changed["preload"] = factor * problem.contacts.preload          # -kn gap
+        return replace(problem.contacts, **changed)
+
+    def _force_rate(self, balance, t, value):
+        """(P, nd, nh) derivative of the contact forces by the factor at a given motion."""
+        problem = balance.problem
+        if self.setting == "preload" and t.forces.by_preload is not None:
+            rate = (problem.contacts.preload * self.chosen(problem))[:, None, None] * t.forces.by_preload
+            rate[:, :, 0] += balance.own.beyond_rest * self.chosen(problem)[:, None]
+            return rate
+        if self.setting == "mu":
+            scaled = self.scaled(problem, value)
+            rate = problem.law.by_friction(scaled, t.u, t.forces)
+            if rate is not None:
+                return rate * self.chosen(problem)[:, None, None] / value
+        if self.setting in ("kn", "kt"):
+            rate = self._stiffness_rate(balance, t, self.scaled(problem, value))
+            if rate is not None:
+                return rate * self.chosen(problem)[:, None, None] / value
+        h = DIFFERENCE * max(value, 1e-3)
+        value = max(value, h)
+        after, before = (balance.contact_forces(t.u, t.w, self.scaled(problem, value + s)).g for s in (h, -h))
+        return (after - before) / (2 * h)
+
+
+    def _stiffness_rate(self, balance, t, contacts):
+        """(P, nd, nh) derivative of the contact forces by a relative change of kn or kt; None where the law does not
+        know it."""
+        law, cycle = balance.problem.law, balance.cycle(contacts)
+        if t.forces.by_preload is None:
+            return None
+        force = t.forces.g + balance.springs[:, :, None] * t.u
+        force[:, :, 0] += cycle.rest
+        further = cycle.further_springs
+        own = t.forces if further is None else t.forces.with_springs(-further, t.u)
+        rates = law.by_stiffness(contacts, t.u, force, own)
+        if rates is None:
+            return None
+        if self.setting == "kt":
+            return rates[1]
+        with_gap = np.zeros_like(force)
+        if not balance.problem.preloaded:                   # the preload is -kn gap
+            with_gap = contacts.preload[:, None, None] * t.forces.by_preload
+            with_gap[:, :, 0] += law.stuck_force(contacts)
+        return rates[0] + with_gap
+
+
+class Rebuilt(Parameter):
+    """A parameter that changes the linear system: the problem is made anew at each value, the derivative by central
+    differences."""
+
+    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """Linearisation at x (n,) and the value p."""
+        value = max(p, SMALLEST)
+        h = DIFFERENCE * value
+        here, after, before = (self._at(balance, v).evaluate(x, w) for v in (value, value + h, value - h))
+        rate = (after.displacement() - before.displacement()) / (2 * h)
+        return replace(here, by_parameter=(after.residual - before.residual) / (2 * h),
+                       modal_rate=np.linalg.lstsq(here.balance.receptance.shapes, rate, rcond=None)[0])
+
+    def _at(self, balance, value):
+        try:
+            return balance.rebuilt(*self.rebuild(balance.problem, balance.forces, value))
+        except InputError as error:             # of a value inside the branch, which its ends do not show
+            raise InputError(f"{self.named(value)}: {error}") from None
+
+
+@dataclass(frozen=True)
+class Damping(Rebuilt):
+    """A factor on the damping: on the damping ratios where the problem has these, else on C."""
+
+    name: str = "damping"
+
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
+        """(problem, forces) at a value."""
+        return problem.with_damping(value), forces
+
+
+@dataclass(frozen=True)
+class ModelParameter(Rebuilt):
+    """Any parameter of the problem, for example a stiffness K(p) or a setting of the law.
+
+    of_value : function (problem, value) -> problem; it must be defined a little beyond the ends of the branch too
+
+        ModelParameter("spring", lambda problem, k: replace(problem, K=K0 + k * K1))
+    """
+
+    name: str
+    of_value: Callable
+
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
+        """(problem, forces) at a value."""
+        made = check_kind(f"parameter '{self.name}' at {value:g}", self.of_value(problem, value), ContactProblem,
+                          "replace(problem, ...)")
+        return made, forces
+
+
+@dataclass(frozen=True)
+class ForceParameter(Rebuilt):
+    """Any parameter of the force, for example its direction or the phase between two points where it acts.
+
+    of_value : function value -> forcing, as in `forced_response`, in the place of that of the call, which gives the
+        orders and must not be zero. It must be defined a little beyond the ends of the branch too; these are above
+        zero: an angle may be counted from 360 degrees
+
+        ForceParameter("angle", lambda a: 5.0 * (np.cos(a) * along + np.sin(a) * across))
+    """
+
+    name: str
+    of_value: Callable
+
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
+        """(problem, forces) at a value; InputError where the given ones are zero, or of other orders."""
+        made = check_forcing(self.of_value(value), len(problem.K), MOST_HARMONICS)
+        if made.keys() != forces.keys() or not any(np.any(F) for F in forces.values()):
+            raise InputError(f"parameter '{self.name}': its forcing has the orders {sorted(made)}, the forcing of the "
+                             "call must have the same and not be zero")
+        return problem, made
+
+
+BY_NAME = {"level": Level(), "damping": Damping(), **{name: ContactSetting(name) for name in SETTINGS}}
+
+
+def as_parameter(parameter: Parameter | str) -> Parameter:
+    """A Parameter itself, or the one of a name: level, damping, preload, mu, kn, kt; InputError for anything else."""
+    if isinstance(parameter, Parameter):
+        return parameter
+    if not isinstance(parameter, str) or parameter not in BY_NAME:
+        raise InputError(f"parameter = '{parameter}': is unknown; {nearest(str(parameter), BY_NAME)}")
+    return BY_NAME[parameter]
+
+
+@dataclass(frozen=True)
+class Equation:
+    """R(x, p) = 0 of a branch: a harmonic balance in which one parameter varies.
+
+    p : in units of the branch, parameter.scale times the value; hz : where the frequency does not vary
+    """
+
+    balance: HarmonicBalance
+    parameter: Parameter
+    hz: float = np.nan
+
+    @property
+    def weights(self) -> np.ndarray:
+        """(n,) weights of the unknowns in the arc length."""
+        return self.balance.weights
+
+    def evaluate(self, x: np.ndarray, p: float) -> Linearisation:
+        """Linearisation at x (n,) and p."""
+        return self.parameter.evaluate(self.balance, x, 2 * np.pi * self.hz, p)
+
+    def balance_at(self, p: float) -> tuple[HarmonicBalance, float]:
+        """(balance, angular frequency) with the parameter fixed."""
+        b, w = self.balance, self.parameter.angular_frequency(2 * np.pi * self.hz, p)
+        problem, forces = self.parameter.rebuild(b.problem, b.forces, p / self.parameter.scale)
+        return (b if problem is b.problem and forces is b.forces else b.rebuilt(problem, forces)), w
+
+    def solutions(self, p: float, ways: Callable, settings: Settings) -> Iterator[Point]:
+        """The solutions that ways(balance, w) yields with the parameter fixed, as points of the branch."""
+        balance, w = self.balance_at(p)
+        for point in ways(balance, w):
+            if point.converged and balance is not self.balance:
+                again = solve_fixed(self.evaluate, point.x, p, self.weights, settings)
+                point = replace(again, iterations=point.iterations + again.iterations)
+            yield point

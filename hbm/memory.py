@@ -1,0 +1,72 @@
+"""Available memory, and what a curve needs: of all contacts, and for those that slip or lift."""
+
+import warnings
+from functools import partial
+from pathlib import Path
+
+from tipdamp.hbm.errors import InputError
+
+# Measured by tests/hbm/test_memory.py: at its largest a curve keeps the condensed matrix and its factors of the
+# last points, each of the square of the unknowns of the active contacts, beside the derivatives of their forces.
+_SQUARES, _BLOCKS = 5, 10
+_VECTORS = 12 * 100      # of all unknowns, sticking contacts included: a dozen at each of about a hundred points
+_NEXT = 2                # squares that the next matrix and its factors need, beside what the curve keeps already
+_SLIPPING = 4            # before the start one contact in so many is assumed to slip or lift, and at least one
+_SMALL = 2.0**28         # bytes below which nothing is checked
+
+
+def available_bytes() -> float:
+    """Bytes left on the machine, or within the limit of the container; infinite where neither is known."""
+    found = []
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        found.append(next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable")))
+    except (OSError, StopIteration, ValueError):
+        pass
+    try:
+        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
+        used = int(Path("/sys/fs/cgroup/memory.current").read_text())
+        found += [int(limit) - used] if limit.isdigit() else []
+    except (OSError, ValueError):
+        pass
+    return float(min(found, default=float("inf")))
+
+
+def newton_bytes(active: int, components: int, H: int, squares: int = _SQUARES) -> float:
+    """Bytes of Newton's method, for so many active contacts (slipping or lifting) of a law with so many components."""
+    block = components * (2 * H + 1)
+    return 8.0 * (squares * (active * block) ** 2 + _BLOCKS * active * block**2)
+
+
+def curve_bytes(active: int, contacts: int, components: int, H: int) -> float:
+    """Bytes of a whole curve with so many contacts, so many of them active: Newton's method and the points."""
+    return newton_bytes(active, components, H) + 8.0 * _VECTORS * contacts * components * (2 * H + 1)
+
+
+def check_harmonics_fit(contacts: int, components: int, H: int) -> None:
+    """Before anything heavy: InputError where not even one contact can be active, a warning where not a quarter of them
+    can at once; how many will be is not known yet."""
+    one = partial(curve_bytes, 1, contacts, components)
+    if message := _lack(one, H, "one contact that slips or lifts needs"):
+        raise InputError(message)
+    active = max(contacts // _SLIPPING, 1)
+    what = f"{active} of the {contacts} contacts, should they slip or lift at once, need"
+    if message := _lack(partial(curve_bytes, active, contacts, components), H, what):
+        warnings.warn(message, stacklevel=4)
+
+
+def check_active_fit(active: int, contacts: int, components: int, H: int) -> None:
+    """InputError where so many contacts are active that there is no memory for the next matrix."""
+    what = f"{active} of the {contacts} contacts, which slip or lift at once here, need"
+    if message := _lack(partial(newton_bytes, active, components, squares=_NEXT), H, what):
+        raise InputError(message)
+
+
+def _lack(of_harmonics, H, what):
+    """The message where the memory of so many harmonics does not suffice; None where it does."""
+    need = of_harmonics(H)
+    if need < _SMALL or need <= (there := available_bytes()):
+        return None
+    fits = next((h for h in range(H - 1, 0, -1) if of_harmonics(h) <= there), 0)
+    return (f"harmonics = {H}: {what} {need / 1e9:.3g} GB of memory for Newton's method, "
+            f"{there / 1e9:.3g} GB are available: at most harmonics = {fits} here, or fewer contacts")

@@ -1,0 +1,182 @@
+"""Static contact of the unreduced bodies, for thousands of pairs: nothing is condensed but the compliance at the pairs.
+
+Each body has one sparse Cholesky factor. One that floats is held at six dofs of three nodes, statically determinate: a
+load that is balanced, as every load with its contact forces is, puts no force on them, whatever they are.
+
+    bodies = SparseBodies.of([blades, damper])
+    StaticContact(bodies, pairs, compliance=SparseCompliance).solve(load)
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.dof_table import DIRECTIONS
+from tipdamp.modal.body import Body, check_support, parts
+from tipdamp.modal.contact_shapes import holding_nodes
+from tipdamp.modal.craig_bampton import side_by_side
+from tipdamp.modal.definite import negative_stiffness
+from tipdamp.modal.solvers.cholesky import SingularStiffness
+from tipdamp.modal.solvers.dissection import dissection
+from tipdamp.modal.solvers.multifrontal import CarryingFactor
+from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.bodies.compliance import Compliance
+from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies
+from tipdamp.static_contact.normal.normal_contact import Loading
+
+
+@dataclass(frozen=True)
+class SparseBodies:
+    """The dofs of bodies one behind the other: as a ReducedModel names them, with K and M (r, r) as CSR; loads {name:
+    (r,) N} are those that the bodies have, side by side."""
+
+    bodies: tuple[Body, ...]
+    K: sp.csr_matrix
+    M: sp.csr_matrix
+    body: np.ndarray
+    node: np.ndarray
+    direction: np.ndarray
+    position: np.ndarray
+    rigid: dict[str, np.ndarray]
+    loads: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, bodies: list[Body]) -> "SparseBodies":
+        """Raises InputError where a body is not supported as declared, floats in pieces, or has the name of another."""
+        names = [one.name for one in bodies]
+        if not names or len(set(names)) < len(names):
+            twice = [name for name in names if names.count(name) > 1]
+            raise InputError(f"two bodies '{twice[0]}': give each its own name" if twice else "no bodies")
+        for one in bodies:
+            if check_support(one) and (count := parts(one).max() + 1) > 1:
+                raise InputError(f"body '{one.name}' floats in {count} pieces that share no node: make each a body of "
+                                 "its own, or join the meshes")
+        join = np.concatenate
+        K, M = (sp.block_diag(each, format="csr") for each in zip(*((one.K, one.M) for one in bodies), strict=True))
+        return cls(tuple(bodies), K, M,
+                   np.repeat([one.name for one in bodies], [one.dofs for one in bodies]),
+                   join([one.node[one.dof_node] for one in bodies]),
+                   join([np.array(DIRECTIONS)[one.dof_direction] for one in bodies]),
+                   join([one.position[one.dof_node] for one in bodies]),
+                   {one.name: one.rigid_motions()[:, :6 * one.free] for one in bodies}, side_by_side(bodies))
+
+    @property
+    def size(self) -> int:
+        """r, the number of dofs."""
+        return self.K.shape[0]
+
+    @property
+    def moves(self) -> np.ndarray:
+        """(r,) bool: all of them are displacements of nodes."""
+        return np.ones(self.size, dtype=bool)
+
+    def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
+        """(3n, r): x, y, z of nodes and contact points in turn; raises InputError for a node without a dof."""
+        one = next((one for one in self.bodies if one.name == body), None)
+        if one is not None and len(fixed := np.intersect1d(numbers, np.setdiff1d(one.node, one.node[one.dof_node]))):
+            raise InputError(f"node {fixed[0]} of body '{body}' is clamped: take it out of the contact ({len(fixed)} "
+                             "such)")
+        return AssembledBodies(list(self.bodies)).motion_of(body, numbers)
+
+
+class SparseCompliance(Compliance):
+    """As `Compliance`, of a SparseBodies: K is not resisted by weak springs."""
+
+    def _factored(self, model):
+        ends = np.cumsum([0, *(one.dofs for one in model.bodies)])
+        self.parts = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False)]
+        return [self._carrying(one, part, model.position[part]) for one, part in zip(model.bodies, self.parts,
+                                                                                     strict=True)]
+
+    def _carrying(self, body, part, position):
+        K = pinned(body)
+        try:
+            return CarryingFactor(K, self.B[:, part], elimination(K, body.dof_node, position))
+        except SingularStiffness:
+            raise negative_stiffness(body, "a motion of the supported body meets it, or none") from None
+
+    def _solve(self, right):
+        found = np.zeros(right.shape)
+        for factor, part in zip(self.factor, self.parts, strict=True):
+            if right[part].any():
+                found[part] = factor.solve(right[part].reshape(part.stop - part.start, -1)).reshape(right[part].shape)
+        return found
+
+    def _compliance(self):
+        G = self.factor[0].take_compliance()
+        for factor in self.factor[1:]:
+            G += factor.take_compliance()
+        return _whole(G)
+
+    def _near(self, load):
+        near = tuple(factor.swept(load[part]) for factor, part in zip(self.factor, self.parts, strict=True))
+        return -sum(swept[part.stop - part.start:] for swept, part in zip(near, self.parts, strict=True)), near
+
+    def _pushed(self, near, load, force):
+        """What forces do along free motions, by inexact meshes, does not go into the pins."""
+        q = np.concatenate([factor.back(one, force) for factor, one in zip(self.factor, near, strict=True)])
+        return q - self.pinned @ (self.loose.idle.T @ (load - self.B.T @ force))
+
+    def displacement(self, loading: Loading, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
+                     ) -> tuple[np.ndarray, np.ndarray]:
+        """As of `Compliance`; what the pins make of free motions is left out."""
+        q, elastic = super().displacement(loading, applied, force, amount)
+        return q - self.loose.idle @ (self.loose.idle.T @ q), elastic
+
+    @cached_property
+    def pinned(self):
+        """(r, i): what forces along the free motions do to the bodies on their pins."""
+        return self._solve(self.loose.idle)
+
+
+class SparseStuckBodies(StuckBodies):
+    """As `stuck_bodies.StuckBodies`, of a SparseBodies: the springs join the bodies to one sparse matrix."""
+
+    def __init__(self, model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray):
+        self.B, self.k, A = B, k0, (model.K + B.T @ sp.diags(k0) @ B).tocsr()
+        ends = np.cumsum([0, *(len(one.node) for one in model.bodies)])
+        node = np.concatenate([first + one.dof_node for first, one in zip(ends, model.bodies, strict=False)])
+        self.factor = CarryingFactor(A, B, elimination(A, node, model.position))
+        self.G = _whole(self.factor.take_compliance())
+
+    def solve(self, load: np.ndarray) -> np.ndarray:
+        """A^-1 load, (r,)."""
+        return self.factor.solve(load[:, None])[:, 0]
+
+    def felt(self, load: np.ndarray) -> np.ndarray:
+        """B A^-1 load, (3P,)."""
+        return self.factor.felt(load)
+
+
+def _whole(lower):
+    """The symmetric matrix of a lower part, in place."""
+    lower += np.tril(lower, -1).T
+    return lower
+
+
+def pinned(body: Body) -> sp.csr_matrix:
+    """K of a body; with springs as stiff as its dofs at six dofs that hold it, where it floats."""
+    if not body.free:
+        return body.K
+    dofs = body.node_dofs(holding_nodes(body))
+    six = dofs[sl.qr(body.rigid_motions()[dofs].T, mode="r", pivoting=True)[1][:6]]
+    springs = np.zeros(body.dofs)
+    springs[six] = body.K.diagonal()[six]
+    return (body.K + sp.diags(springs)).tocsr()
+
+
+def elimination(K: sp.csr_matrix, node: np.ndarray, position: np.ndarray) -> list[tuple[np.ndarray, int]]:
+    """Dofs in the order of their elimination from K (d, d), as `modal.solvers.multifrontal` takes them; node (d,) index
+    of the node of each, position (d, 3) m."""
+    _, first, node = np.unique(node, return_index=True, return_inverse=True)
+    d, n = len(node), len(first)
+    of_node = sp.csr_matrix((np.ones(d), (np.arange(d), node)), (d, n))
+    pattern = sp.csr_matrix((np.ones(K.nnz), K.indices, K.indptr), K.shape)
+    dofs = np.split(np.argsort(node, kind="stable"), np.cumsum(np.bincount(node))[:-1])
+    return [(np.concatenate([dofs[i] for i in nodes]), children)
+            for nodes, children in dissection((of_node.T @ pattern @ of_node).tocsr(), position[first])]

@@ -1,0 +1,1 @@
+"""Contact pairs, the pull on them, and the preload with and without friction."""

@@ -1,0 +1,53 @@
+"""What the frictionless static contact gives: forces of the pairs, and with them the displacement of the bodies."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tipdamp.hbm.contact import ContactTable
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A rigid motion of the bodies that no contact normal resists, and how the load acts along it.
+
+    name - for example 'roll about the damper axis'; unit - 'N' or 'N m'; load - of the applied loads along it.
+    """
+
+    name: str
+    unit: str
+    load: float
+
+
+@dataclass(frozen=True)
+class ContactForces:
+    """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening of open ones (0
+    where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
+    motions - free ones and the load along each; held : {name: N or N m} - force on what holds a motion
+    reactions : {name: N or N m} - of loads and contact forces along free motions, taken up in the reference
+    state; empty where that is no more than 1e-10 of it
+    balance - |sum of contact forces, loads and constraint reactions| / |sum of loads| on the floating dampers, None
+    where none floats
+    iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a singular set
+    or sets that cycled, 'unloaded' where no load acts and the bodies fit without any force
+    """
+
+    pairs: ContactTable
+    force: np.ndarray
+    opening: np.ndarray
+    motions: tuple[Motion, ...]
+    reactions: dict[str, float]
+    held: dict[str, float]
+    balance: float | None
+    iterations: int
+    method: str
+
+
+@dataclass(frozen=True)
+class Preload(ContactForces):
+    """ContactForces with the displacement (r,) m of the bodies
+    residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
+    """
+
+    displacement: np.ndarray
+    residual: float

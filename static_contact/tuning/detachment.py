@@ -1,0 +1,260 @@
+"""Detachment: stations detached until the stuck frequency meets a target.
+
+[Zucca 2016, sec. 8: "starting from the middle of the damper sides, contact pairs are progressively detached until
+the resonance frequency of the model at full-stick matches"]. Pairs that are open at rest do not stick.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import brentq
+
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.ties import SAME
+from tipdamp.static_contact.tuning.kept_pairs import conserve_total, ends_of
+from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
+from tipdamp.static_contact.tuning.stuck_search import StuckSearch
+
+
+@dataclass(frozen=True)
+class Step:
+    """One set of kept stations and its stuck frequency; front counts the stations with the smaller coordinate;
+    mac as in `StuckModes`."""
+
+    front: int
+    back: int
+    hz: float
+    mac: float
+
+
+@dataclass(frozen=True)
+class GradedStation:
+    """The station that keeps only a part (0..1) of its area: the factor on its kn and kt."""
+
+    station: int
+    part: float
+
+
+@dataclass(frozen=True)
+class StationWorth:
+    """hz - what the stuck frequency would lose without this station (kept), or gain with it (not kept)."""
+
+    station: int
+    kept: bool
+    hz: float
+
+
+@dataclass(frozen=True)
+class Detachment:
+    """pairs - the table with weight 0 on detached pairs; chosen - the set nearest the target; history - all sets that
+    were tried; stations - kept ones; graded - None where all are whole; worth - of every station, beside the chosen set
+    of whole stations; equivalent - sets within the scatter of the target, the nearest first; target_hz - None where the
+    stations were given."""
+
+    pairs: ContactTable
+    chosen: Step
+    history: tuple[Step, ...]
+    target_hz: float | None
+    stations: tuple[int, ...]
+    worth: tuple[StationWorth, ...]
+    graded: GradedStation | None = None
+    equivalent: tuple[Step, ...] = ()
+
+
+@dataclass(frozen=True)
+class DetachmentOptions:
+    """springs(pairs) -> RollSpring records that go with the carrying pairs, or None
+    load : (P,) N - static normal force that each pair stands for; pairs without one do not stick. None: all do
+    order : "from_middle": every number of stations at the two ends; "least_loaded": by the load of the stations
+    graded : the last station keeps the part of its area with which the target is met
+    scatter_hz : sets whose frequency is as near to the target fit equally well
+    at_least - stations that stay on each side; conserve - see `keep_ends`
+    allowed(weight (P,)) -> whether a set may be chosen, or None: any; asked of the sets that fit best
+    tie_hz - sets nearer to each other than this, by rounding of mirrored ones, fit alike: the more even one is taken
+    met_hz - how near a graded station must bring the frequency to the target"""
+
+    springs: Callable | None = None
+    load: np.ndarray | None = None
+    order: Literal["from_middle", "least_loaded"] = "from_middle"
+    graded: bool = False
+    scatter_hz: float = 0.0
+    at_least: int = 2
+    conserve: bool = False
+    allowed: Callable[[np.ndarray], bool] | None = None
+    tie_hz: float = 1e-4
+    met_hz: float = 0.1
+
+
+DEFAULT = DetachmentOptions()
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """kept (P,) bool; front, back - number of its stations before and behind the middle."""
+
+    front: int
+    back: int
+    kept: np.ndarray
+
+
+def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float, follow: np.ndarray,
+                 options: DetachmentOptions = DEFAULT, progress: Callable | None = None) -> Detachment:
+    """Detach stations on all sides and keep those whose tracked stuck frequency is nearest the target.
+
+    follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All sets of the order are tried:
+    where two modes come close the tracked frequency may rise as stations go. Raises InputError "not reachable: a..b
+    Hz" when the target lies outside what they give, and where no set is allowed.
+    """
+    search = search_of(assembly, pairs, follow, options)
+    sets = list(_from_middle(pairs, search.closed, options.at_least) if options.order == "from_middle"
+                else _least_loaded(pairs, search.closed, options))
+    history = []
+    for i, one in enumerate(sets):
+        history.append(_step(search, one))
+        if progress:
+            progress(history[-1], (i + 1) / len(sets))
+    _check_reach(history, target_hz, options, int(pairs.station.max()) + 1)
+    best = _best_allowed(sets, history, target_hz, pairs, options)
+    weight, chosen, graded = np.where(sets[best].kept, pairs.weight, 0.0), history[best], None
+    worth = _worth(search, pairs, weight)
+    if options.graded and chosen.hz != target_hz:
+        weight, chosen, graded = _graded(search, pairs, sets, history, (best, target_hz, options))
+    equal = sorted((s for s in history if abs(s.hz - target_hz) <= options.scatter_hz),
+                   key=lambda s: _fit(s, target_hz, options.tie_hz))
+    return Detachment(search.table(weight), chosen, tuple(history), target_hz, _stations(pairs, weight), worth, graded,
+                      tuple(equal))
+
+
+def keep_stations(assembly: StuckAssembly, pairs: ContactTable, ends: tuple[int, int], follow: np.ndarray,
+                  options: DetachmentOptions = DEFAULT) -> Detachment:
+    """Keep the given numbers of stations at both ends, (front, back). Raises InputError when there are not so many."""
+    stations = int(pairs.station.max()) + 1
+    if sum(ends) > stations:
+        raise InputError(f"{ends[0]} + {ends[1]} stations are to be kept, the sides have {stations}")
+    return keep_weights(assembly, pairs, np.where(ends_of(pairs, *ends), pairs.weight, 0.0), follow, options, ends)
+
+
+def keep_weights(assembly: StuckAssembly, pairs: ContactTable, weight: np.ndarray, follow: np.ndarray,
+                 options: DetachmentOptions = DEFAULT, ends: tuple[int, int] | None = None) -> Detachment:
+    """Keep pairs with the given weights (P,); ends - (front, back) stations, counted from the middle where None."""
+    search = search_of(assembly, pairs, follow, options)
+    front, back = ends or halves(pairs, weight > 0)
+    step = Step(front, back, *search.find(weight))
+    return Detachment(search.table(weight), step, (step,), None, _stations(pairs, weight),
+                      _worth(search, pairs, weight))
+
+
+def search_of(assembly: StuckAssembly, pairs: ContactTable, follow: np.ndarray,
+              options: DetachmentOptions) -> StuckSearch:
+    """The stuck frequencies of sets of the pairs; those that carry no load do not stick."""
+    closed = pairs.carrying if options.load is None else pairs.carrying & (options.load > 0)
+    conserve = (lambda kept: conserve_total(kept, pairs)) if options.conserve else None
+    return StuckSearch(assembly, pairs, closed, follow, options.springs, conserve)
+
+
+def _step(search, one) -> Step:
+    return Step(one.front, one.back, *search.find(np.where(one.kept, search.pairs.weight, 0.0)))
+
+
+def _fit(step, target_hz, tie_hz):
+    """Sorts sets: the nearest to the target, of those that fit alike the most even one."""
+    return round(abs(step.hz - target_hz) / tie_hz), abs(step.front - step.back), -step.front
+
+
+def _best_allowed(sets, history, target_hz, pairs, options) -> int:
+    """The set that fits best of those that may be chosen."""
+    for i in sorted(range(len(sets)), key=lambda i: _fit(history[i], target_hz, options.tie_hz)):
+        if options.allowed is None or options.allowed(np.where(sets[i].kept, pairs.weight, 0.0)):
+            return i
+    raise InputError(f"target {target_hz:g} Hz: every set of stations leaves too large a moment of the preload; set "
+                     "[tune] preload = \"resolved\"")
+
+
+def _from_middle(pairs, closed, at_least) -> Iterator[_Kept]:
+    """Every number of stations at the two ends, at least one at each; those that differ in open pairs alone once."""
+    stations = int(pairs.station.max()) + 1
+    yield _Kept((stations + 1) // 2, stations // 2, pairs.carrying)
+    counts = range(1, stations)
+    front = [n for n in counts if n == 1 or (closed & ends_of(pairs, n, 0) & ~ends_of(pairs, n - 1, 0)).any()]
+    back = [n for n in counts if n == 1 or (closed & ends_of(pairs, 0, n) & ~ends_of(pairs, 0, n - 1)).any()]
+    for count in range(stations - 1, max(at_least, 2) - 1, -1):
+        for f in sorted((f for f in front if count - f in back), key=lambda f: abs(2 * f - count - 0.5)):
+            if (closed & ~ends_of(pairs, f, count - f)).any():
+                yield _Kept(f, count - f, ends_of(pairs, f, count - f) & pairs.carrying)
+
+
+def _least_loaded(pairs, closed, options) -> Iterator[_Kept]:
+    """Stations leave by their part of the side's load, summed over the sides; of equal ones the inner first."""
+    load = np.where(closed, 1.0 if options.load is None else options.load, 0.0)
+    share = sum((load / load[pairs.side == side].sum()) * (pairs.side == side) for side in pairs.sides
+                if load[pairs.side == side].any())
+    stations = np.unique(pairs.station[closed])
+    share = np.round(np.bincount(pairs.station, share)[stations] + SAME, 6)
+    order = stations[np.lexsort((-np.abs(stations - pairs.station.max() / 2), -share))]
+    for count in range(len(order), options.at_least - 1, -1):
+        kept = np.isin(pairs.station, order[:count]) & pairs.carrying
+        yield _Kept(*halves(pairs, kept), kept)
+
+
+def halves(pairs: ContactTable, kept: np.ndarray) -> tuple[int, int]:
+    """(front, back): kept stations before and behind the middle."""
+    stations = np.unique(pairs.station[kept])
+    front = int((stations <= pairs.station.max() / 2).sum())
+    return front, len(stations) - front
+
+
+def _check_reach(history: Sequence[Step], target_hz, options, stations):
+    found = np.sort([s.hz for s in history])
+    # half a step beyond the last set is still nearest to it; a graded station reaches no further than the sets
+    reach = 0.0 if options.graded or len(found) < 2 else np.diff(found).max() / 2
+    if not found[0] - reach <= target_hz <= found[-1] + reach:
+        raise InputError(f"target {target_hz:g} Hz is not reachable: {found[0]:.0f}..{found[-1]:.0f} Hz with "
+                         f"{options.at_least}..{stations} stations kept")
+
+
+def _graded(search, pairs, sets, history, goal):
+    """(weight (P,), Step, GradedStation): between the chosen set and the next one on the other side of the target, the
+    smallest difference and the most even set first."""
+    best, target_hz, options = goal
+    stuck = np.array([one.kept & search.closed for one in sets])
+    own, above = stuck[best], history[best].hz > target_hz
+    nested = (stuck <= own).all(axis=1) if above else (stuck >= own).all(axis=1)
+    beyond = np.array([s.hz <= target_hz if above else s.hz >= target_hz for s in history])
+    there = np.flatnonzero(nested & beyond)
+    if not len(there):
+        raise InputError(f"target {target_hz:g} Hz: no station beside the {history[best].front} + {history[best].back} "
+                         "kept ones bridges it; set [tune] graded = false")
+    other = min(there, key=lambda i: ((stuck[i] != own).sum(), abs(sets[i].front - sets[i].back), -sets[i].front))
+    large, small = (best, other) if above else (other, best)
+    last = stuck[large] & ~stuck[small]
+    base = np.where(sets[small].kept, pairs.weight, 0.0)
+
+    def weight(part):
+        return np.where(last, part * pairs.weight, base)
+
+    part = float(brentq(lambda a: search.find(weight(a))[0] - target_hz, 0.0, 1.0, xtol=1e-9))
+    step = replace(history[large], **dict(zip(("hz", "mac"), search.find(weight(part)), strict=True)))
+    if abs(step.hz - target_hz) > options.met_hz:
+        raise InputError(f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another while station "
+                         f"{pairs.station[last][0]} is graded, and no part of it meets the target (nearest "
+                         f"{step.hz:.1f} Hz); set [tune] graded = false")
+    return weight(part), step, GradedStation(int(pairs.station[last][0]), part)
+
+
+def _worth(search, pairs, weight) -> tuple[StationWorth, ...]:
+    """Of every station that has a closed pair, unless nothing would be left without it."""
+    hz, found = search.find(weight)[0], []
+    for station in np.unique(pairs.station[search.closed]):
+        mine = pairs.station == station
+        kept = bool((weight[mine & search.closed] > 0).any())
+        other = np.where(mine, 0.0 if kept else pairs.weight, weight)
+        if (other[search.closed] > 0).any():
+            found.append(StationWorth(int(station), kept, abs(search.find(other)[0] - hz)))
+    return tuple(found)
+
+
+def _stations(pairs, weight) -> tuple[int, ...]:
+    return tuple(np.unique(pairs.station[weight > 0]).tolist())

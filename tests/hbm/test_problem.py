@@ -1,0 +1,74 @@
+"""A problem put together piece by piece is the one that its matrices, rows and contacts make."""
+
+import numpy as np
+import pytest
+
+from tipdamp import (
+    ContactProblem,
+    Contacts,
+    CubicSpring,
+    DryFriction2T,
+    InputError,
+    Jenkins1D,
+    MixedLaw,
+    Problem,
+    UnilateralSpring,
+    follow_band,
+)
+
+CHAIN = [[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]]
+BAND = (0.05, 0.4)
+
+
+def duffing():
+    return Problem([[1.0]], [[0.02]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.2)
+
+
+def test_duffing_in_three_lines():
+    """At one harmonic the amplitude a solves ((k - w^2 + 3/4 a^2)^2 + (c w)^2) a^2 = F^2 [Kovacic, Brennan 2011]."""
+    curve = duffing().follow_band((0.05, 0.12), outputs={"x": 0}, harmonics=1)
+    w, a = 2 * np.pi * curve.frequency, np.abs(curve.harmonics[:, 0, 1])
+    assert ((1 - w**2 + 0.75 * a**2) ** 2 + (0.02 * w) ** 2) * a**2 == pytest.approx(0.04, rel=1e-8)
+
+
+def test_several_laws_are_one_mixed_law():
+    chain = Problem(np.eye(3), 0.05 * np.eye(3), CHAIN)
+    chain = chain.add(CubicSpring(1.0), (0, 1)).add(Jenkins1D(), 2, kt=0.5, mu=1.0, preload=0.1)
+    chain = chain.add(UnilateralSpring(), [0, 1, -1], kn=2.0, preload=-0.1).force(0, 0.1)
+    rows = np.zeros((9, 3))
+    rows[2], rows[3], rows[8] = [1, -1, 0], [0, 0, 1], [0, 1, -1]
+    law = MixedLaw((CubicSpring(1.0), Jenkins1D(), UnilateralSpring()), (0, 1, 2))
+    contacts = Contacts([0, 0, 2.0], [0, 0.5, 0], [0, 1.0, 0], [0, 0.1, -0.1])
+    whole = ContactProblem(np.eye(3), 0.05 * np.eye(3), np.array(CHAIN), rows, law, contacts)
+    asked = {"harmonics": 5, "outputs": {"tip": [0.0, 0, 1]}}
+    one = chain.follow_band(BAND, harmonics=5, outputs={"tip": 2})
+    other = follow_band(whole, [0.1, 0, 0], BAND, **asked)
+    assert np.array_equal(one.harmonics, other.harmonics)
+
+
+def test_a_law_of_several_components_takes_a_place_for_each():
+    free = Problem(np.eye(3), 0.1 * np.eye(3), np.eye(3))
+    held = free.add(DryFriction2T(), [0, 1, 2], kn=1.0, kt=1.0, mu=0.3, preload=1.0).force(0, 0.5)
+    assert np.array_equal(held.contact_problem.B, np.eye(3))
+    assert held.solve_at(0.2, outputs={"x": 0}).converged
+
+
+def test_forces_are_added_and_have_orders():
+    problem = duffing().force(0, 0.1j).force(0, 0.05, harmonic=3)
+    assert problem.forces[1] == pytest.approx([0.2 + 0.1j]) and problem.forces[3] == [0.05]
+    assert duffing().forces[1] == [0.2]                  # each call made a new problem
+
+
+@pytest.mark.parametrize("wrong, said", [
+    (lambda p: p.add(CubicSpring(1.0), 3), "dof 3: must be between 0 and 0"),
+    (lambda p: p.add(CubicSpring(1.0), "tip"), "must be a dof 0..0, two dofs"),
+    (lambda p: p.add(DryFriction2T(), 0), "moves along t1, t2, n: a list of 3 dofs"),
+    (lambda p: p.add("CubicSpring", 0), "CubicSpring"),
+    (lambda p: p.force([1.0, 2.0]), "or a row of 1 numbers"),
+    (lambda p: p.follow_band(BAND, outputs={"x": 0}), "no nonlinear force: add"),
+    (lambda p: p.add(CubicSpring(1.0), 0).follow_band(BAND, outputs={"x": 0}), "no excitation: force"),
+    (lambda p: Problem([[1.0]]), "K is missing"),
+])
+def test_wrong_use_is_told(wrong, said):
+    with pytest.raises(InputError, match=said):
+        wrong(Problem([[1.0]], [[0.02]], [[1.0]]))

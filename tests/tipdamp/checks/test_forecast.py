@@ -1,0 +1,114 @@
+"""The forecast: order of magnitude of measured runs, growth with what makes a study large, and advice."""
+
+import re
+
+import numpy as np
+import pytest
+
+from tests.tipdamp import corner_study
+from tests.tipdamp.rig_study import read
+from tipdamp.checks.forecast import COMMON, Cost, Machine, Size, advice, estimate, forecast, measured, size_of
+from tipdamp.cli import main
+from tipdamp.engine.store import Store
+from tipdamp.results.static_results import InspectResult
+from tipdamp.study.study import load_study
+
+# the wedge under platforms, 51 pairs a side: 4 s for reduce were measured; and the same with 518 pairs
+SMALL = Size({"blades": (9513, 360, 40), "damper": (2604, 306, 20)}, 102, (1,) * 6)
+LARGE = Size({"blades": (43000, 1605, 40), "damper": (12000, 1605, 20)}, 518, (1,) * 6)
+
+
+def test_many_pairs_are_warned_of():
+    """518 pairs: hours of forced response should all of them slip, and what helps; a small study is passed."""
+    costs = forecast(LARGE, COMMON)
+    said = list(advice(LARGE, costs))
+    assert any("respond is estimated to take" in one and "coarsen the meshes" in one for one in said)
+    assert costs["respond"].at_most > 3600 > 60 > forecast(SMALL, COMMON)["reduce"].seconds
+    assert 0.5 < forecast(SMALL, COMMON)["reduce"].seconds < 40
+    assert list(advice(SMALL, forecast(SMALL, COMMON))) == []
+
+
+def test_a_reduced_interface_costs_less():
+    """64 pairs that are followed instead of 518: what was hours is minutes, and the advice does not name it again."""
+    few = Size(**{**vars(LARGE), "followed": 64})
+    assert forecast(few, COMMON)["respond"].at_most < 0.05 * forecast(LARGE, COMMON)["respond"].at_most
+    assert any('interface = "reduced"' in one for one in advice(LARGE, forecast(LARGE, COMMON)))
+    assert not any('interface = "reduced"' in one for one in advice(few, forecast(few, COMMON)))
+
+
+@pytest.mark.parametrize("unlike, contact, told", [
+    (False, "", r"518 pairs make 3210 masters and contact shapes: \[contact\] reduction = .contact_points. and "
+                "tractions = 200 makes them"),
+    (True, "", r"518 pairs make 3210 masters and contact shapes: \[contact\] tractions = 200 makes them"),
+    (True, "tractions = 150", r"lower \[contact\] tractions, 150 cells a body now")])
+def test_what_makes_many_pairs_fewer(tmp_path, unlike, contact, told):
+    """Six dofs for each pair of nodes become cells by way of contact points; those of surfaces are such already."""
+    study = load_study(corner_study.write(tmp_path, change=[("mu = 0.3", f"mu = 0.3\n{contact}")]))
+    side = dict(pairs=259, stations=1, rows=1, length_m=1, across_m=1, mean_normal=[0, 0, 1], normals_within_deg=0,
+                off_surface_deg=None, apart_along_n_m=[0, 0], apart_across_m=0, force_per_pull=1, trouble=None,
+                area_m2=1.0 if unlike else None)
+    found = InspectResult(bodies={"blades": {"free_dofs": 43000}, "damper": {"free_dofs": 12000}},
+                          pairs={"one": 259, "two": 259}, columns={"blades": 1605, "damper": 1605},
+                          pair_checks={"one": side, "two": side},
+                          tractions={"blades": 150, "damper": 150} if contact else {})
+    size = size_of(study, found)
+    assert re.search(told, size.fewer) and size.unreduced == bool(contact)
+
+
+def test_many_stations_are_many_sets():
+    """151 stations of 9 points: half of their square is tried, one factor of the modes each; by area it is a dozen."""
+    size = Size({"blades": (68000, 636, 40), "damper": (225000, 609, 20)}, 2700, (), unreduced=True, sets=151**2 // 2)
+    costs = forecast(size, COMMON)
+    less = forecast(Size(**{**vars(size), "sets": 0}), COMMON)["tune"].seconds
+    assert costs["tune"].seconds - less == pytest.approx(151**2 // 2 * 2 / 3 * 1305**3 / COMMON.flops)
+    assert any("tune" in one and 'by = "area" tries' in one for one in advice(size, costs))
+
+
+def test_a_preload_on_all_dofs_costs_factors():
+    """Of 2700 pairs: a reduced model with shapes of each would be larger by far, and the pairs are a dense matrix."""
+    points = Size({"blades": (68000, 8100, 40), "damper": (225000, 8100, 20)}, 2700, ())
+    cells = Size({"blades": (68000, 636, 40), "damper": (225000, 609, 20)}, 2700, (), unreduced=True)
+    one, other = (forecast(size, COMMON) for size in (points, cells))
+    assert other["reduce"].seconds < one["reduce"].seconds / 20 and other["reduce"].bytes < one["reduce"].bytes / 5
+    few = Size(**{**vars(cells), "pairs": 500})
+    assert 20 < forecast(few, COMMON)["preload"].seconds < other["preload"].seconds
+    assert other["preload"].bytes - forecast(few, COMMON)["preload"].bytes == 24 * (2700**2 - 500**2)
+
+
+def test_memory_is_warned_of():
+    need = {"reduce": Cost(1.0, 1e16)}
+    assert "reduce is estimated to need 10000000.0 GB" in next(advice(LARGE, need))
+
+
+@pytest.mark.parametrize("more, stage, factor", [
+    ({"pairs": 1036}, "respond", 7.9), ({"curves": (3,) * 6}, "respond", 12), ({"curves": (1,) * 12}, "respond", 1.9),
+    ({"bodies": {"blades": (86000, 1605, 40), "damper": (24000, 1605, 20)}}, "reduce", 1.9)])
+def test_more_costs_more(more, stage, factor):
+    """Factors of the condensed system grow with the cube of its unknowns, 3 (2 H + 1) a slipping pair."""
+    one, other = (forecast(size, COMMON)[stage] for size in (LARGE, Size(**{**vars(LARGE), **more})))
+    assert max(other.at_most, other.seconds) > factor * max(one.at_most, one.seconds) and other.bytes >= one.bytes
+
+
+def test_a_slower_machine_takes_longer():
+    slow = Machine(COMMON.factor * 10, COMMON.solve * 10, COMMON.flops / 10)
+    for stage, cost in forecast(LARGE, slow).items():
+        assert cost.seconds > 5 * forecast(LARGE, COMMON)[stage].seconds
+
+
+def test_the_yardstick_is_a_machine():
+    found = measured()
+    assert found.factor > 0 and found.solve > 0 and found.flops > 1e7 and found.dofs == 3 * 15**3
+
+
+def test_inspect_says_it(tmp_path, capsys):
+    """A line of all stages; the sizes are in inspect.json: 9 + 9 pairs, 18 nodes on the blades and 15 on the damper,
+    since the cube's two faces share an edge."""
+    study = corner_study.write(tmp_path)
+    assert main(["inspect", str(study), "--quiet"]) == 0
+    out = capsys.readouterr().out
+    assert "estimate: reduce about " in out and "; respond about " in out and "is estimated to" not in out
+    columns = read(tmp_path / "results" / "corner", "inspect.json")["columns"]
+    assert columns == {"blades": 54, "damper": 45}
+    size, costs = estimate(load_study(study), InspectResult.load(Store(tmp_path / "results" / "corner")))
+    assert size.pairs == 18 and size.curves == (5, 5) and set(costs) == {"reduce", "preload", "tune", "respond"}
+    assert np.isfinite([cost.seconds for cost in costs.values()]).all() and size.reduced == 99 + 8

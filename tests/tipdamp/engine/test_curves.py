@@ -1,0 +1,296 @@
+"""The store of curves: only what is missing is made, whatever ended the run before."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tests.tipdamp.rig_study import CHAIN, files
+from tipdamp.cli import main
+from tipdamp.engine import curves
+from tipdamp.engine.store import Store
+from tipdamp.hbm.curve.journal import Journal
+from tipdamp.hbm.hold.spring import HeldMotion
+from tipdamp.hbm.laws import IsotropicFriction
+from tipdamp.hbm.result import ForcedResponse
+
+ROOT = Path(__file__).parents[3]
+STUDY = CHAIN.replace("levels = [5]", "levels = [5, 40]")
+CHAIN_OF_STAGES = ("reduce", "preload", "tune", "respond")
+
+
+@pytest.fixture
+def study(matrices_study):
+    matrices_study.write_text(STUDY)
+    return matrices_study
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Names of the curves that are computed, in their order."""
+    names, real = [], curves.Curves._followed
+    monkeypatch.setattr(curves.Curves, "_followed", lambda self, case, *a: names.append(case.name) or
+                        real(self, case, *a))
+    return names
+
+
+def run(study, *options):
+    return [main([stage, str(study), "--quiet", *(options if stage == "respond" else ())])
+            for stage in CHAIN_OF_STAGES][-1]
+
+
+def results(study):
+    """Everything that the responses say, but for the time that they took."""
+    store = Store(study.parent / "results" / study.stem)
+    found = store.read_json("respond.json")
+    for one in found["responses"]:
+        one["seconds"] = one["back"]["seconds"] = None
+    return found, {p.name: ForcedResponse.load(p) for p in sorted(store.path("responses").glob("*.npz"))}
+
+
+def test_extended_studies_make_what_is_missing(study, made):
+    assert run(study) == 0
+    assert made == ["Fe_40N_H1", "Fe_40N_H1_back", "Fe_5N_H1", "Fe_5N_H1_back"]
+    made.clear()
+    study.write_text(STUDY.replace("[5, 40]", "[5, 12.5, 40]").replace("harmonics = [1]", "harmonics = [3, 1]"))
+    assert run(study) == 0
+    assert made == ["Fe_40N_H3", "Fe_40N_H3_back", "Fe_12.5N_H3", "Fe_12.5N_H3_back", "Fe_5N_H3", "Fe_5N_H3_back",
+                    "Fe_12.5N_H1", "Fe_12.5N_H1_back"]
+    made.clear()
+    study.write_text(STUDY.replace("damping_ratio = 0.01", "damping_ratio = 0.011"))
+    assert run(study) == 0 and len(made) == 4
+    left = sorted(p.name for p in (study.parent / "results" / "study" / "responses").iterdir())
+    assert left == ["Fe_40N_H1.npz", "Fe_40N_H1_back.npz", "Fe_5N_H1.npz", "Fe_5N_H1_back.npz"]
+    made.clear()
+    assert run(study, "--force") == 0 and len(made) == 4
+
+
+def test_jobs_do_not_change_the_numbers(study):
+    assert run(study, "--jobs", "2") == 0
+    two = results(study)
+    assert run(study, "--force") == 0 and results(study) == two
+
+
+def test_everything_counts_in_the_key(tmp_path):
+    """Each field of the problem, those of its records too; only the words for motions do not."""
+    problem = oscillator()
+    base, case = curves.Curves(problem, FORCE.real, Y2, None, Store(tmp_path)), curves.Case(1.0, 3, (1.0, 2.0))
+
+    def other(**changes):
+        return replace(base, problem=replace(problem, **changes))
+    two, x = np.ones(2), np.ones(6)
+    changed = [
+        other(M=1.1 * problem.M), other(C=1.1 * problem.C), other(K=1.1 * problem.K), other(B=1.1 * problem.B),
+        other(C=None, damping_ratio=0.01), other(static=x), other(preloaded=True), other(law=IsotropicFriction()),
+        other(held=(HeldMotion("along y", "N", x, x, 10.0),)), other(held=(HeldMotion("along y", "N", x, x, 20.0),)),
+        *(other(contacts=replace(problem.contacts, **{f.name: 7 * two})) for f in fields(problem.contacts)),
+        replace(base, force=x), replace(base, rows={"y2": x}), replace(base, rows={"y": Y2["y2"]}),
+        replace(base, start=np.zeros((2, 2)))]
+    keys = [made.key(case) for made in (base, *changed)]
+    keys += [base.key(replace(case, **one)) for one in ({"Fe_N": 2.0}, {"H": 4}, {"band": (2.0, 1.0)})]
+    assert len(set(keys)) == len(keys)
+    assert other(describe=len).key(case) == base.key(case) == replace(base).key(case)
+
+
+def test_levels_that_look_alike_have_files_of_their_own():
+    names = {curves.Case(level, 1, (1.0, 2.0)).name for level in (5.0, 5.0000001, 1e-7, 1.00000001e-7)}
+    assert len(names) == 4
+
+
+def interrupted(study, made, monkeypatch):
+    """The study, interrupted in its third curve; the store, and what the whole study gives."""
+    monkeypatch.setattr(Journal, "every", 0.01)
+    assert run(study) == 0
+    whole = results(study)
+    (study.parent / "results").rename(study.parent / "whole")
+    real, calls = curves.follow_band, []
+
+    def stopped(*arguments, **options):
+        def progress(*_):
+            calls.append(len(made))
+            if len(made) == 3 and calls.count(3) == 25:
+                raise KeyboardInterrupt
+        return real(*arguments, **{**options, "progress": progress})
+    made.clear()
+    monkeypatch.setattr(curves, "follow_band", stopped)
+    assert run(study) == 130
+    monkeypatch.setattr(curves, "follow_band", real)
+    made.clear()
+    return Store(study.parent / "results" / "study"), whole
+
+
+def test_curves_of_an_interrupted_study(study, made, monkeypatch, capsys):
+    """Two curves are kept, and the third goes on."""
+    store, whole = interrupted(study, made, monkeypatch)
+    assert "interrupted; finished stages and curves are kept" in capsys.readouterr().err
+    assert list(store.path(".stages").glob("Fe_5N_H1.*.npz"))
+    assert run(study) == 0 and made == ["Fe_5N_H1", "Fe_5N_H1_back"]
+    assert results(study) == whole and not list(store.path(".stages").glob("Fe_*.npz"))
+
+
+@pytest.mark.parametrize("how", ["flipped", "cut", "of another curve", "pickled"])
+def test_a_damaged_journal_is_not_used(study, made, monkeypatch, how, tmp_path):
+    store, whole = interrupted(study, made, monkeypatch)
+    block = sorted(store.path(".stages").glob("Fe_5N_H1.*.npz"))[-1]
+    content = bytearray(block.read_bytes())
+    if how == "flipped":
+        content[len(content) // 2] ^= 16
+    elif how == "cut":
+        content = content[:-100]
+    block.write_bytes(content)
+    if how == "of another curve":
+        with np.load(block) as z:
+            np.savez(block, numbers=z["numbers"], layout=np.r_[12345, z["layout"][1:]])
+    elif how == "pickled":
+        np.savez(block, numbers=np.array([Planted(tmp_path / "ran")], dtype=object), layout=np.zeros(1, dtype=int))
+    assert run(study) == 0 and results(study) == whole and not (tmp_path / "ran").exists()
+
+
+class Planted:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, file):
+        self.file = file
+
+    def __reduce__(self):
+        return Path.touch, (self.file,)
+
+
+def test_old_curves_are_swept_or_named(study, made, caplog):
+    """Those of a run that never came to its end; one of them was changed by hand, one record is forged."""
+    assert run(study) == 0
+    store = Store(study.parent / "results" / "study")
+    store.path(".stages/respond.json").unlink()
+    store.write_json("notes.json", {"mine": 1})
+    forged = json.loads(store.path(".stages/Fe_40N_H1.json").read_text())
+    store.finish("Fe_7N_H1", forged["key"], ["notes.json"], 1.0)
+    for name in ("Fe_5N_H1.00.7.npz", ".tmp-1234-Fe_5N_H1.npz"):
+        store.path(f".stages/{name}").write_bytes(b"litter")
+    store.path("responses/.tmp-77-Fe_5N_H1.npz").write_bytes(b"litter")
+    changed = store.path("responses/Fe_40N_H1_back.npz")
+    changed.write_bytes(changed.read_bytes() + b"by hand")
+    study.write_text(STUDY.replace("[5, 40]", "[5]"))
+    made.clear()
+    assert main(["respond", str(study), "--quiet"]) == 0 and made == []
+    there = {str(p.relative_to(store.folder)) for p in files(store.folder)}
+    assert {n for n in there if "Fe_" in n} == {
+        "responses/Fe_5N_H1.npz", "responses/Fe_5N_H1_back.npz", "responses/Fe_40N_H1_back.npz",
+        ".stages/Fe_5N_H1.json", ".stages/Fe_5N_H1_back.json"}
+    assert store.path("notes.json").is_file()
+    assert "Fe_40N_H1_back.npz is not of this study, and was changed; it stays" in caplog.text
+
+
+def test_planted_records_touch_nothing(study, tmp_path):
+    """A folder and a link out of the results folder in the places of two records."""
+    assert run(study) == 0
+    whole, store = results(study), Store(study.parent / "results" / "study")
+    (tmp_path / "victim").write_text("precious")
+    for name in ("respond", "Fe_40N_H1", "Fe_5N_H1"):
+        store.path(f".stages/{name}.json").unlink()
+    store.path(".stages/Fe_40N_H1.json").mkdir()
+    (store.folder / ".stages" / "Fe_5N_H1.json").symlink_to(tmp_path / "victim")
+    assert main(["respond", str(study), "--quiet"]) == 0 and results(study) == whole
+    assert (tmp_path / "victim").read_text() == "precious" and store.record("Fe_40N_H1") and store.record("Fe_5N_H1")
+
+
+@pytest.mark.parametrize("what", ["curve", "record", "no curve"])
+def test_damage_is_noticed_and_made_good(study, made, what, caplog):
+    assert run(study) == 0
+    whole, store, random = results(study), Store(study.parent / "results" / "study"), np.random.default_rng(5)
+    store.path(".stages/respond.json").unlink()
+    path = store.path(".stages/Fe_40N_H1.json" if what == "record" else "responses/Fe_40N_H1.npz")
+    content = bytearray(path.read_bytes())
+    content[random.integers(len(content))] ^= 4
+    path.write_bytes(content)
+    if what == "no curve":
+        path.unlink()
+    made.clear()
+    assert main(["respond", str(study), "--quiet"]) == 0
+    assert made == ["Fe_40N_H1"] and results(study) == whole
+    assert ("is damaged, changed or gone; it is made anew" in caplog.text) == ("curve" in what)
+
+
+def alive(mark):
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            found += [process.name] * (f"MARK={mark}".encode() in (process / "environ").read_bytes().split(b"\0"))
+        except OSError:
+            pass
+    return found
+
+
+ENDED = """
+import os, signal, sys
+from contextlib import contextmanager
+from tipdamp.hbm.curve.journal import Journal
+from tipdamp.engine.store import Store
+from tipdamp.engine.workers import Workers
+
+Journal.every, how, left = 0.0, int(sys.argv.pop(1)), [int(sys.argv.pop(1))]
+
+
+def counted():
+    left[0] -= 1
+    if not left[0]:
+        os.kill(os.getpid(), how)
+
+
+@contextmanager
+def writing(self, name, real=Store.writing):
+    counted()
+    with real(self, name) as path:
+        yield path
+        counted()
+
+
+def heard(self, *given, real=Workers._heard):
+    counted()
+    yield from real(self, *given)
+
+
+Store.writing, Workers._heard = writing, heard
+from tipdamp.cli import command
+command()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how, code, jobs, at", [
+    (signal.SIGKILL, -9, 1, (40, 400)), (signal.SIGKILL, -9, 2, (3, 6)), (signal.SIGTERM, 143, 2, (6,)),
+    (signal.SIGINT, 130, 1, (399,))])
+def test_ended_in_the_middle_of_things(study, how, code, jobs, at):
+    """By a signal before or within a write, and while others are at work: the same numbers, no finished curve made
+    twice, no process and no litter left. The moments are counts of writes and messages, not times."""
+    assert run(study) == 0
+    whole = results(study)
+    (study.parent / "results").rename(study.parent / "whole")
+    for stage in CHAIN_OF_STAGES[:-1]:
+        assert main([stage, str(study), "--quiet"]) == 0
+    store, kept = Store(study.parent / "results" / "study"), {}
+    for attempt, count in enumerate((*at, 10**9)):
+        mark = f"{os.getpid()}-{how}-{jobs}-{attempt}"
+        process = subprocess.run([sys.executable, "-c", ENDED, str(int(how)), str(count), "respond", str(study),
+                                  "--quiet", "--jobs", str(jobs)], text=True, capture_output=True,
+                                 env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)},
+                                 preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+        last = count == 10**9
+        assert (process.returncode, process.stderr.count("\n")) == ((0, 0) if last else (code, int(code > 0))), \
+            process.stderr
+        now = {p.name: p.stat().st_mtime_ns for p in store.path("responses").glob("Fe_*.npz")}
+        assert kept.items() <= now.items(), "a finished curve was made again"
+        began = time.monotonic()
+        while alive(mark):
+            assert time.monotonic() - began < 300
+            time.sleep(0.05)
+        kept = {name: now[name] for name in now if store.path(f".stages/{name[:-4]}.json").is_file()}
+    assert results(study) == whole
+    assert not list(store.folder.rglob(".tmp-*")) and not list(store.path(".stages").glob("Fe_*.npz"))

@@ -1,0 +1,119 @@
+"""Processes that work side by side: what they load, say and return, and how they end."""
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import pytest
+
+from tipdamp.cli import main
+from tipdamp.engine.workers import THREADS, Workers, default_jobs
+from tipdamp.hbm.errors import InputError
+
+HEAVY = ("petsc4py", "slepc4py", "dolfinx", "mpi4py", "gmsh", "matplotlib", "plotly")
+
+
+def write(folder, task, report):
+    """A file named after the task, with the process, its threads, and what it has loaded."""
+    report(0.5, f"task {task}")
+    text = [str(os.getpid()), *(os.environ[name] for name in THREADS), *(name for name in HEAVY if name in sys.modules)]
+    time.sleep(0.05)
+    (folder / task).write_text(" ".join(text))
+
+
+def fail(_, task, __):
+    warnings.warn("it is about to fail", stacklevel=1)
+    if task == "slow":
+        time.sleep(60.0)
+    elif task == "unasked":
+        os._exit(7)
+    raise InputError(f"{task}: cannot be done")
+
+
+def test_processes_with_one_thread_and_no_finite_elements(tmp_path):
+    heard = []
+    with Workers(2) as workers:
+        workers.begin(write, "")                                     # fails: the folder is no file
+        done = list(workers.spread(write, tmp_path, list("abcdef"), lambda *said: heard.append(said)))
+    written = [(tmp_path / name).read_text().split() for name in "abcdef"]
+    assert sorted(done) == list(range(6)) and [w[1:] for w in written] == [["1"] * 3] * 6
+    assert {w[0] for w in written} <= {w[0] for w in written} - {str(os.getpid())} and len({w[0] for w in written}) == 2
+    assert (0, 0.5, "task a") in heard
+
+
+def test_one_job_is_done_here(tmp_path, monkeypatch):
+    for name in THREADS:
+        monkeypatch.setenv(name, "1")
+    assert list(Workers(1).spread(write, tmp_path, ["a", "b"], lambda *_: None)) == [0, 1]
+    assert all((tmp_path / name).read_text().split()[0] == str(os.getpid()) for name in "ab")
+
+
+def test_an_error_is_raised_here_and_stops_the_others(caplog):
+    began = time.monotonic()
+    with caplog.at_level(logging.WARNING), pytest.raises(InputError, match="b: cannot be done") as raised, \
+            Workers(2) as workers:
+        list(workers.spread(fail, None, ["slow", "b"], lambda *_: None))
+    assert time.monotonic() - began < 30 and "in fail" in "".join(raised.value.__notes__)
+    assert "it is about to fail" in caplog.text
+
+
+def test_a_process_that_ends_unasked_is_named():
+    with pytest.raises(ChildProcessError, match=r"ended unasked \(exit code 7\).*fewer --jobs"), Workers(2) as workers:
+        list(workers.spread(fail, None, ["slow", "unasked"], lambda *_: None))
+
+
+def complain(_, __, ___):
+    logging.getLogger("hbm").warning("compiling")
+
+
+def test_what_several_processes_say_is_said_once(caplog):
+    with Workers(2) as workers:
+        list(workers.spread(complain, None, range(5), lambda *_: None))
+    assert caplog.text.count("compiling") == 1
+
+
+def sleep(folder, task, _):
+    """Long at work without a report."""
+    (folder / f"{task}.tmp").write_text(str(os.getpid()))
+    (folder / f"{task}.tmp").rename(folder / task)
+    time.sleep(600.0)
+
+
+def use(folder):
+    """What a process of its own does with two others."""
+    with Workers(2) as workers:
+        list(workers.spread(sleep, folder, ["a", "b"], lambda *_: None))
+
+
+def test_no_process_outlives_the_one_that_uses_it(tmp_path):
+    """SIGKILL while both are at work: they end long before their work."""
+    program = f"from pathlib import Path; from tests.tipdamp.engine.test_workers import use; use(Path('{tmp_path}'))"
+    process = subprocess.Popen([sys.executable, "-c", program], cwd=Path(__file__).parents[3],
+                               env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])})
+    began = time.monotonic()
+    while not all((tmp_path / name).exists() for name in "ab"):
+        assert process.poll() is None and time.monotonic() - began < 300
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    theirs, began = [Path("/proc", (tmp_path / name).read_text()) for name in "ab"], time.monotonic()
+    while any((one / "exe").exists() for one in theirs):
+        assert time.monotonic() - began < 60
+        time.sleep(0.05)
+
+
+def test_number_of_jobs(monkeypatch, capsys, matrices_study):
+    monkeypatch.setenv("TIPDAMP_JOBS", "3")
+    assert default_jobs() == 3
+    monkeypatch.delenv("TIPDAMP_JOBS")
+    assert default_jobs() == len(os.sched_getaffinity(0))
+    assert main(["respond", str(matrices_study), "--jobs", "0"]) == 2
+    assert "--jobs 0: must be 1 or more" in capsys.readouterr().err
+    monkeypatch.setenv("TIPDAMP_JOBS", "many")
+    assert main(["respond", str(matrices_study)]) == 2
+    assert "TIPDAMP_JOBS = 'many': must be a whole number" in capsys.readouterr().err

@@ -1,0 +1,153 @@
+"""Loads of a study: the pull, the further load cases ([loads.NAME]), and the blades at speed ([rotation])."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tipdamp.bodies import DAMPER
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.hold.rigid_motion import parse_motion
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.modal.body import Body
+from tipdamp.modal.mesh import Mesh
+from tipdamp.static_contact.bodies.rigid_motions import SETTINGS as RIGID
+from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
+from tipdamp.study.view import Study
+
+PULL = "pull"
+
+
+class PointLoad(NamedTuple):
+    """Forces (d,) N on the free dofs of the damper for a pull of 1 N, and where they act along the axis, m."""
+
+    force: np.ndarray
+    along_axis: list[float]
+
+
+def pull_vector(study: Study) -> np.ndarray:
+    """(3,) N: Fc."""
+    return study.driver.pull * np.array(study.driver.pull_direction)
+
+
+def held_directions(study: Study, pairs: ContactTable) -> np.ndarray:
+    """(m, 3) directions along which the study holds the damper and no pair's normal does."""
+    ways = np.array([parse_motion(one.motion)[2][:3] for one in study.driver.hold]).reshape(-1, 3)
+    return ways[ways.any(axis=1) & (np.abs(ways @ pairs.normal.T).max(axis=1, initial=0.0) <= RIGID.facing)]
+
+
+def unit_pull(study: Study, body: Body, mesh: Mesh) -> PointLoad:
+    """The pull of 1 N on the damper's load points or positions."""
+    from tipdamp.modal.loads import nodal_load
+    from tipdamp.static_contact.contact.pull import pull_forces
+
+    damper = study.damper
+    nodes, forces = pull_forces(mesh, damper.load_points, damper.axis, damper.pull_direction, weights=damper.shares,
+                                positions=damper.positions)
+    along = mesh.position[mesh.index(nodes)] @ np.array(damper.axis)
+    return PointLoad(nodal_load(body, nodes, forces), sorted(along.tolist()))
+
+
+def case_pull(study: Study, case: str) -> float:
+    """N: the pull of a load case, its own or Fc; case '' is the pull alone."""
+    stated = study.loads[case].pull if case else None
+    return study.driver.pull if stated is None else stated
+
+
+def rotation(study: Study, speed: float) -> Any:
+    """Rotation about the axis of [rotation] at a speed in rad/s."""
+    from tipdamp.modal.loads import Rotation
+
+    if "rotation" not in study:
+        raise InputError(f"{study.path}: section [rotation] is missing: a load case with speed needs its axis")
+    return Rotation(speed, study.rotation.axis, study.rotation.point)
+
+
+def at_speed(study: Study, blades: Body, mesh: Mesh, material: Any, others: dict) -> Body:
+    """The blades with stress stiffening and spin softening where [rotation] speed asks for it."""
+    speed = study.rotation.speed if "rotation" in study else 0.0
+    if not speed:
+        return blades
+    from tipdamp.modal.stiffening import rotating_body
+
+    return rotating_body(blades, mesh, material, rotation(study, speed), others)
+
+
+def case_forces(study: Study, case: str, body: Body, mesh: Mesh) -> np.ndarray:
+    """Forces (d,) N of a case on one body, without the pull."""
+    from tipdamp.modal import loads
+
+    given = study.loads[case]
+    force = loads.gravity(body, given.gravity)
+    if given.speed:
+        force = force + loads.centrifugal(body, rotation(study, given.speed))
+    for key, rows, function in (("forces", given.forces, lambda g, v: loads.point_force(body, g, v)),
+                                ("pressure", given.pressure, lambda g, v: loads.pressure(body, mesh, g, v[0])),
+                                ("traction", given.traction, lambda g, v: loads.traction(body, mesh, g, v))):
+        for name, group, *value in rows:
+            if name == body.name:
+                try:
+                    force = force + function(group, value)
+                except InputError as error:
+                    raise InputError(f"{study.path}: [loads.{case}] {key}: {error}") from None
+    return force
+
+
+def with_loads(study: Study, bodies: Sequence[Body], meshes: dict[str, Mesh]) -> list[Body]:
+    """The bodies with their part of every load case and the pull of 1 N as `loads`, (d,) N on their free dofs."""
+    found = []
+    for body in bodies:
+        forces = {case: case_forces(study, case, body, meshes[body.name]) for case in study.loads}
+        if body.name == DAMPER:
+            forces[PULL] = unit_pull(study, body, meshes[DAMPER]).force
+        found.append(replace(body, loads=forces))
+    return found
+
+
+def check(study: Study, meshes: dict[str, Mesh]) -> None:
+    """Every body and group that a load case names exists, before anything heavy is done."""
+    for case, given in study.loads.items():
+        if given.speed:
+            rotation(study, given.speed)
+        for key, rows in (("forces", given.forces), ("pressure", given.pressure), ("traction", given.traction)):
+            for body, group, *_ in rows:
+                where = f"{study.path}: [loads.{case}] {key}"
+                if body not in meshes:
+                    raise InputError(f"{where}: no body '{body}'; {nearest(body, list(meshes))}")
+                try:
+                    meshes[body].group(group)
+                except InputError as error:
+                    raise InputError(f"{where}: {error}") from None
+
+
+def total(study: Study, case: str, model: ReducedModel | SparseBodies) -> np.ndarray:
+    """(r,) N: a load case on the dofs of a model with its pull."""
+    own = model.loads.get(case)
+    if own is None and study.loads[case].pull is None:
+        raise InputError(f"{study.path}: [loads.{case}]: the model holds no load named '{case}', and no pull is "
+                         f"stated; {nearest(case, [name for name in model.loads if name != PULL])}")
+    own = np.zeros(model.size) if own is None else own
+    return own + case_pull(study, case) * model.loads[PULL]
+
+
+def at_rest(study: Study, model: ReducedModel | SparseBodies) -> np.ndarray:
+    """(r,) N: the load under which the damper vibrates: the pull, or the case that [preload] names."""
+    case = study.preload.case
+    return total(study, case, model) if case else study.driver.pull * model.loads[PULL]
+
+
+def rest_name(study: Study) -> str:
+    """What it is called."""
+    return f"the load case '{study.preload.case}'" if study.preload.case else "the pull"
+
+
+def resultant(model: ReducedModel | SparseBodies, load: np.ndarray) -> np.ndarray:
+    """(3,) N: resultant on the damper of a load (r,) N."""
+    return np.array([load[(model.body == DAMPER) & (model.direction == d)].sum() for d in "xyz"])
+
+
+def force_at_rest(study: Study, model: ReducedModel | SparseBodies) -> np.ndarray:
+    """(3,) N: Fc, or the resultant on the damper of the case that [preload] names."""
+    return resultant(model, at_rest(study, model)) if study.preload.case else pull_vector(study)

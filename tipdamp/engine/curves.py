@@ -1,0 +1,196 @@
+"""The store of curves: one file each, with a record of all that it follows from; what a running curve has is kept too.
+
+    responses/Fe_5N_H3.npz, Fe_5N_H3_back.npz    the finished curves
+    .stages/Fe_5N_H3.json                        key and fingerprint of the file
+    .stages/Fe_5N_H3.<key>.<n>.npz               the journal of one that runs, or was interrupted
+"""
+
+import logging
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+import scipy.sparse as sp
+
+from tipdamp import hbm
+from tipdamp.engine.store import Store, fingerprint
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.curve.journal import Block, Journal, StaleJournal
+from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.laws import ContactLaw, Contacts
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.result import ForcedResponse
+
+DAMAGED = (OSError, ValueError, KeyError, EOFError, RuntimeError, BadZipFile)     # an npz file, cut or altered
+
+
+@dataclass(frozen=True)
+class Case:
+    """One curve: force level in N, harmonics, and the band in Hz as it is followed."""
+
+    Fe_N: float
+    H: int
+    band: tuple[float, float]
+
+    @property
+    def name(self) -> str:
+        """Of its files; levels that differ have different names."""
+        level = f"{self.Fe_N:g}" if float(f"{self.Fe_N:g}") == self.Fe_N else repr(self.Fe_N)
+        return f"Fe_{level}N_H{self.H}" + "_back" * (self.band[0] > self.band[1])
+
+    @property
+    def file(self) -> str:
+        """In the results folder."""
+        return f"responses/{self.name}.npz"
+
+    @property
+    def title(self) -> str:
+        """For the progress."""
+        return f"Fe = {self.Fe_N:g} N, H = {self.H}" + ", downwards" * (self.band[0] > self.band[1])
+
+
+@dataclass(frozen=True)
+class Curves:
+    """What the curves of a study have in common, and where they are kept.
+
+    force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and samples of a cycle,
+    None for the default; peaks : as in `hbm.curve.options.CurveOptions`
+    """
+
+    problem: ContactProblem
+    force: np.ndarray
+    rows: dict[str, np.ndarray]
+    start: np.ndarray | None
+    store: Store
+    samples: int | None = None
+    peaks: Sequence[Sequence[str]] | None = None
+
+    def finished(self, case: Case) -> bool:
+        """Whether the store has this curve, made from the same, and unaltered."""
+        record = self.store.record(case.name)
+        if record is None or record.key != self.key(case) or list(record.outputs) != [case.file]:
+            return False
+        path = self.store.path(case.file)
+        if path.is_file() and fingerprint(path) == record.outputs[case.file]:
+            return True
+        logging.getLogger("tipdamp").warning("%s is damaged, changed or gone; it is made anew", path)
+        return False
+
+    def load(self, case: Case) -> ForcedResponse:
+        """A finished curve."""
+        return ForcedResponse.load(self.store.path(case.file))
+
+    def key(self, case: Case) -> str:
+        """Fingerprint of all that the curve follows from: equations, law, excitation, outputs, program."""
+        return fingerprint(self._equations, case.Fe_N, case.H, case.band)
+
+    @cached_property
+    def _equations(self):
+        return fingerprint(_program(), *_leaves((self.problem, self.force, self.rows, self.start, self.samples,
+                                                 self.peaks)))
+
+    def make(self, case: Case, progress: Callable) -> None:
+        """Compute a curve and put it into the store; one that was interrupted goes on where it was."""
+        try:
+            curve = self._followed(case, progress, Journal(self._keep(case), self._journal(case)))
+        except StaleJournal:
+            self._remove_journal(case)
+            curve = self._followed(case, progress, Journal(self._keep(case)))
+        with self.store.writing(case.file) as path:
+            curve.save(path)
+        self.store.finish(case.name, self.key(case), [case.file], curve.seconds)
+        self._remove_journal(case)
+
+    def _followed(self, case, progress, journal):
+        try:
+            return follow_band(self.problem, case.Fe_N * self.force, case.band, harmonics=case.H, outputs=self.rows,
+                               start=self.start, samples=self.samples, peaks=self.peaks, progress=progress,
+                               journal=journal)
+        except BaseException:
+            journal.flush()
+            raise
+
+    def _blocks(self, case) -> list[Path]:
+        """Files of the journal of this very curve, in their order."""
+        found = self.store.path(".stages").glob(f"{case.name}.{self.key(case)}.*.npz")
+        return sorted(self.store.path(f".stages/{path.name}") for path in found)
+
+    def _journal(self, case) -> Iterator[Block]:
+        for path in self._blocks(case):
+            try:
+                with open_npz(path) as z:
+                    block = Block(z["numbers"], z["layout"])
+            except DAMAGED:
+                raise StaleJournal from None
+            yield block
+
+    def _keep(self, case):
+        def keep(block):
+            with self.store.writing(f".stages/{case.name}.{self.key(case)}.{len(self._blocks(case)):05d}.npz") as path:
+                np.savez(path, **block._asdict())
+        return keep
+
+    def _remove_journal(self, case):
+        for path in self._blocks(case):
+            path.unlink(missing_ok=True)
+
+
+def sweep(store: Store, cases: Collection[Case]) -> None:
+    """Remove curves, and journals of curves, that belong to no case: those of other versions of the study.
+
+    A curve that somebody has changed since is named and stays.
+    """
+    kept = {case.name for case in cases}
+    for record in filter(Path.is_file, store.path(".stages").glob("Fe_*.json")):
+        if record.stem in kept:
+            continue
+        file = f"responses/{record.stem}.npz"
+        store.remove({name: mark for name, mark in store.outputs(record.stem).items() if name == file})
+        if store.path(file).is_file():
+            logging.getLogger("tipdamp").warning("%s is not of this study, and was changed; it stays", store.path(file))
+        record.unlink()
+    for block in filter(Path.is_file, store.path(".stages").glob("Fe_*.*.npz")):
+        block.unlink()
+
+
+def forget(store: Store) -> None:
+    """Have every curve made anew."""
+    for kept in filter(Path.is_file, store.path(".stages").glob("Fe_*")):
+        kept.unlink()
+
+
+@cache
+def _program() -> str:
+    """Fingerprint of the sources of the equations and their solvers."""
+    return fingerprint(*sorted(Path(str(hbm.__file__)).parent.rglob("*.py")))
+
+
+def _leaves(value: Any) -> Iterator[Any]:
+    """Names, arrays and plain values of records inside one another; functions, which only describe, are passed over."""
+    if is_dataclass(value):
+        yield type(value).__name__
+        value = {f.name: vars(value)[f.name] for f in fields(value)}
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield str(key)
+            yield from _leaves(part)
+    elif isinstance(value, tuple | list):
+        yield len(value)
+        for part in value:
+            yield from _leaves(part)
+    elif sp.issparse(value):
+        yield value.toarray()
+    else:
+        yield None if callable(value) else value
+
+
+def compile_kernels(_: Any, law: ContactLaw, __: Any) -> None:
+    """Have the kernels of a law compiled and stored, by a short curve of a mass on one contact."""
+    nd = len(law.components)
+    one, pairs = np.eye(nd), Contacts([1.0], [1.0], [0.5], [1.0])
+    problem = ContactProblem(one, 0.1 * one, one, one, law, pairs)
+    follow_band(problem, np.ones(nd), (0.2, 0.3), harmonics=1, outputs={"x": one[0]})

@@ -1,0 +1,1 @@
+"""Fields over the meshes: surfaces, pressure of contact points, files for ParaView."""

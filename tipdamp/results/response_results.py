@@ -1,0 +1,216 @@
+"""What the stages of the forced response found: curves, periods at their peaks, stresses, and what was measured."""
+
+from typing import ClassVar
+
+from tipdamp.results.record import Number, Numbers, Record, Result, Texts
+from tipdamp.study.law import LawChoice
+
+# ---- respond ---------------------------------------------------------------------------------------------------
+
+class Peak(Record):
+    """Largest peak over the nodes of a patch, half of peak-to-peak along the force; min_peak_m - of its smallest
+    node. Where the curve stopped, or its highest point borders a gap or is an end of the band, these are None, and
+    at_least_m is the largest amplitude that was solved; None where there is a peak. inside_m - the largest local
+    maximum inside the band of a curve whose highest point is an end of it. unsolved - why a peak in the band is no
+    solved maximum."""
+    peak_hz: Number
+    peak_m: Number
+    min_peak_m: Number
+    at_least_hz: Number = None
+    at_least_m: Number = None
+    inside_hz: Number = None
+    inside_m: Number = None
+    unsolved: str = ""
+
+    @property
+    def solved_nothing(self) -> bool:
+        """Whether the curve has no solved point at all."""
+        return self.peak_m is None and self.at_least_m is None
+
+
+class HeldForce(Record):
+    """Force on what holds a rigid motion, at the highest amplitude of the curve on the first patch, beside the one at
+    rest; unit - N or N m; amplitude - half of peak-to-peak of its vibration; spring - or the mean alone is held;
+    moved - mean displacement of the spring, m or rad."""
+    unit: str
+    hz: Number
+    mean: Number
+    amplitude: Number
+    spring: bool
+    moved: Number = None
+
+
+class BackCurve(Peak):
+    """The same curve followed from the other end of the band."""
+    held: dict[str, HeldForce] = {}
+    complete: bool
+    ended: str
+    further: str = ""
+    failed_points: int
+    seconds: float
+    energy_error: Number = None
+
+
+class CurveResult(Peak):
+    """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names` of those
+    that slip or open, lift_off_pairs - of those that open somewhere and are closed at rest;
+    further - see ForcedResponse; mac - of the outputs at the peak with those at the peak of the next lower level;
+    energy_error - of input = damping + friction over a period, relative to the input, the largest of its points;
+    back - None where the band was followed one way; held {motion: ...}; held_change, held_reaction_change -
+    see ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
+    file: str
+    Fe_N: float
+    H: int
+    patches: dict[str, Peak]
+    points: int
+    failed_points: int
+    slipping_pairs: Texts
+    lift_off_pairs: Texts = ()
+    seconds: float
+    residual_calls: int
+    complete: bool
+    ended: str
+    further: str = ""
+    origin: str
+    start: str
+    energy_error: Number = None
+    mac: Number = None
+    back: BackCurve | None = None
+    held: dict[str, HeldForce] = {}
+    held_change: Number = 0.0
+    held_reaction_change: Number = 0.0
+    hold_doubts: Texts = ()
+
+
+class InterfaceFacts(Record):
+    """Interface reduction: pairs, and those followed; dofs of the model and shapes in their place; response_error -
+    estimate; frequency_error - bound of the stuck frequencies; not_followed - pairs that slip all the same."""
+    pairs: int
+    followed: int
+    dofs: int
+    shapes: int
+    response_error: float
+    frequency_error: float
+    not_followed: Texts = ()
+
+
+class RespondResult(Result):
+    """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest difference from the
+    linear stuck response over its peak} of the curves on which no pair slips; interface - its reduction."""
+    file: ClassVar[str] = "respond.json"
+    responses: tuple[CurveResult, ...]
+    law: LawChoice
+    zeta: Numbers
+    stuck_difference: dict[str, float] = {}
+    interface: InterfaceFacts | None = None
+
+
+# ---- measured --------------------------------------------------------------------------------------------------
+
+class Damping(Record):
+    """A damping ratio identified on each repeat: mean and sample standard deviation; refused - why there is none."""
+    zeta: Number = None
+    deviation: Number = None
+    refused: str = ""
+
+
+class MeasuredFacts(Record):
+    """One measured curve. peak_hz, peak_m_per_N - mean over the repeats, None where the peak was refused, with their
+    standard deviations; file - CSV of mean and band; with_phase - whether the phase was measured."""
+    file: str
+    files: Texts
+    level_N: float
+    repeats: int
+    points: int
+    band_hz: tuple[float, float]
+    with_phase: bool
+    peak_hz: Number
+    peak_m_per_N: Number
+    peak_hz_deviation: Number
+    peak_m_per_N_deviation: Number
+    half_power: Damping
+    circle_fit: Damping
+
+
+class MeasuredResult(Result):
+    """measured.json."""
+    file: ClassVar[str] = "measured.json"
+    curves: dict[str, MeasuredFacts]
+
+
+# ---- cycles ----------------------------------------------------------------------------------------------------
+
+class PeakCycle(Record):
+    """One period at the highest solved point of a curve, J per period. friction_J {pair: work of friction}; error - of
+    input = damping + friction, relative to the input; file - npz of the hysteresis loops."""
+    file: str
+    Fe_N: float
+    H: int
+    hz: float
+    input_J: float
+    damping_J: float
+    friction_J: dict[str, float]
+    error: float
+
+    @property
+    def friction_share(self) -> float:
+        """Of the input, what friction takes."""
+        return sum(self.friction_J.values()) / self.input_J if self.input_J else 0.0
+
+
+class CyclesResult(Result):
+    """cycles.json. pairs - names of the kept pairs, in the order of the files."""
+    file: ClassVar[str] = "cycles.json"
+    curves: tuple[PeakCycle, ...]
+    pairs: Texts
+
+
+# ---- stress ----------------------------------------------------------------------------------------------------
+
+class StressPlace(Record):
+    """A node where the alternating stress is larger than at all nodes of the cells around it; von Mises stresses."""
+    body: str
+    node: int
+    position_m: tuple[float, float, float]
+    mean_Pa: float
+    alternating_Pa: float
+    amplitude_m: float
+
+
+class PeakStress(Record):
+    """Stress at the highest solved point of a curve; files - .vtu of the bodies; places - the largest of each body."""
+    files: Texts
+    Fe_N: float
+    H: int
+    hz: float
+    places: tuple[StressPlace, ...]
+
+
+class StressResult(Result):
+    """stress.json. unbalanced {body: part of the forces at rest that its inertia takes up}, of free bodies."""
+    file: ClassVar[str] = "stress.json"
+    curves: tuple[PeakStress, ...]
+    unbalanced: dict[str, float] = {}
+
+
+# ---- agreement -------------------------------------------------------------------------------------------------
+
+class Agreement(Record):
+    """A computed curve beside a measured one. share_inside - part of the common frequencies at which it lies in the
+    measured band; peak, frequency - computed over measured, minus 1; half_power - of the computed curve at the
+    measured frequencies, whose difference from the damping put in, zeta, is the bias of the method."""
+    measured: str
+    computed: str
+    Fe_N: float
+    H: int
+    share_inside: Number
+    peak: Number
+    frequency: Number
+    half_power: Damping
+
+
+class AgreementResult(Result):
+    """agreement.json. zeta - damping ratio of the tracked stuck mode in the computation."""
+    file: ClassVar[str] = "agreement.json"
+    curves: tuple[Agreement, ...]
+    zeta: float
