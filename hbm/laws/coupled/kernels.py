@@ -131,8 +131,10 @@ def excess_root(contact, r, of_rate, a, b, e, at):
         motion(contact.c, x, e, at)
         value, rate = excess(at, r)
         f = -rate if of_rate else value
+        if f == 0:
+            return x
         a, fa, b, fb, side = narrowed(f > 0, x, f, a, fa, b, fb, side)
-        if b - a <= 4e-16 * (1 + b) or f == 0:
+        if b - a <= 4e-16 * (1 + b):
             break
         x = secant(a, fa, b, fb)
     return b

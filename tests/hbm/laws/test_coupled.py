@@ -87,15 +87,24 @@ def test_cycle_takes_the_work_of_its_force(start):
 
 @pytest.mark.parametrize("H", [1, 2, 15, 25, 40, 60])
 def test_forces_follow_a_shift_in_time(H):
-    """Of a motion of one harmonic, too, among the coefficients of sixty; and the work is that of the force."""
-    x, pairs, _ = random_case(LAW, P=4, H=H)
-    x[0, :, 3:] = 0.0
-    f, later = (forces(LAW, pairs, u) for u in (x, shifted(x, 0.7)))
-    open_or_slips = f.shares[:, 1] > 0.3
-    size = np.abs(f.g).max()
-    assert open_or_slips.sum() >= 2
-    assert np.abs(later.g - shifted(f.g, 0.7))[open_or_slips].max() < 2e-9 * size
-    assert np.allclose(f.work, fourier.work(f.g, x), rtol=1e-8, atol=1e-9 * f.work.max())
+    """Where they do not hang on where the sliders start; of a motion of one harmonic, too."""
+    x, pairs, _ = random_case(LAW, P=12, H=H)
+    x[::2, :, 3:] = 0.0
+    f, other = (forces(LAW, pairs, x, 1.0, start) for start in STARTS)
+    later, size = forces(LAW, pairs, shifted(x, 0.7)), np.abs(f.g).max()
+    forgets = np.abs(f.g - other.g).max(axis=(1, 2)) < 1e-9 * size
+    assert f.shares[forgets, 1].max() > 0.2
+    assert np.abs(later.g - shifted(f.g, 0.7))[forgets].max() < 2e-9 * size
+
+
+@pytest.mark.parametrize("H", [1, 2, 5, 15, 40])
+def test_work_is_that_of_the_force_whatever_the_last_digits(H):
+    """An onset of slip that was hit to the last digit was taken later, beyond the limit: 1e-7 to 2e-6 of the work."""
+    x, pairs, rng = random_case(LAW, P=12, H=H)
+    for _ in range(20 if H < 15 else 3):
+        u = x * (1 + 1e-15 * rng.normal(size=x.shape))
+        f = forces(LAW, pairs, u)
+        assert np.allclose(f.work, fourier.work(f.g, u), rtol=0, atol=1e-9 * f.work.max())
 
 
 def exact_orbit(c=0.05, kt=2.0, limit=0.5, F=(1.0, 0.6j), omega=1.35, n=512):
