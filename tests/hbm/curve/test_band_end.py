@@ -74,7 +74,7 @@ def test_the_branch_leaves_its_band_before_the_fold(c, F, cubic, band, w, beyond
 def test_said_exactly_where_the_end_has_three_solutions():
     """Random oscillators whose bands end before, in and behind what has three solutions."""
     rng, counts = np.random.default_rng(5), [0, 0]
-    for _ in range(12):
+    for _ in range(8):
         c, F, cubic = 10 ** rng.uniform([-2.0, -2.0, -1.0], [-1.0, 0.5, 1.0])
         band = 0.3, rng.uniform(1.0, 1.2 * duffing_peak(c, F, cubic)[0])
         curve = curve_of(c, F, cubic, band)
@@ -82,15 +82,17 @@ def test_said_exactly_where_the_end_has_three_solutions():
         missing = len(amplitudes(c, F, cubic, band[1])) - len(found)
         assert curve.complete and bool(curve.further) == (missing > 0)
         counts[missing > 0] += 1
-    assert min(counts) >= 3
+    assert min(counts) >= 2
 
 
+@pytest.mark.slow
 def test_a_band_that_holds_the_fold_says_nothing():
     for band in ((0.4, 3.5), (3.5, 0.4), (0.4, 0.9)):
         curve = curve_of(0.02, 0.2, 1.0, band)
         assert not curve.further and curve.ended == "reached the end of the band"
 
 
+@pytest.mark.slow
 def test_a_fold_that_was_not_reached():
     """What was looked at is said, and no more."""
     curve = curve_of(0.02, 0.2, 1.0, (0.4, 2.0), beyond=2.5 / (2 * np.pi))
@@ -102,6 +104,7 @@ def test_a_fold_that_was_not_reached():
     assert "before its fold" not in curve.ended
 
 
+@pytest.mark.slow
 def test_over_another_parameter():
     """Over the force at 2 rad/s: the branch ends before its fold, and nothing is evaluated beyond."""
     c, w = 0.02, 2.0
@@ -141,24 +144,24 @@ def test_a_gap_that_closes():
 @pytest.mark.slow
 def test_the_solutions_by_time_integration():
     """From a grid of starts the motion settles on the upper and the lower one; the third is unstable."""
-    c, F, w, steps = 0.02, 0.2, 1.9, 120
+    c, F, w, steps = 0.02, 0.2, 1.9, 80
     curve = curve_of(c, F, 1.0, (0.4, 2.0), beyond=3.2 / (2 * np.pi), harmonics=7)
     low, _, high = solutions(curve, duffing(c), w)[0]
-    u, v = (a.ravel() for a in np.meshgrid(np.linspace(-2.2, 2.2, 6), np.linspace(-4, 4, 6)))
+    u, v = (a.ravel() for a in np.meshgrid(np.linspace(-2.2, 2.2, 5), np.linspace(-4, 4, 5)))
     h, y = 2 * np.pi / w / steps, np.array([u, v])
 
     def rate(t, y):
         return np.array([y[1], F * np.cos(w * t) - c * y[1] - y[0] - y[0] ** 3])
 
     last = []
-    for n in range(steps * 300):
+    for n in range(steps * 250):
         t = n * h
         k1 = rate(t, y)
         k2 = rate(t + h / 2, y + h / 2 * k1)
         k3 = rate(t + h / 2, y + h / 2 * k2)
         k4 = rate(t + h, y + h * k3)
         y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        if n >= steps * 299:
+        if n >= steps * 249:
             last.append(y[0])
     turn = np.exp(-2j * np.pi * (np.arange(steps) + 1) / steps)
     first = np.abs(turn @ np.array(last)) * 2 / steps
