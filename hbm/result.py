@@ -45,7 +45,7 @@ class ForcedResponse(ArrayRecord):
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
     force_residual : (n,) residual of the equation of motion with the contact law on the motion of each point, over the
         force scale (see `hbm.curve.equilibrium`); at most 5e-9, or with the rounding of stiff contacts 1e-8, or that of
-        the given matrices (at most 1e-7, said by `ended`), NaN where a point failed
+        the given matrices (more, said by `ended` with what the vibration is known to), NaN where a point failed
     energy_error : (n,) of the energies of a period, input = damping + friction, relative to the input; friction by the
         slip of the contacts; NaN where a point failed
     seconds, residual_calls : cost; the calls are those of the continuation

@@ -133,7 +133,10 @@ class ContactProblem:
         motions = loose_motions(with_gauge(self.M, K, free))
         slip = np.asarray(self.B @ motions).reshape(len(self.contacts), len(tangents), -1)
         first, whole = (np.einsum("pij,pik->jk", part, part) for part in (slip[:, :1], slip))
-        return motions @ la.eigh(first, whole)[1][:, ::-1] if motions.shape[1] else motions
+        size, axes = la.eigh(whole) if motions.shape[1] else (np.zeros(0), np.zeros((0, 0)))
+        moves = size > DEFAULT.unseen * size.max(initial=0.0)       # what the contacts feel
+        axes = axes[:, moves] / np.sqrt(size[moves])
+        return motions @ axes @ la.eigh(axes.T @ first @ axes)[1][:, ::-1] if moves.any() else motions
 
     def rest_force(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or with other settings."""

@@ -85,6 +85,9 @@ def _fold(equation, branch, settings):
     first, end = branch.points[0].parameter, branch.points[-1].parameter
     limit, most = end * SETTINGS.reach ** np.sign(end - first), SETTINGS.fold_calls
     start = solve_fixed(equation.evaluate, branch.points[-1].x, end, equation.weights, settings)
+    if not start.converged:
+        branch.calls += start.iterations
+        return None, None
     fold, looked, calls = fold_ahead(equation.evaluate, start, limit, equation.weights,
                                      replace(settings, max_points=most), most)
     branch.calls += start.iterations + calls

@@ -63,8 +63,8 @@ def read_table(path: Path, kind: Kind) -> CsvTable:
         raise InputError(f"{path}: is not a CSV text in UTF-8 ({error}); save it as 'CSV UTF-8'") from None
     if not lines:
         raise InputError(f"{path}: is empty")
-    header = _header(path, *lines[0])
-    rows = [(line, _fitted(f"{path}, line {line}", header, row, kind)) for line, row in lines[1:]]
+    header, width = _header(path, *lines[0]), len(lines[0][1])
+    rows = [(line, _fitted(f"{path}, line {line}", (header, width), row, kind)) for line, row in lines[1:]]
     if mark != ",":
         rows = _with_points(path, header, rows, kind)
     return CsvTable(path, header, tuple(line for line, _ in rows), tuple(row for _, row in rows))
@@ -79,10 +79,11 @@ def _header(path, line, names):
     return tuple(names)
 
 
-def _fitted(where, header, row, kind):
-    """The row with as many fields as the header has."""
-    more = row[len(header):]
-    if any(more):
+def _fitted(where, columns, row, kind):
+    """The row with as many fields as the header has; columns : the header, and its width with columns that are empty.
+    An empty field too many moves the others as well, where the last column of the row is empty."""
+    header, width = columns
+    if any(row[len(header):]) or len(row) > width:
         commas = [f"{name} = '{value}'" for name, value in _decimal_commas(header, row, kind)]
         cause = (f"is {' or '.join(commas[:2])} meant? write a decimal point" if commas else
                  "numbers need a decimal point, names with a comma quotation marks")

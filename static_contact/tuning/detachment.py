@@ -6,6 +6,7 @@ the resonance frequency of the model at full-stick matches"]. Pairs that are ope
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -62,6 +63,7 @@ class Detachment:
     worth: tuple[StationWorth, ...]
     graded: GradedStation | None = None
     equivalent: tuple[Step, ...] = ()
+    passed_over: tuple[Step, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -117,15 +119,16 @@ def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float,
         if progress:
             progress(history[-1], (i + 1) / len(sets))
     _check_reach(history, target_hz, options, int(pairs.station.max()) + 1)
-    best = _best_allowed(sets, history, target_hz, pairs, options)
+    best, passed_over = _best_allowed(sets, history, target_hz, pairs, options)
     weight, chosen, graded = np.where(sets[best].kept, pairs.weight, 0.0), history[best], None
     worth = _worth(search, pairs, weight)
     if options.graded and chosen.hz != target_hz:
         weight, chosen, graded = _graded(search, pairs, sets, history, (best, target_hz, options))
-    equal = sorted((s for s in history if abs(s.hz - target_hz) <= options.scatter_hz),
-                   key=lambda s: _fit(s, target_hz, options.tie_hz))
+    alike = (s for s, one in zip(history, sets, strict=True)
+             if abs(s.hz - target_hz) <= options.scatter_hz and _may_be_chosen(one, pairs, options))
+    equal = sorted(alike, key=lambda s: _fit(s, target_hz, options.tie_hz))
     return Detachment(search.table(weight), chosen, tuple(history), target_hz, _stations(pairs, weight), worth, graded,
-                      tuple(equal))
+                      tuple(equal), passed_over)
 
 
 def keep_stations(assembly: StuckAssembly, pairs: ContactTable, ends: tuple[int, int], follow: np.ndarray,
@@ -164,11 +167,17 @@ def _fit(step, target_hz, tie_hz):
     return round(abs(step.hz - target_hz) / tie_hz), abs(step.front - step.back), -step.front
 
 
-def _best_allowed(sets, history, target_hz, pairs, options) -> int:
-    """The set that fits best of those that may be chosen."""
+def _may_be_chosen(one, pairs, options) -> bool:
+    return options.allowed is None or options.allowed(np.where(one.kept, pairs.weight, 0.0))
+
+
+def _best_allowed(sets, history, target_hz, pairs, options) -> tuple[int, tuple[Step, ...]]:
+    """The set that fits best of those that may be chosen, and those that fit better and may not."""
+    passed_over: list[Step] = []
     for i in sorted(range(len(sets)), key=lambda i: _fit(history[i], target_hz, options.tie_hz)):
-        if options.allowed is None or options.allowed(np.where(sets[i].kept, pairs.weight, 0.0)):
-            return i
+        if _may_be_chosen(sets[i], pairs, options):
+            return i, tuple(passed_over)
+        passed_over.append(history[i])
     raise InputError(f"target {target_hz:g} Hz: every set of stations leaves too large a moment of the preload; set "
                      "[tune] preload = \"resolved\"")
 
@@ -227,21 +236,28 @@ def _graded(search, pairs, sets, history, goal):
     if not len(there):
         raise InputError(f"target {target_hz:g} Hz: no station beside the {history[best].front} + {history[best].back} "
                          "kept ones bridges it; set [tune] graded = false")
-    other = min(there, key=lambda i: ((stuck[i] != own).sum(), abs(sets[i].front - sets[i].back), -sets[i].front))
-    large, small = (best, other) if above else (other, best)
-    last = stuck[large] & ~stuck[small]
-    base = np.where(sets[small].kept, pairs.weight, 0.0)
-
-    def weight(part):
-        return np.where(last, part * pairs.weight, base)
-
-    part = float(brentq(lambda a: search.find(weight(a))[0] - target_hz, 0.0, 1.0, xtol=1e-9))
+    order = sorted(there, key=lambda i: ((stuck[i] != own).sum(), abs(sets[i].front - sets[i].back), -sets[i].front))
+    for other in order:
+        large, small = (best, other) if above else (other, best)
+        last = stuck[large] & ~stuck[small]
+        weight = partial(_with_part, pairs, last, np.where(sets[small].kept, pairs.weight, 0.0))
+        part = float(brentq(lambda a, of=weight: search.find(of(a))[0] - target_hz, 0.0, 1.0, xtol=1e-9))
+        if options.allowed is None or options.allowed(weight(part)):
+            break
+    else:
+        raise InputError(f"target {target_hz:g} Hz: every part of a station leaves too large a moment of the preload; "
+                         "set [tune] graded = false")
     step = replace(history[large], **dict(zip(("hz", "mac"), search.find(weight(part)), strict=True)))
     if abs(step.hz - target_hz) > options.met_hz:
         raise InputError(f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another while station "
                          f"{pairs.station[last][0]} is graded, and no part of it meets the target (nearest "
                          f"{step.hz:.1f} Hz); set [tune] graded = false")
     return weight(part), step, GradedStation(int(pairs.station[last][0]), part)
+
+
+def _with_part(pairs, last, base, part):
+    """(P,) weights with a part of the pairs `last` (P,) beside the others."""
+    return np.where(last, part * pairs.weight, base)
 
 
 def _worth(search, pairs, weight) -> tuple[StationWorth, ...]:

@@ -1,4 +1,5 @@
-"""A response does not depend on the instant from which time is counted, as no default start does."""
+"""A response does not depend on the instant from which time is counted, where no slider is dragged along before it
+sticks for good."""
 
 import numpy as np
 import pytest

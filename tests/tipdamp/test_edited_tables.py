@@ -168,6 +168,7 @@ def test_decimal_commas_and_points_in_one_table(tmp_path):
 
 @pytest.mark.parametrize("text, words", [
     ("node,direction,x,y,z\n1,x,0,5,0,0\n1,y,0.5,0,0\n", r"line 2: has 6 fields"),
+    ("node,direction,x,y,z,group tip\n1,x,0,5,0.1,0,\n", "line 2: has 7 fields, 1 more"),
     ("node,direction,x,y,z,x\n1,x,0.5,0,0,7\n", "line 1: column 'x' is there twice"),
     ("node,direction,x,load pull,load pull\n1,x,0.5,0,1\n", "line 1: column 'load pull' is there twice"),
     ("node,direction,x,y,z\n1,x,0.5,0\n", "line 2: has 4 fields, the header 5 columns: column 'z' is missing"),

@@ -8,6 +8,7 @@ from tipdamp.study.view import Study
 
 TAKEN = ("kn", "kt", "mu", "preload", "weight")        # columns that count; the geometry is that of the study's pairs
 SAME = 0.01             # of a length or unit vector: digits that a spreadsheet leaves
+ROUNDING = 1e-9         # of the contact's size: the gap of surfaces that touch is rounding
 IDENTITY = ("side", "blade_body", "blade_node", "damper_body", "damper_node")
 
 
@@ -40,8 +41,8 @@ def _check_geometry(path, own, pairs):
            "x, y, z": np.abs(own.position - pairs.position).max(axis=1) > SAME * size,
            **{name: np.abs(own.frame[:, k] - pairs.frame[:, k]).max(axis=1) > SAME
               for k, name in enumerate(("t1", "t2", "n"))},
-           **{name: np.abs(vars(own)[name] - vars(pairs)[name]) > SAME * np.abs(vars(pairs)[name])
-              for name in ("gap", "area")}}
+           **{name: np.abs(vars(own)[name] - vars(pairs)[name]) > SAME * np.abs(vars(pairs)[name]) + ROUNDING * unit
+              for name, unit in (("gap", size), ("area", size**2))}}
     for name, changed in off.items():
         if changed.any():
             i = int(changed.argmax())

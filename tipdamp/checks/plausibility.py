@@ -254,12 +254,13 @@ def closure_warnings(pairs: ContactTable, smooth: dict[str, float]) -> Iterator[
         far = closure > CLOSURE * size
         if far.any():
             i = int((closure / size).argmax())
+            kn = mine.kn[i] * mine.weight[i]
             force = float(np.maximum(mine.preload, 0).sum())
             estimate = ("; two smooth half-spaces of its size and material would by "
                         f"{1e3 * force / smooth[name]:.2g} mm" if name in smooth else "")
             yield (f"side '{name}': the springs of {int(far.sum())} of {len(mine)} pairs close under the preload by "
                    f"more than {CLOSURE:g} of the size of a cell, most at damper node {mine.damper_node[i]}: "
-                   f"{mine.preload[i]:.3g} N on kn = {mine.kn[i]:.3g} N/m is {1e3 * closure[i]:.2g} mm, and cells are "
+                   f"{mine.preload[i]:.3g} N on kn = {kn:.3g} N/m is {1e3 * closure[i]:.2g} mm, and cells are "
                    f"{1e3 * size[i]:.2g} mm{estimate}: is kn too small by a factor of 1000 or more (N/mm for N/m)?")
 
 

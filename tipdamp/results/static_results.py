@@ -335,7 +335,8 @@ class Redistribution(Record):
 class TuneResult(Result):
     """tune.json. full_model_check {set: ...}, empty where matrices were given; target_hz - None for given stations;
     table - the user's own table of kept pairs, if that is what is kept. closed_pairs, open_pairs - of each set, those
-    that stick and those that are open at rest, which do not; equivalent - sets within the scatter of the target."""
+    that stick and those that are open at rest, which do not; equivalent - sets within the scatter of the target;
+    passed_over - sets nearer to the target that leave too large a moment."""
     file: ClassVar[str] = "tune.json"
     target_hz: float | None
     scatter_hz: float = 0.0
@@ -344,6 +345,7 @@ class TuneResult(Result):
     kept_stations: tuple[int, ...] = ()
     graded: GradedStation | None = None
     equivalent: tuple[TuneStep, ...] = ()
+    passed_over: tuple[TuneStep, ...] = ()
     station_worth: tuple[StationWorth, ...] = ()
     area: KeptArea | None = None
     closed_pairs: OfSets[int]

@@ -33,7 +33,7 @@ from tipdamp.static_contact.tuning.detachment import (
     keep_stations,
     keep_weights,
 )
-from tipdamp.static_contact.tuning.redistribution import carried
+from tipdamp.static_contact.tuning.redistribution import MOMENT, carried
 from tipdamp.static_contact.tuning.roll_springs import RollSpring, spring_rows
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly, StuckModes
 from tipdamp.statics import friction
@@ -94,10 +94,20 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
         redistribution=kept.facts,
         preload_kept=side_forces(on_kept, kept.forces, kept.balance),
         roll_stiffness_Nm_per_rad=sum(s.k for s in sets.springs["tuned"]),
-        cases={name: kept_case(study, contact, name) for name in study.loads})
+        cases={name: kept_case(study, contact, name) for name in study.loads},
+        warnings=tuple(_passed_over(tuned.get("passed_over", ()))))
     found.save(store)
     shown = {f"{found.kept_name} stuck": sets.modes["tuned"], "whole area stuck": sets.modes["full_area"]}
     return [*files, *keep_stuck(store, model, shown)]
+
+
+def _passed_over(sets):
+    """A sentence on sets that fit the target better than the one that is kept."""
+    if sets:
+        first = sets[0]
+        yield (f"{len(sets)} sets of stations nearer to the target were passed over, since the preload that they carry "
+               f"leaves a moment above {MOMENT.refused:.0%}: the nearest is {first.front} + {first.back} at "
+               f"{first.hz:.1f} Hz")
 
 
 def _of_blades(model, shape):
@@ -155,7 +165,7 @@ def _by_station(found: Detachment, along: np.ndarray) -> tuple[ContactTable, dic
     return found.pairs, {
         "tuned_pairs": results.Stations(front=found.chosen.front, back=found.chosen.back), "history": found.history,
         "equivalent": found.equivalent, "graded": found.graded, "kept_stations": found.stations,
-        "station_worth": worth}
+        "station_worth": worth, "passed_over": found.passed_over}
 
 
 def _without_detached(study, whole, line, kept):

@@ -62,6 +62,8 @@ def test_tuning_to_a_target(variant, capsys):
     found = read(variant("tune", ("stations = [5, 4]", "target_hz = 2500")), "tune.json")
     nearer = sorted(found["history"], key=lambda s: abs(s["hz"] - 2500))
     left_out = nearer[:[(s["front"], s["back"]) for s in nearer].index(tuple(found["tuned_pairs"].values()))]
+    assert left_out and [s["hz"] for s in found["passed_over"]] == [s["hz"] for s in left_out]
+    assert f"{len(left_out)} sets of stations nearer to the target" in " ".join(found["warnings"])
     for one in {(s["front"], s["back"]) for s in (*left_out[:1], *left_out[-1:])}:
         with pytest.raises(AssertionError):
             variant("tune", ("stations = [5, 4]", f"stations = {list(one)}"))
