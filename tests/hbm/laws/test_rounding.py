@@ -101,6 +101,7 @@ def test_the_derivative_at_rest_on_the_limit():
     assert largest(D).max() < 10
 
 
+@pytest.mark.slow
 @each_law
 def test_steps_at_an_event(case):
     """Sample by sample, with the state perturbed, too."""
@@ -108,11 +109,10 @@ def test_steps_at_an_event(case):
     law, rng, n = case.law, np.random.default_rng(0), 64
     (u, v), dt = samples_of(x, n), 2 * np.pi / n
     state = law.initial_state(u[0], aft.slider_start("zero_slider", len(x), law.sliders), contacts)
-    for i in np.r_[1:n, 0:n]:
-        force, new, t = law.tangents(Motion(u[i], v[i], dt), state, contacts)
-        near = Motion(perturbed(u[i], rng), v[i], dt), perturbed(state, rng), contacts
-        assert np.abs(law.step(*near)[0] - force).max() < 1e-12
-        t = law.tangents(*near)[2]
+    for i in np.r_[1:n, 0]:
+        force, new = law.step(Motion(u[i], v[i], dt), state, contacts)
+        near, _, t = law.tangents(Motion(perturbed(u[i], rng), v[i], dt), perturbed(state, rng), contacts)
+        assert np.abs(near - force).max() < 1e-12
         slopes = (t.force_u, t.force_state, t.state_u, t.state_state)
         assert max(largest(by).max(initial=0.0) for by in slopes) < LARGEST
         state = new
