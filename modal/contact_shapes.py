@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg as sl
 import scipy.sparse as sp
 
 from tipdamp.hbm.ties import first_largest, in_order
@@ -30,7 +31,7 @@ class ShapeSettings:
     weight: float = 1e-12       # of the largest: a force of less follows from the others, to the rounding of weights
     energy: float = 1e-12       # of a force's own: less is a shape that the modes have
     rounding: float = 10.0      # of the asymmetry of these energies, which are symmetric but for rounding: as little
-    mass: float = 1e-15         # of the largest at the same energy: less is rounding
+    mass: float = 1e-15         # of the largest: less is rounding, and counts as much
     columns: int = 256          # forces that are dense at once, which bounds the memory
     square: float = 1e-6        # of the larger moment of a cell: nearer ones are those of a square
 
@@ -64,12 +65,17 @@ def contact_shapes(solve: Callable, M: sp.csr_matrix, W: sp.csr_matrix, omega: n
 
 
 def independent(W: sp.csr_matrix, settings: ShapeSettings = SETTINGS) -> sp.csr_matrix:
-    """(c, d) forces at right angles to one another that span the rows of W (n, d), c its rank."""
+    """(c, d) forces at right angles to one another that span the rows of W (n, d), c its rank.
+
+    One row after the other, less what those before it have of it: as local as the rows are. Singular vectors would
+    push all of a side at once, of which a slender body's displacement is large and its residual too.
+    """
     used = np.unique(W.indices)
-    weight, forces = np.linalg.svd(W[:, used].toarray(), full_matrices=False)[1:]
+    forces, left, _ = sl.qr(W[:, used].T.toarray(), mode="economic", pivoting=True, check_finite=False)
+    weight = np.abs(left.diagonal())
     rank = int((weight > settings.weight * weight.max(initial=0.0)).sum())
     place = sp.csr_matrix((np.ones(len(used)), (np.arange(len(used)), used)), (len(used), W.shape[1]))
-    return sp.csr_matrix(forces[:rank]) @ place
+    return sp.csr_matrix(forces[:, :rank].T) @ place
 
 
 def spread(motion: sp.csr_matrix, tractions: sp.csr_matrix | None) -> sp.csr_matrix:

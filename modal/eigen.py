@@ -25,7 +25,8 @@ __all__ = ["EigenSettings", "Factor", "Modes", "SingularStiffness"]
 class EigenSettings:
     """Tolerances of the linear solves and of the modes."""
 
-    solve_residual: float = 1e-8    # of a load: a solve that leaves more has met a singular matrix
+    solve_residual: float = 1e-8    # of a load: a solve that leaves more, and more than rounding,
+    singular: float = 1e-4          # or more than this, has met a singular matrix
     mode_residual: float = 1e-6     # of the stiffness force of a mode, omega^2 is good to its square
     columns: int = 64               # right-hand sides solved at once, which bounds the memory
     probes: int = 4                 # random mixtures of columns in place of all residuals
@@ -57,7 +58,8 @@ class Factor:
         self._solver = (solver or sparse_factor(self.K)) if self.K.shape[0] else None
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """K^-1 right for (d,) or (d, m). Raises SingularStiffness when a residual exceeds 1e-8 of its column."""
+        """K^-1 right for (d,) or (d, m). Raises SingularStiffness when a residual exceeds 1e-8 of its column and the
+        rounding of K x: a long, slender body moves far under a small load."""
         right = np.asarray(right, dtype=float)
         if self._solver is None:
             return right
@@ -86,13 +88,19 @@ class Factor:
         1/100 of the limit, each column is looked at by itself.
         """
         size = np.linalg.norm(right, axis=0)
+        if not np.isfinite(size).all():
+            raise RuntimeError("a load of a linear solve is not a number: what it was made of has overflowed, or is "
+                               "the root of a negative number")
         scale, allowed = 1 / np.where(size > 0, size, 1.0), self.settings.solve_residual
         if x.shape[1] > 2 * self.settings.probes:
             mix = scale[:, None] * np.random.default_rng(0).standard_normal((x.shape[1], self.settings.probes))
             if np.linalg.norm(self.K @ (x @ mix) - right @ mix, axis=0).max() <= allowed / 100:
                 return
-        worst = np.max(np.linalg.norm(self.K @ x - right, axis=0) * scale, initial=0.0)
-        if not worst <= allowed:
+        left = np.linalg.norm(self.K @ x - right, axis=0) * scale
+        rounding = np.finfo(float).eps * abs(self.K).sum(axis=0).max() * np.linalg.norm(x, axis=0) * scale
+        over = ~(left <= np.maximum(allowed, np.minimum(rounding, self.settings.singular)))
+        if over.any():
+            worst = np.max(left[over])
             raise SingularStiffness(f"the residual of a linear solve is {worst:.1e} of its load (allowed {allowed:g}): "
                                     "the stiffness matrix leaves a motion free or is badly scaled")
 

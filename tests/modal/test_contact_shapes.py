@@ -84,6 +84,27 @@ def test_dependent_points_bring_no_shape(bodies):
         assert part.contact_shapes == np.linalg.matrix_rank(inside) == 3 * (POINTS - 1)
 
 
+@pytest.mark.parametrize("nearly", [1e-3, 1e-5, 1e-6, 1e-8])
+def test_points_that_nearly_follow_from_others(bodies, full, nearly):
+    """The last point differs from what it follows from by little: statics stays exact, shapes and masses are those of
+    all forces."""
+    changed = []
+    for body in bodies:
+        motion, node = body.points.motion.toarray(), body.group("z1" if body.name == "blade" else "z0")[-1:]
+        motion[-3:] = (1 - nearly) * motion[-3:] + nearly * body.motion_of(body.name, node)
+        changed.append(replace(body, points=replace(body.points, motion=sp.csr_matrix(motion))))
+    parts, model, B_r = reduced(changed, (3, 2))
+    B = np.hstack([-changed[0].points.motion.toarray(), changed[1].points.motion.toarray()])
+    f = np.random.default_rng(5).standard_normal(len(full[0]))
+    exact = B @ np.linalg.solve(full[0] + SPRING * B.T @ B, f)
+    found = B_r @ np.linalg.solve(model.K + SPRING * B_r.T @ B_r, condensed(parts, changed, f))
+    assert found == pytest.approx(exact, rel=0, abs=1e-9 * np.abs(exact).max())
+    for part in parts:
+        shapes, M = part.Phi[:, :part.contact_shapes], part.body.M[part.interior][:, part.interior]
+        assert part.contact_shapes == 3 * POINTS
+        assert shapes.T @ (M @ shapes) == pytest.approx(np.eye(3 * POINTS), abs=1e-9)
+
+
 def test_a_free_damper_floats(bodies):
     """Its six rigid motions: no stiffness, and the motion of the points that they are."""
     part, body = craig_bampton(bodies[1], [], 5), bodies[1]

@@ -8,9 +8,11 @@ import pytest
 import scipy.sparse as sp
 
 from tipdamp.modal.eigen import Factor, SingularStiffness
+from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.modal.solvers import arpack, inertia, petsc
 from tipdamp.modal.solvers.inertia import modes_below
 
+from .blocks import block
 from .random_bodies import missed, random_body
 
 
@@ -123,6 +125,24 @@ def test_a_wrong_column_does_not_pass_the_probe(columns):
     factor._solver = Spoiled()
     with pytest.raises(SingularStiffness, match="3.0e-08 of its load"):
         factor.solve(right)
+
+
+def test_a_slender_body_is_not_taken_for_a_free_one():
+    """1 m by 10 mm: the rounding of K x is 1e-7 of a load at its tip, whose deflection is that of a beam with shear."""
+    length, depth, E = 1.0, 0.01, 207e9
+    body = elastic_body(block("hexahedron20", (100, 1, 1), size=(length, depth, depth)), Material(E, 0.0, 7850.0), "beam",
+                        clamp="clamp")
+    tip = body.node_dofs(body.group("tip"))
+    tip, f = tip[body.dof_direction[tip] == 1], np.zeros(body.dofs)
+    f[tip] = 1 / len(tip)
+    bending, shear = length**3 / (3 * E * depth**4 / 12), length / (5 / 6 * E / 2 * depth**2)
+    assert Factor(body.K).solve(f)[tip].mean() == pytest.approx(bending + shear, rel=2e-5)
+
+
+def test_a_load_that_is_no_number_is_said():
+    K, _, _ = random_body(0)
+    with pytest.raises(RuntimeError, match="a load of a linear solve is not a number"):
+        Factor(K).solve(np.full(K.shape[0], np.nan))
 
 
 def test_solves_after_modes():
