@@ -12,7 +12,7 @@ _SQUARES, _BLOCKS = 5, 10
 _VECTORS = 12 * 100      # of all unknowns, sticking contacts included: a dozen at each of about a hundred points
 _NEXT = 2                # squares that the next matrix and its factors need, beside what the curve keeps already
 _SLIPPING = 4            # before the start one contact in so many is assumed to slip or lift, and at least one
-_SMALL = 2.0**28         # bytes below which nothing is checked
+SMALL = 2.0**28          # bytes below which nothing is checked
 
 
 def available_bytes() -> float:
@@ -32,13 +32,14 @@ def available_bytes() -> float:
     return float(min(found, default=float("inf")))
 
 
-def newton_bytes(active: int, components: int, H: int, squares: int = _SQUARES) -> float:
-    """Bytes of Newton's method, for so many active contacts (slipping or lifting) of a law with so many components."""
+def newton_bytes(active: float, components: int, H: int, squares: int = _SQUARES) -> float:
+    """Bytes of Newton's method, for so many active contacts (slipping or lifting) of a law with so many components; a
+    contact of which only some components are active counts for a part."""
     block = components * (2 * H + 1)
     return 8.0 * (squares * (active * block) ** 2 + _BLOCKS * active * block**2)
 
 
-def curve_bytes(active: int, contacts: int, components: int, H: int) -> float:
+def curve_bytes(active: float, contacts: int, components: int, H: int) -> float:
     """Bytes of a whole curve with so many contacts, so many of them active: Newton's method and the points."""
     return newton_bytes(active, components, H) + 8.0 * _VECTORS * contacts * components * (2 * H + 1)
 
@@ -65,7 +66,7 @@ def check_active_fit(active: int, contacts: int, components: int, H: int) -> Non
 def _lack(of_harmonics, H, what):
     """The message where the memory of so many harmonics does not suffice; None where it does."""
     need = of_harmonics(H)
-    if need < _SMALL or need <= (there := available_bytes()):
+    if need < SMALL or need <= (there := available_bytes()):
         return None
     fits = next((h for h in range(H - 1, 0, -1) if of_harmonics(h) <= there), 0)
     return (f"harmonics = {H}: {what} {need / 1e9:.3g} GB of memory for Newton's method, "

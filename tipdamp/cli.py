@@ -308,7 +308,7 @@ def _run(arguments, name, study, store, workers):
 
     before = run.changed(name, study, store)
     if not arguments.quiet and (arguments.force or before or store.record(name) is None):
-        _expect(name, study, store)
+        _expect(name, study, store, workers.jobs)
     how = run.run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet, workers=workers,
                         locked=arguments.verb == "run")
     record = store.record(name)
@@ -320,26 +320,27 @@ def _run(arguments, name, study, store, workers):
     for warning in run.stage_of(name).warnings(study, store):
         print(f"warning: {shown(warning, 4000)}", flush=True)
     if name == "inspect":
-        _forecast(study, store)
+        _forecast(study, store, workers.jobs)
 
 
-def _expect(name, study, store):
+def _expect(name, study, store, jobs):
     """What a stage that takes more than a minute is estimated to cost, before it begins."""
     from tipdamp.checks.forecast import SETTINGS, estimate
-    from tipdamp.results.static_results import InspectResult
+    from tipdamp.results.static_results import InspectResult, TuneResult
 
     with suppress(InputError):
-        _, costs = estimate(study, InspectResult.load(store))
+        kept = TuneResult.load(store).kept_pairs if name == "respond" else None
+        _, costs = estimate(study, InspectResult.load(store), jobs, kept)
         if name in costs and max(costs[name].seconds, costs[name].at_most) > SETTINGS.short:
             print(f"{name:8s}   estimate  {costs[name].text}", flush=True)
 
 
-def _forecast(study, store):
+def _forecast(study, store, jobs):
     """What all stages are estimated to cost, and what will be slow."""
     from tipdamp.checks.forecast import advice, estimate
     from tipdamp.results.static_results import InspectResult
 
-    size, costs = estimate(study, InspectResult.load(store))
+    size, costs = estimate(study, InspectResult.load(store), jobs)
     print(f"{'':21s}estimate: {'; '.join(f'{stage} {cost.text}' for stage, cost in costs.items())}", flush=True)
     for warning in advice(size, costs):
         print(f"warning: {warning}", flush=True)

@@ -66,7 +66,7 @@ def test_too_many_harmonics_are_refused_at_input(monkeypatch):
     HarmonicBalance(problem, {1: TIP}, named)
     problem = contact_problem(MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02)[0]
     monkeypatch.setattr(memory, "available_bytes", lambda: 5e7)
-    monkeypatch.setattr(memory, "_SMALL", 0.0)
+    monkeypatch.setattr(memory, "SMALL", 0.0)
     with pytest.raises(InputError, match="harmonics = 200: one contact that slips or lifts needs"):
         HarmonicBalance(problem, {1: TIP}, 200)
     assert "_receptance" not in problem.__dict__
@@ -75,7 +75,7 @@ def test_too_many_harmonics_are_refused_at_input(monkeypatch):
 def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
     """Where more slip than the door foresaw, before the matrix is made; none slip at a low level, and all is well."""
     monkeypatch.setattr(memory, "available_bytes", lambda: 1.1 * curve_bytes(3, 12, 3, 15))
-    monkeypatch.setattr(memory, "_SMALL", 0.0)
+    monkeypatch.setattr(memory, "SMALL", 0.0)
     assert curve(level=1e-3).complete
     with pytest.raises(InputError, match=r"harmonics = 15: \d+ of the 12 contacts, which slip or lift at once here"):
         curve()
@@ -85,7 +85,7 @@ def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
 def test_curve_continues_where_the_matrix_fits(monkeypatch):
     """What it holds already is not asked for again: with the need of the largest matrix free at every point."""
     free = newton_bytes(12, 3, 15, squares=2)
-    monkeypatch.setattr(memory, "_SMALL", 0.0)
+    monkeypatch.setattr(memory, "SMALL", 0.0)
     monkeypatch.setattr(memory, "available_bytes", lambda: free)
     assert curve().complete
 
@@ -96,7 +96,7 @@ def test_comparison_with_bounded_harmonics(monkeypatch):
     balance = HarmonicBalance(problem, {1: 200 * TIP}, 7)
     w = 2 * np.pi * 312
     point = solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights)
-    monkeypatch.setattr(memory, "_SMALL", 0.0)
+    monkeypatch.setattr(memory, "SMALL", 0.0)
     monkeypatch.setattr(memory, "available_bytes", lambda: newton_bytes(12, 3, 7))
     same = fourier.to_complex(point.x.reshape(balance.n_components, -1))
     assert point.converged and len(point.detail.forces.contacts) == 12

@@ -60,14 +60,8 @@ def springs(pairs):
 
 
 def check(bodies, pairs, up, modes=12):
-    """A shape of every independent force, preload with springs and with hard contact, motion and frequencies of the
-    stuck assembly."""
+    """Preload with springs and with hard contact, motion and frequencies of the stuck assembly; the reductions."""
     parts = [craig_bampton(body, [], modes) for body in bodies]
-    for part in parts:
-        shapes, inside = part.Phi[:, :part.contact_shapes], part.interior
-        assert part.contact_shapes == np.linalg.matrix_rank(part.body.points.motion[:, inside].toarray(), tol=1e-12)
-        mass = shapes.T @ (part.body.M[inside][:, inside] @ shapes)
-        assert mass == pytest.approx(np.eye(len(mass)), abs=1e-8)
     whole, model, f = SparseBodies.of(bodies), assemble(*(part.model for part in parts)), pushed(bodies[1], up)
     loads = [np.r_[np.zeros(bodies[0].dofs), f], np.r_[np.zeros(parts[0].model.size), parts[1].condense_dofs(f)]]
     for table in (pairs, pairs.replace(kn=np.full(len(pairs), np.inf))):
@@ -78,12 +72,13 @@ def check(bodies, pairs, up, modes=12):
     stuck = Factor((whole.K + B.T @ sp.diags(k) @ B).tocsr()), model.K + B_r.T * k @ B_r
     motion = [B @ stuck[0].solve(loads[0]), B_r @ np.linalg.solve(stuck[1], loads[1])]
     assert motion[1] == pytest.approx(motion[0], rel=0, abs=1e-9 * np.abs(motion[0]).max())
-    exact = stuck[0].lowest_modes(whole.M, 4)[0]
-    omega = np.sqrt(sl.eigh(stuck[1], model.M, subset_by_index=(0, 3), eigvals_only=True))
+    exact = stuck[0].lowest_modes(whole.M, 2)[0]
+    omega = np.sqrt(sl.eigh(stuck[1], model.M, subset_by_index=(0, 1), eigvals_only=True))
     bound = error_bound(stuck[1], model.M, join(*(part.truncation for part in parts)), omega)
     noise = 1e-9 + 2 * rounding(stuck[1], model.M, exact)
     assert (np.abs(omega - exact) / exact <= np.where(omega < exact, noise, bound + noise)).all()
     assert bound.max() < 0.02
+    return parts
 
 
 @pytest.mark.slow
@@ -109,4 +104,8 @@ def test_thin_cells_along_an_edge(thin, unit):
     x = WIDTH * np.r_[0, np.cumsum(np.r_[np.full(4, thin), np.full(8, (1 - 4 * thin) / 8)])]
     low = boxes.block(x, x, np.array([0, HEIGHT]))
     high = block("hexahedron20", (5, 5, 6), size=(WIDTH, WIDTH, 0.4))
-    check(*facing(low, high, unit))
+    for part in check(*facing(low, high, unit)):
+        shapes, inside = part.Phi[:, :part.contact_shapes], part.interior
+        assert part.contact_shapes == np.linalg.matrix_rank(part.body.points.motion[:, inside].toarray(), tol=1e-12)
+        mass = shapes.T @ (part.body.M[inside][:, inside] @ shapes)
+        assert mass == pytest.approx(np.eye(len(mass)), abs=1e-8)

@@ -55,7 +55,8 @@ COMMON = Machine(factor=0.25, solve=2.5e-3, flops=1e10)     # one core of an off
 @dataclass(frozen=True)
 class Size:
     """bodies {name: (dofs, columns, modes)}, columns - master dofs and contact shapes; pairs; curves - H of each, each
-    way counted; followed - pairs that a reduced interface follows, 0 where all are; kept - share of pairs that stay
+    way counted; followed - pairs that a reduced interface follows, which most often hold those that slip, 0 where it
+    is none; jobs - curves that are made side by side; kept - share of pairs that stay
     unreduced - whether the preload is solved on all dofs; sets - of stations of which `tune` seeks the frequency
     fewer - what makes of many columns fewer."""
 
@@ -67,6 +68,7 @@ class Size:
     unreduced: bool = False
     sets: int = 0
     fewer: str = "coarsen the meshes"
+    jobs: int = 1
 
     @property
     def reduced(self) -> int:
@@ -76,21 +78,24 @@ class Size:
 
 @dataclass(frozen=True)
 class Cost:
-    """seconds - estimated, at_most - where every pair slips; bytes."""
+    """seconds, bytes - estimated; at_most, bytes_at_most - where every pair slips."""
 
     seconds: float
     bytes: float
     at_most: float = 0.0
+    bytes_at_most: float = 0.0
 
     @property
     def text(self) -> str:
         """In a few words."""
-        bound = f" (should all pairs slip: {duration(self.at_most)})" if self.at_most > 2 * self.seconds else ""
-        return f"about {duration(self.seconds)}{bound}, {self.bytes / 1e9:.1f} GB"
+        longest, largest = self.at_most > 2 * self.seconds, self.bytes_at_most > 2 * max(self.bytes, 5e7)
+        bound = [duration(self.at_most)] * longest + [f"{self.bytes_at_most / 1e9:.1f} GB"] * largest
+        slip = f" (should all pairs slip: {', '.join(bound)})" if bound else ""
+        return f"about {duration(self.seconds)}, {self.bytes / 1e9:.1f} GB{slip}"
 
 
-def size_of(study: Study, found: InspectResult) -> Size:
-    """From what `inspect` found."""
+def size_of(study: Study, found: InspectResult, jobs: int = 1, kept: int | None = None) -> Size:
+    """From what `inspect` found; jobs - curves side by side; kept - pairs, None before `tune`."""
     modes = {} if "model" in study else {"blades": study.blades.modes, "damper": study.damper.modes}
     bodies = {name: (b.free_dofs or b.dofs or 0, found.columns.get(name, 0), modes.get(name, b.dofs or 0))
               for name, b in found.bodies.items()}
@@ -98,9 +103,10 @@ def size_of(study: Study, found: InspectResult) -> Size:
         H for H in study.respond.harmonics for _ in study.respond.levels for _ in range(1 + study.respond.both_ways))
     pairs = sum(found.pairs.values())
     detached = "tune" in study and bool(study.tune.target_hz or study.tune.target_from)
+    share = kept / pairs if kept is not None and pairs else SETTINGS.kept if detached else 1.0
     return Size(bodies, pairs, curves, study.respond.followed if curves and is_reduced(study, pairs) else 0,
-                SETTINGS.kept if detached else 1.0, study.preload.bodies == "full" or bool(found.tractions),
-                _sets(study, found) if detached else 0, _fewer(study, found, pairs))
+                share, study.preload.bodies == "full" or bool(found.tractions),
+                _sets(study, found) if detached else 0, _fewer(study, found, pairs), jobs)
 
 
 def _sets(study: Study, found: InspectResult) -> int:
@@ -142,12 +148,20 @@ def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS
     if any(columns for _, columns, _ in size.bodies.values()):              # not so of given matrices
         costs = {"reduce": Cost(seconds, memory), **_of_meshes(size, costs, machine, settings)}
     if size.curves:
-        moving = max(int(size.kept * min(size.followed or pairs, pairs)), 1)
-        some, worst = (sum(_curve(moving, H, share, machine, settings) for H in size.curves) + modes_of_all
-                       for share in (settings.slipping, 1.0))
-        need = curve_bytes(max(int(settings.slipping * moving), 1), moving, 3, max(size.curves))
-        costs["respond"] = Cost(some, 4 * dense + need, worst)
+        costs["respond"] = _of_curves(size, Cost(modes_of_all, 4 * dense), machine, settings)
     return costs
+
+
+def _of_curves(size, model, machine, settings):
+    """The cost of the response beside that of the model alone. An interface reduction makes the model small, not the
+    contact: every kept pair is in it and can slip."""
+    kept = max(int(size.kept * size.pairs), 1)
+    slip = max(int(settings.slipping * min(size.followed or kept, kept)), 1)
+    some, worst = (model.seconds + sum(_curve(kept, H, n, machine, settings) for H in size.curves)
+                   for n in (slip, kept))
+    together = sorted(size.curves)[-size.jobs:]
+    few, all_of_them = (model.bytes + sum(curve_bytes(n, kept, 3, H) for H in together) for n in (slip, kept))
+    return Cost(some, few, worst, all_of_them)
 
 
 def _of_meshes(size, costs, machine, settings):
@@ -163,9 +177,9 @@ def _of_meshes(size, costs, machine, settings):
     return found
 
 
-def _curve(pairs, H, share, machine, settings):
-    """s of one curve, one way, on which that share of the pairs slips: factors of their Jacobian, and the forces."""
-    unknowns = 3 * (2 * H + 1) * share * pairs
+def _curve(pairs, H, slip, machine, settings):
+    """s of one curve, one way, on which so many of the pairs slip: factors of their Jacobian, and the forces."""
+    unknowns = 3 * (2 * H + 1) * slip
     step = 2 / 3 * unknowns**3 / machine.flops + settings.contact * pairs * (2 * H + 1)
     return settings.points * settings.steps * step
 
@@ -180,11 +194,16 @@ def advice(size: Size, costs: dict[str, Cost], settings: ForecastSettings = SETT
                    f"available: {size.fewer}")
         elif max(cost.seconds, cost.at_most if stage == "respond" else 0.0) > settings.slow:
             yield f"{stage} is estimated to take {cost.text}: {size.fewer}{more.get(stage, '')}"
+        if cost.bytes <= available_bytes() < cost.bytes_at_most:
+            yield (f"{stage} may need {cost.bytes_at_most / 1e9:.1f} GB should all kept pairs slip, "
+                   f"{available_bytes() / 1e9:.1f} GB are available: fewer [respond] harmonics or kept pairs"
+                   + f", or --jobs below {size.jobs}" * (min(size.jobs, len(size.curves)) > 1))
 
 
-def estimate(study: Study, found: InspectResult) -> tuple[Size, dict[str, Cost]]:
+def estimate(study: Study, found: InspectResult, jobs: int = 1,
+             kept: int | None = None) -> tuple[Size, dict[str, Cost]]:
     """Sizes and costs; the machine is measured where the common one would take longer than a minute."""
-    size = size_of(study, found)
+    size = size_of(study, found, jobs, kept)
     costs = forecast(size, COMMON)
     if sum(max(cost.seconds, cost.at_most) for cost in costs.values()) < SETTINGS.short:
         return size, costs

@@ -362,6 +362,11 @@ class TuneResult(Result):
     cases: dict[str, KeptCase] = {}
 
     @property
+    def kept_pairs(self) -> int:
+        """Number of those that carry after tuning, open at rest or not."""
+        return self.closed_pairs.tuned + self.open_pairs.tuned
+
+    @property
     def line_is_whole(self) -> bool:
         """Whether the line model keeps all rows of the patch, so that there is no word to say of it."""
         closed, opened = self.closed_pairs, self.open_pairs

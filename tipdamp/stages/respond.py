@@ -22,6 +22,7 @@ from tipdamp.hbm.hold import spring
 from tipdamp.hbm.interface import InterfaceReduction
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse
+from tipdamp.checks.room import check_room
 from tipdamp.results.response_results import CurveResult, Peak, RespondResult
 from tipdamp.results.static_results import PreloadResult, TuneResult
 from tipdamp.stages.adrift import adrift, held_in
@@ -104,6 +105,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
 def _make(cases: list[Case], curves: Curves, tick: Ticker, workers: Workers) -> None:
     """Make the curves that the store does not have, each with a bar of its own; the longest first."""
     missing = sorted((case for case in cases if not curves.finished(case)), key=lambda case: (-case.H, -case.Fe_N))
+    check_room(curves, missing, workers.jobs)
     if missing and not curves.problem.reducible:
         curves.problem.receptance()                   # once for all curves and processes
     with ExitStack() as all_bars:

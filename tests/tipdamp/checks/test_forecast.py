@@ -29,11 +29,29 @@ def test_many_pairs_are_warned_of():
 
 
 def test_a_reduced_interface_costs_less():
-    """64 pairs that are followed instead of 518: what was hours is minutes, and the advice does not name it again."""
-    few = Size(**{**vars(LARGE), "followed": 64})
-    assert forecast(few, COMMON)["respond"].at_most < 0.05 * forecast(LARGE, COMMON)["respond"].at_most
+    """64 pairs that are followed instead of 518: a third of the time as long as these are the ones that slip, and the
+    advice does not name it again. All pairs can slip as before, their motion is in the shapes: the bound is the same."""
+    few, all_of_them = (forecast(size, COMMON)["respond"] for size in (Size(**{**vars(LARGE), "followed": 64}), LARGE))
+    assert few.seconds < 0.4 * all_of_them.seconds and few.bytes < all_of_them.bytes
+    assert few.at_most == all_of_them.at_most and few.bytes_at_most == all_of_them.bytes_at_most
+    followed = Size(**{**vars(LARGE), "followed": 64})
     assert any('interface = "reduced"' in one for one in advice(LARGE, forecast(LARGE, COMMON)))
-    assert not any('interface = "reduced"' in one for one in advice(few, forecast(few, COMMON)))
+    assert not any('interface = "reduced"' in one for one in advice(followed, forecast(followed, COMMON)))
+
+
+def test_every_kept_pair_may_slip_in_every_worker(monkeypatch):
+    """1092 kept of 2220 points, 64 followed, H = 3, two curves side by side: 8.2 and 7.8 GB were measured where two
+    of three components became active, 0.1 GB were said."""
+    size = Size({"blades": (70000, 600, 40), "damper": (70000, 600, 20)}, 2220, (3,) * 4, followed=64,
+                kept=1092 / 2220, jobs=2)
+    cost = forecast(size, COMMON)["respond"]
+    assert 16.0e9 < cost.bytes_at_most * (2083 / 3276)**2 < 20e9 and cost.bytes < 1e9
+    one = forecast(Size(**{**vars(size), "jobs": 1}), COMMON)["respond"]
+    assert cost.bytes_at_most / one.bytes_at_most == pytest.approx(2, rel=0.02)
+    assert re.search(r"GB \(should all pairs slip: .* h .*, 4\d\.\d GB\)", cost.text)
+    monkeypatch.setattr("tipdamp.forecast.available_bytes", lambda: 24e9)
+    [said] = [text for text in advice(size, {"respond": cost}) if "may need" in text]
+    assert re.search(r"respond may need 4\d.* should all kept pairs slip, 24.0 GB .*, or --jobs below 2", said)
 
 
 @pytest.mark.parametrize("unlike, contact, told", [

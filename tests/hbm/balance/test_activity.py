@@ -1,0 +1,84 @@
+"""What can slip or lift off, counted before a curve is followed: beside what does on the curve, and its memory."""
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hbm.balance.activity import activity
+from hbm.balance.memory import curve_bytes
+from hbm.balance.settings import DEFAULT
+from hbm.interface import SETTINGS as INTERFACE
+from hbm.interface import Excitation, reduce_interface
+from hbm.laws import DryFriction2T
+from hbm.model import ReducedModel
+from hbm.problem import contact_problem
+from hbm.response import follow_band
+from tests.benchmarks import hundreds
+from tests.hbm.small_rig import small_rig
+
+MODEL, PAIRS, TIP = small_rig(stations=6)
+BAND = (300, 330)
+
+
+def problem_of(pairs, **more):
+    return contact_problem(MODEL, pairs, DryFriction2T(), damping_ratio=0.02, **more)[0]
+
+
+def counted(problem, level, force=TIP, band=BAND):
+    return activity(problem, level * force, band, "zero_slider")
+
+
+@pytest.mark.parametrize("level", [1e-3, 20.0, 60.0, 200.0])
+def test_no_fewer_than_on_the_curve(level):
+    """Pairs that slip or lift at once on the curve are among those counted; none where none moves."""
+    problem = problem_of(PAIRS)
+    curve = follow_band(problem, level * TIP, BAND, harmonics=3, outputs={"tip": TIP})
+    moving = int(((curve.share_slip + curve.share_open) > 0).sum(axis=1).max())
+    found = counted(problem, level)
+    assert moving <= found.contacts <= 12 and found.components <= 3 * found.contacts
+    assert found.contacts == 0 if level < 1 else moving > 0 or level < 60
+
+
+def test_more_preload_and_friction_move_fewer():
+    """All at once: what a motion moves depends on its ratio to the preload alone; the unit of force does not count."""
+    first = [counted(problem_of(PAIRS), level) for level in (5.0, 50.0, 500.0)]
+    larger = problem_of(PAIRS.replace(preload=10 * PAIRS.preload))
+    assert [counted(larger, 10 * level) for level in (5.0, 50.0, 500.0)] == first
+    assert first[0].components < first[1].components < first[2].components
+
+
+def test_open_pairs_are_counted():
+    """Open at rest: all three components differ from the springs."""
+    preload = np.where(np.arange(12) < 4, -1e3, 1e6)
+    assert counted(problem_of(PAIRS.replace(preload=preload)), 1.0) == (4, 12)
+
+
+def test_many_dofs_count_as_few(monkeypatch):
+    """Where not all modes are made, those of the band are."""
+    every = counted(problem_of(PAIRS), 60.0)
+    monkeypatch.setattr("hbm.problem.DEFAULT", replace(DEFAULT, few_modes_of_ratio=0))
+    problem = problem_of(PAIRS)
+    assert problem.reducible and counted(problem, 60.0) == every
+
+
+@pytest.mark.slow
+def test_memory_of_an_interface_reduction_whose_pairs_all_slip(monkeypatch):
+    """120 pairs, all sliding, 8 of them followed: the curve takes what is counted for all pairs, not for the followed."""
+    monkeypatch.setattr(hundreds, "SLIP", 30)
+    arrays, pairs, push = hundreds.face_to_face(120)
+    model, law, force = ReducedModel.from_matrices(**arrays), DryFriction2T(), 100 * push
+    settings = Excitation([force], hundreds.FACES_BAND, 3)
+    found = reduce_interface(model, pairs, law, settings, settings=replace(INTERFACE, followed=8))
+    problem = contact_problem(found.model, pairs, law, damping_ratio=0.01)[0]
+    act = activity(problem, force @ found.basis, hundreds.FACES_BAND, "zero_slider")
+    options = dict(outputs={"push": push @ found.basis}, harmonics=3)
+    follow_band(problem, 1e-3 * force @ found.basis, hundreds.FACES_BAND, **options)        # loads and compiles
+    tracemalloc.start()
+    curve = follow_band(problem, force @ found.basis, hundreds.FACES_BAND, **options)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert ((curve.share_slip + curve.share_open) > 0).sum(axis=1).max() == act.contacts == 120
+    assert 0.5 < curve_bytes(act.components / 3, 120, 3, 3) / peak < 2
+    assert curve_bytes(8, 120, 3, 3) < 0.3 * peak

@@ -1,0 +1,58 @@
+"""Whether the curves that are computed side by side fit into memory, asked before the first of them."""
+
+from collections.abc import Sequence
+
+from hbm.balance.activity import Activity, activity
+from hbm.balance.memory import SMALL, available_bytes, curve_bytes
+from hbm.errors import InputError
+from tipdamp.curves import Case, Curves
+
+
+def check_room(curves: Curves, cases: Sequence[Case], jobs: int) -> None:
+    """InputError where the cases may need more memory than there is, `jobs` of them at once, with what would fit.
+
+    Every kept pair can slip or lift off, whether an interface reduction follows it or not; where all of them would not
+    fit, those are counted that the stuck response of a case moves.
+    """
+    P, nd = len(curves.problem.contacts), len(curves.problem.law.components)
+    if Need(curves, cases, dict.fromkeys((case.Fe_N for case in cases), Activity(P, P * nd))).fits(jobs):
+        return
+    start = "zero_slider" if curves.start is None else curves.start
+    need = Need(curves, cases, {level: activity(curves.problem, level * curves.force, cases[0].band, start)
+                                for level in sorted({case.Fe_N for case in cases})})
+    if not need.fits(jobs):
+        raise InputError(need.message(min(jobs, len(cases))))
+
+
+class Need:
+    """Bytes of cases, with what is active at each level."""
+
+    def __init__(self, curves: Curves, cases: Sequence[Case], active: dict[float, Activity]) -> None:
+        self.contacts, self.nd = len(curves.problem.contacts), len(curves.problem.law.components)
+        self.cases, self.active, self.available = cases, active, available_bytes()
+
+    def of(self, case: Case, most: float = float("inf")) -> float:
+        """One case, with at most so many harmonics."""
+        active = self.active[case.Fe_N].components / self.nd
+        return curve_bytes(active, self.contacts, self.nd, int(min(case.H, most)))
+
+    def bytes(self, jobs: int, most: float = float("inf")) -> float:
+        """The largest that may run at once."""
+        return sum(sorted((self.of(case, most) for case in self.cases), reverse=True)[:jobs])
+
+    def fits(self, jobs: int, most: float = float("inf")) -> bool:
+        """Whether there is room."""
+        return self.bytes(jobs, most) <= max(SMALL, self.available)
+
+    def message(self, jobs: int) -> str:
+        """What is needed, and what would fit."""
+        worst = max(self.cases, key=self.of)
+        who = "a curve" if jobs == 1 else f"{jobs} curves side by side"
+        fewer = next((n for n in range(jobs - 1, 0, -1) if self.fits(n)), 0)
+        H = next((h for h in range(worst.H - 1, 0, -1) if self.fits(1, h)), 0)
+        fits = [f"run with --jobs {fewer}"] * (fewer > 0) + [
+            f"set [respond] harmonics to {H} or less" + " and run with --jobs 1" * (jobs > 1)] * (H > 0)
+        return (f"[respond]: {self.active[worst.Fe_N].contacts} of the {self.contacts} kept pairs may slip or lift off "
+                f"at once at {worst.Fe_N:g} N: {who} may need {self.bytes(jobs) / 1e9:.3g} GB of memory, "
+                f"{self.available / 1e9:.3g} GB are available: "
+                + ", or ".join([*fits, "lower [respond] levels, or keep fewer pairs"]))
