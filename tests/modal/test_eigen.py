@@ -130,8 +130,8 @@ def test_a_wrong_column_does_not_pass_the_probe(columns):
 def test_a_slender_body_is_not_taken_for_a_free_one():
     """1 m by 10 mm: the rounding of K x is 1e-7 of a load at its tip, whose deflection is that of a beam with shear."""
     length, depth, E = 1.0, 0.01, 207e9
-    body = elastic_body(block("hexahedron20", (100, 1, 1), size=(length, depth, depth)), Material(E, 0.0, 7850.0), "beam",
-                        clamp="clamp")
+    mesh = block("hexahedron20", (100, 1, 1), size=(length, depth, depth))
+    body = elastic_body(mesh, Material(E, 0.0, 7850.0), "beam", clamp="clamp")
     tip = body.node_dofs(body.group("tip"))
     tip, f = tip[body.dof_direction[tip] == 1], np.zeros(body.dofs)
     f[tip] = 1 / len(tip)

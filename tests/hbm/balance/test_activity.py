@@ -65,7 +65,7 @@ def test_many_dofs_count_as_few(monkeypatch):
 
 @pytest.mark.slow
 def test_memory_of_an_interface_reduction_whose_pairs_all_slip(monkeypatch):
-    """120 pairs, all sliding, 8 of them followed: the curve takes what is counted for all pairs, not for the followed."""
+    """120 pairs, all sliding, 8 of them followed: the curve takes what is counted for all pairs."""
     monkeypatch.setattr(hundreds, "SLIP", 30)
     arrays, pairs, push = hundreds.face_to_face(120)
     model, law, force = ReducedModel.from_matrices(**arrays), DryFriction2T(), 100 * push

@@ -30,7 +30,7 @@ def test_many_pairs_are_warned_of():
 
 def test_a_reduced_interface_costs_less():
     """64 pairs that are followed instead of 518: a third of the time as long as these are the ones that slip, and the
-    advice does not name it again. All pairs can slip as before, their motion is in the shapes: the bound is the same."""
+    advice does not name it again. All pairs can slip as before: the bound is the same."""
     few, all_of_them = (forecast(size, COMMON)["respond"] for size in (Size(**{**vars(LARGE), "followed": 64}), LARGE))
     assert few.seconds < 0.4 * all_of_them.seconds and few.bytes < all_of_them.bytes
     assert few.at_most == all_of_them.at_most and few.bytes_at_most == all_of_them.bytes_at_most
