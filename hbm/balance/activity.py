@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbm import fourier
-from hbm.balance.residual import HarmonicBalance
-from hbm.problem import ContactProblem
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
 
 
 @dataclass(frozen=True)

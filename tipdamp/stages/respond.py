@@ -10,6 +10,7 @@ import numpy as np
 from tipdamp.bodies.interface import FILES, doubts, facts_of, in_words, keep_shapes, kept_shapes, shapes_of
 from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import pair_names
+from tipdamp.checks.room import check_room
 from tipdamp.engine.curves import Case, Curves, forget, sweep
 from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
@@ -22,7 +23,6 @@ from tipdamp.hbm.hold import spring
 from tipdamp.hbm.interface import InterfaceReduction
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.checks.room import check_room
 from tipdamp.results.response_results import CurveResult, Peak, RespondResult
 from tipdamp.results.static_results import PreloadResult, TuneResult
 from tipdamp.stages.adrift import adrift, held_in

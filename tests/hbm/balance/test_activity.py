@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hbm.balance.activity import activity
-from hbm.balance.memory import curve_bytes
-from hbm.balance.settings import DEFAULT
-from hbm.interface import SETTINGS as INTERFACE
-from hbm.interface import Excitation, reduce_interface
-from hbm.laws import DryFriction2T
-from hbm.model import ReducedModel
-from hbm.problem import contact_problem
-from hbm.response import follow_band
 from tests.benchmarks import hundreds
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm.balance.activity import activity
+from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.interface import SETTINGS as INTERFACE
+from tipdamp.hbm.interface import Excitation, reduce_interface
+from tipdamp.hbm.laws import DryFriction2T
+from tipdamp.hbm.memory import curve_bytes
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.response import follow_band
 
 MODEL, PAIRS, TIP = small_rig(stations=6)
 BAND = (300, 330)
@@ -58,7 +58,7 @@ def test_open_pairs_are_counted():
 def test_many_dofs_count_as_few(monkeypatch):
     """Where not all modes are made, those of the band are."""
     every = counted(problem_of(PAIRS), 60.0)
-    monkeypatch.setattr("hbm.problem.DEFAULT", replace(DEFAULT, few_modes_of_ratio=0))
+    monkeypatch.setattr("tipdamp.hbm.problem.DEFAULT", replace(DEFAULT, few_modes_of_ratio=0))
     problem = problem_of(PAIRS)
     assert problem.reducible and counted(problem, 60.0) == every
 

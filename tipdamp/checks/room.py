@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from hbm.balance.activity import Activity, activity
-from hbm.balance.memory import SMALL, available_bytes, curve_bytes
-from hbm.errors import InputError
-from tipdamp.curves import Case, Curves
+from tipdamp.engine.curves import Case, Curves
+from tipdamp.hbm.balance.activity import Activity, activity
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.memory import SMALL, available_bytes, curve_bytes
 
 
 def check_room(curves: Curves, cases: Sequence[Case], jobs: int) -> None:

@@ -4,11 +4,11 @@ import re
 
 import pytest
 
-from hbm.balance.memory import curve_bytes
 from tests.conftest import changed
-from tipdamp import room
+from tipdamp.checks import room
 from tipdamp.cli import main
-from tipdamp.curves import Curves
+from tipdamp.engine.curves import Curves
+from tipdamp.hbm.memory import curve_bytes
 
 
 class Begun(RuntimeError):

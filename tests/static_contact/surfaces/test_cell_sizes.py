@@ -8,20 +8,20 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
-from hbm.contact import relative_motion
-from modal.craig_bampton import assemble, craig_bampton
-from modal.eigen import Factor
-from modal.elasticity import Material, elastic_body
-from modal.faces import boundary_faces
-from modal.truncation import error_bound, join, rounding
-from static_contact.pairing import Side
-from static_contact.preload import StaticContact
-from static_contact.sparse_bodies import SparseBodies, SparseCompliance
-from static_contact.surfaces.facets import Surface
-from static_contact.surfaces.points import FacingSides, surface_contact
 from tests import boxes
 from tests.modal.blocks import block
 from tests.unstructured import box
+from tipdamp.hbm.contact import relative_motion
+from tipdamp.modal.craig_bampton import assemble, craig_bampton
+from tipdamp.modal.eigen import Factor
+from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.faces import boundary_faces
+from tipdamp.modal.truncation import error_bound, join, rounding
+from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance
+from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.surfaces.facets import Surface
+from tipdamp.static_contact.surfaces.pairing import Side
+from tipdamp.static_contact.surfaces.points import FacingSides, surface_contact
 
 pytest.importorskip("dolfinx")
 WIDTH, HEIGHT = 0.02, 0.01
