@@ -58,7 +58,7 @@ def test_open_pairs_are_counted():
 def test_many_dofs_count_as_few(monkeypatch):
     """Where not all modes are made, those of the band are."""
     every = counted(problem_of(PAIRS), 60.0)
-    monkeypatch.setattr("tipdamp.hbm.problem.DEFAULT", replace(DEFAULT, few_modes_of_ratio=0))
+    monkeypatch.setattr("tipdamp.hbm.balance.problem.DEFAULT", replace(DEFAULT, few_modes_of_ratio=0))
     problem = problem_of(PAIRS)
     assert problem.reducible and counted(problem, 60.0) == every
 

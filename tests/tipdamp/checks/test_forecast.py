@@ -49,7 +49,7 @@ def test_every_kept_pair_may_slip_in_every_worker(monkeypatch):
     one = forecast(Size(**{**vars(size), "jobs": 1}), COMMON)["respond"]
     assert cost.bytes_at_most / one.bytes_at_most == pytest.approx(2, rel=0.02)
     assert re.search(r"GB \(should all pairs slip: .* h .*, 4\d\.\d GB\)", cost.text)
-    monkeypatch.setattr("tipdamp.forecast.available_bytes", lambda: 24e9)
+    monkeypatch.setattr("tipdamp.checks.forecast.available_bytes", lambda: 24e9)
     [said] = [text for text in advice(size, {"respond": cost}) if "may need" in text]
     assert re.search(r"respond may need 4\d.* should all kept pairs slip, 24.0 GB .*, or --jobs below 2", said)
 
