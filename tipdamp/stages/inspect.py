@@ -8,7 +8,7 @@ from tipdamp.bodies import BLADES, DAMPER, loads
 from tipdamp.bodies.assemble import assemble_bodies, master_nodes, shape_counts
 from tipdamp.bodies.gaps import check_gaps
 from tipdamp.bodies.matrices import given_model, ground_warnings
-from tipdamp.bodies.pair import matched, places_on
+from tipdamp.bodies.pair import matched, own_pairs, places_on
 from tipdamp.bodies.pieces import check_pieces
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.bodies.stiffness import side_materials
@@ -67,7 +67,7 @@ def _meshes(study, store, tick):
     except InputError as error:
         warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
         found = _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings),
-                           Inspected(meshes, trouble=str(error)))
+                           _refused(study, meshes, str(error)))
         for name in found.pictures:
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
@@ -83,6 +83,17 @@ def _meshes(study, store, tick):
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings, side_moduli=moduli,
                                                   **_counted(study, meshes, pairs)),
                       Inspected(meshes, pairs, places_on(meshes, pairs), angles), damper_areas(study, meshes))
+
+
+def _refused(study, meshes, trouble):
+    """What the page shows of pairs that are refused: those of the user's own table, where it can be read."""
+    if not study.contact.pairs:
+        return Inspected(meshes, trouble=trouble)
+    try:
+        pairs = own_pairs(study)
+        return Inspected(meshes, pairs, places_on(meshes, pairs), surface_angles(pairs, meshes), trouble)
+    except InputError:
+        return Inspected(meshes, trouble=trouble)
 
 
 def _of_mesh(mesh, file):

@@ -134,7 +134,8 @@ def test_iwan_is_two_jenkins_elements():
     problem = ContactProblem(ONE, 0.05 * ONE, ONE, np.ones((2, 1)), Jenkins1D(), contacts)
     two = ExactIntegrator(HarmonicBalance(problem, {1: np.array([FORCE])}, 5), W)
     a, b = (integrator.periods(integrator.at_rest(), 6) for integrator in (one, two))
-    assert a.events == b.events > 30
+    # the first slider starts at its limit: slip for the law by hand, a stick that ends at once for the other
+    assert 30 < a.events <= b.events <= a.events + 1
     assert a.state.memory.ravel() == pytest.approx(b.state.memory.ravel(), abs=1e-8)
     assert a.dissipated.sum() == pytest.approx(b.dissipated.sum(), rel=1e-7)
     assert a.force[0] == pytest.approx(b.force.sum(axis=0), abs=1e-7)
