@@ -127,7 +127,7 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
     static forces 1e12 times the excitation, leaves a residual that is more than that of the points of a curve.
     """
     chosen = curve_options(options)
-    case = _Case.checked(problem, forcing, chosen)
+    case = _CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", hz, " Hz")
     w = 2 * np.pi * hz
     check_carried(problem, case.forces, w)
@@ -150,7 +150,7 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
 
 
 @dataclass(frozen=True)
-class _Case:
+class _CheckedInput:
     """The checked input of a curve: H, forces {harmonic: (r,)}, names and rows (m, r) of the outputs, groups of their
     columns (`peaks`), settings."""
 
@@ -188,7 +188,7 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
     """The branch between two values of a parameter, as a ForcedResponse; varied : (parameter, Hz)."""
     began, (parameter, hz), (argument, ends) = time.perf_counter(), varied, between
     first, last = interval(argument, ends, parameter.unit)
-    case = _Case.checked(problem, forcing, options)
+    case = _CheckedInput.checked(problem, forcing, options)
     at = check_values(options.at, argument, first, last, parameter.unit)
     for value in (first, last):
         there, forces = parameter.rebuild(problem, case.forces, value)

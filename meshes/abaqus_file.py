@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tipdamp.meshes.structured import HEX27, Mesh
+from tipdamp.meshes.structured import HEX27, HexMesh
 
 TYPES = {10: "C3D10", 27: "C3D27"}
 # corners of the faces S1, S2, ...                                     [Abaqus Analysis User's Guide, 28.1.4]
@@ -24,7 +24,7 @@ def _orders():
     return {10: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], 27: hexahedron}      # gmsh swaps the last two edges of a tetrahedron
 
 
-def write(path: str | Path, bodies: Sequence[Mesh]) -> None:
+def write(path: str | Path, bodies: Sequence[HexMesh]) -> None:
     """Numbers run on from body to body; groups are written as 'body_group', cells as an element set of the body."""
     lines, node, element = ["*HEADING", "two-blade rig"], 1, 1
     for mesh in bodies:

@@ -6,14 +6,14 @@ from scipy.integrate import trapezoid
 from scipy.spatial import cKDTree
 
 from tipdamp.meshes.rig import SIDES, STATIONS, Contact, Rig, contact
-from tipdamp.meshes.structured import HEX27, SAME_NODE, Mesh, boundary, faces_of
+from tipdamp.meshes.structured import HEX27, SAME_NODE, HexMesh, boundary, faces_of
 
 
 class MeshError(ValueError):
     """A mesh that must not be used; the message says what is wrong with it."""
 
 
-def check(rig: Rig, damper: str, rows: int, blades: Mesh, solid: Mesh) -> dict[str, float]:
+def check(rig: Rig, damper: str, rows: int, blades: HexMesh, solid: HexMesh) -> dict[str, float]:
     """All checks on the pair of meshes `blades` and `solid` (the damper); returns {body: volume in m3}."""
     found = contact(rig, damper, rows)
     volumes = {}
@@ -33,7 +33,7 @@ def check(rig: Rig, damper: str, rows: int, blades: Mesh, solid: Mesh) -> dict[s
     return volumes
 
 
-def check_solid(mesh: Mesh) -> None:
+def check_solid(mesh: HexMesh) -> None:
     """No node unused, doubled or not finite; no inverted cell; one closed surface and no crack inside."""
     if not np.isfinite(mesh.nodes).all():
         raise MeshError(f"{mesh.name}: a node's position is not a number")
@@ -73,14 +73,14 @@ def _shape_gradients(points):
     return np.stack(parts, axis=-1)
 
 
-def jacobians(mesh: Mesh, points: np.ndarray | None = None) -> np.ndarray:
+def jacobians(mesh: HexMesh, points: np.ndarray | None = None) -> np.ndarray:
     """Jacobian determinants (m, p), m3; by default at the 27 nodes of each cell, corners included."""
     points = HEX27 - 1.0 if points is None else points
     gradients = np.einsum("pia,mib->mpab", _shape_gradients(points), mesh.nodes[mesh.cells], optimize=True)
     return np.linalg.det(gradients)
 
 
-def cell_volumes(mesh: Mesh) -> np.ndarray:
+def cell_volumes(mesh: HexMesh) -> np.ndarray:
     """Volume of each cell (m,), m3, by 3 x 3 x 3 Gauss points."""
     x, w = np.polynomial.legendre.leggauss(3)
     points = np.stack(np.meshgrid(x, x, x, indexing="ij"), -1).reshape(-1, 3)

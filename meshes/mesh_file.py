@@ -1,4 +1,4 @@
-"""A `Mesh` to and from a gmsh file (MSH 4.1), groups included. The only file of this package that imports gmsh."""
+"""A `HexMesh` to and from a gmsh file (MSH 4.1), groups included. The only file of this package that imports gmsh."""
 
 from contextlib import contextmanager
 from itertools import pairwise
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tipdamp.meshes.structured import Mesh
+from tipdamp.meshes.structured import HexMesh
 
 POINT = 15                                       # gmsh's element types
 FACE, CELL = {6: 9, 9: 10}, {10: 11, 27: 12}     # by the number of nodes
@@ -34,7 +34,7 @@ def _add_group(model, dimension, name, element_type, connectivity):
     model.setPhysicalName(dimension, model.addPhysicalGroup(dimension, [entity]), name)
 
 
-def write(path: str | Path, mesh: Mesh) -> None:
+def write(path: str | Path, mesh: HexMesh) -> None:
     """Writes `mesh` as MSH 4.1: a volume group, surface groups of faces, node sets as groups of dimension 0."""
     with _gmsh() as (model, gmsh):
         volume = model.addDiscreteEntity(3)
@@ -48,8 +48,8 @@ def write(path: str | Path, mesh: Mesh) -> None:
         gmsh.write(str(path))
 
 
-def read(path: str | Path) -> Mesh:
-    """The `Mesh` in a file written by `write`; node numbers are those of the file minus one."""
+def read(path: str | Path) -> HexMesh:
+    """The `HexMesh` in a file written by `write`; node numbers are those of the file minus one."""
     with _gmsh() as (model, gmsh):
         gmsh.merge(str(path))
         tags, xyz, _ = model.mesh.getNodes()
@@ -63,7 +63,7 @@ def read(path: str | Path) -> Mesh:
             groups[dimension][model.getPhysicalName(dimension, tag)] = numbers
     (name, cells), = groups[3].items()
     surfaces = {k: v.reshape(-1, 9) for k, v in groups[2].items()}
-    return Mesh(name, nodes, cells.reshape(-1, 27), surfaces, groups[0])
+    return HexMesh(name, nodes, cells.reshape(-1, 27), surfaces, groups[0])
 
 
 def extruded_tetrahedra(loop: np.ndarray, sharp: np.ndarray, length: float, edge: np.ndarray, pieces: np.ndarray,

@@ -14,7 +14,7 @@ SAME_NODE = 1e-9  # m; nodes of two blocks closer than this are one node
 
 
 @dataclass(frozen=True)
-class Mesh:
+class HexMesh:
     """A solid of 27-node hexahedra with named groups.
 
     nodes: (n, 3) float, m. cells: (m, 27) int, columns in gmsh's order (see `HEX27`). surfaces: {name: (k, 9) int},

@@ -18,13 +18,13 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.meshes import abaqus_file, mesh_file
 from tipdamp.meshes.rig import DAMPERS, SIDES, STATIONS, Cells, Contact, Rig, contact
 from tipdamp.meshes.sections import blades_section
-from tipdamp.meshes.structured import Mesh, find_nodes
+from tipdamp.meshes.structured import HexMesh, find_nodes
 from tipdamp.meshes.two_blade_rig import ON_SURFACE, blade_node_sets, build, contact_points
 
 CORNER = 3.0         # degrees; the blades' curved sides turn by less from place to place
 
 
-def blades(rig: Rig, found: Contact, edge: float, contact_edge: float, axial: int = 0) -> Mesh:
+def blades(rig: Rig, found: Contact, edge: float, contact_edge: float, axial: int = 0) -> HexMesh:
     """The blades in tetrahedra with edges of about `edge` m, and `contact_edge` m on the covers' faces; groups as in
     two_blade_rig, contact nodes with `axial` alone: so many cells of the damper, which end in `found.rows` across its
     flats, have their nodes in the covers too."""
@@ -45,7 +45,7 @@ def blades(rig: Rig, found: Contact, edge: float, contact_edge: float, axial: in
     sets = {name: find_nodes(nodes, at) for name, at in blade_node_sets(rig).items()}
     if axial:
         sets |= {f"contact_{side}": find_nodes(nodes, contact_points(rig, found.rows[side])) for side in SIDES}
-    return Mesh("blades", nodes, cells, {name: faces[its] for name, its in _surfaces(rig, found, nodes[faces])}, sets)
+    return HexMesh("blades", nodes, cells, {name: faces[its] for name, its in _surfaces(rig, found, nodes[faces])}, sets)
 
 
 def _polygon(rig, found, loop, matching):

@@ -18,14 +18,14 @@ from tipdamp.meshes import mesh_file
 from tipdamp.meshes.checks import MeshError, check
 from tipdamp.meshes.rig import DAMPERS, RIGS, SIDES, STATIONS, Cells, Rig, contact
 from tipdamp.meshes.sections import blades_section, damper_section
-from tipdamp.meshes.structured import Mesh, boundary, extrude, find_nodes, select
+from tipdamp.meshes.structured import HexMesh, boundary, extrude, find_nodes, select
 
 __all__ = ["Rig", "build", "check", "generate"]
 ON_SURFACE = 1e-9  # m
 
 
-def build(rig: Rig, damper: str, size: float = 1.0, rows: int = 2, cells: Cells | None = None) -> tuple[Mesh, Mesh]:
-    """The two bodies as `Mesh` records (blades, damper), unchecked; `cells` overrides what `size` implies."""
+def build(rig: Rig, damper: str, size: float = 1.0, rows: int = 2, cells: Cells | None = None) -> tuple[HexMesh, HexMesh]:
+    """The two bodies as `HexMesh` records (blades, damper), unchecked; `cells` overrides what `size` implies."""
     cells = cells or Cells.of_size(size)
     if cells.axial % 15:
         raise InputError(f"axial = {cells.axial} cells: must be a multiple of 15, for a node at each of 31 stations")
@@ -70,7 +70,7 @@ def _blades(rig, found, nodes, cells):
         surfaces[f"cover_{side}"] = select(outside, face & above & (z < found.turn[side] + ON_SURFACE))
         sets[f"contact_{side}"] = find_nodes(nodes, contact_points(rig, found.rows[side]))
     sets |= {name: find_nodes(nodes, at) for name, at in blade_node_sets(rig).items()}
-    return Mesh("blades", nodes, cells, surfaces, sets)
+    return HexMesh("blades", nodes, cells, surfaces, sets)
 
 
 def blade_node_sets(rig: Rig) -> dict[str, np.ndarray]:
@@ -107,7 +107,7 @@ def _damper(rig, found, nodes, cells):
     y = np.arange(4) * rig.length / 3
     axis = np.column_stack([np.full(4, found.centre[0]), y, np.full(4, found.centre[1])])
     sets["load_points"] = find_nodes(nodes, axis)
-    return Mesh("damper", nodes, cells, surfaces, sets)
+    return HexMesh("damper", nodes, cells, surfaces, sets)
 
 
 def main(arguments: list[str] | None = None) -> int | None:

@@ -88,7 +88,7 @@ def blocks(mesh: Mesh, material: Material, others: dict[str, Material]
 
 def _dolfinx(position, kind, cells, lame, shear, density):
     """K, M of one block of cells over all dofs of the mesh (3 i + k for node i), zero rows where it has no cell."""
-    block = dolfinx_compat.Block.of(position, kind, cells)
+    block = dolfinx_compat.CellBlock.of(position, kind, cells)
     import ufl
 
     lame, shear, density = block.constants(lame, shear, density)

@@ -55,7 +55,7 @@ def geometric_stiffness(mesh: Mesh, material: Material, displacement: np.ndarray
 
 
 def _dolfinx(position, kind, cells, lame, shear, displacement):
-    block = dolfinx_compat.Block.of(position, kind, cells)
+    block = dolfinx_compat.CellBlock.of(position, kind, cells)
     import ufl
 
     static = stress(block.function(displacement), *block.constants(lame, shear))

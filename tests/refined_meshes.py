@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from tipdamp.meshes import mesh_file
-from tipdamp.meshes.structured import Mesh
+from tipdamp.meshes.structured import HexMesh
 from tipdamp.modal import mesh as modal_mesh
 from tipdamp.modal.faces import boundary_faces, face_keys, group_faces
 from tipdamp.readers.dispatch import read_mesh
@@ -39,7 +39,7 @@ def refine(path: str | Path, out: str | Path) -> None:
             surfaces[group] = np.array([at[tuple(key)] for key in face_keys(corners).tolist()])
         elif mesh.dimension.get(group) == 0:
             sets[group] = number[mesh.index(its)]
-    mesh_file.write(out, Mesh("solid", nodes, fine, surfaces, sets))
+    mesh_file.write(out, HexMesh("solid", nodes, fine, surfaces, sets))
 
 
 def _shapes(at):

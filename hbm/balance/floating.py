@@ -6,7 +6,7 @@ import numpy as np
 import scipy.linalg as la
 
 from tipdamp.hbm.balance.damped_poles import state_space_modes
-from tipdamp.hbm.balance.restraint import EPS, FreeMotions, in_units, units, with_gauge
+from tipdamp.hbm.balance.restraint import EPS, FloatingMotions, in_units, units, with_gauge
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.errors import InputError
 
@@ -54,7 +54,7 @@ def _deflated(M, K, free):
     return found[e:], scale[:, None] * la.solve_triangular(L, shapes[:, e:], trans="T", lower=True)
 
 
-def damping_of_free(C: np.ndarray, K: np.ndarray, free: FreeMotions, modes: tuple) -> Drag:
+def damping_of_free(C: np.ndarray, K: np.ndarray, free: FloatingMotions, modes: tuple) -> Drag:
     """What a damping matrix does along free motions; modes : (shapes (r, m), their damping (m, m)).
 
     Damping by mass resists them and couples them with no mode; that by stiffness does not resist them.

@@ -15,7 +15,7 @@ from tipdamp.hbm.balance.receptance import Receptance, ratios, stuck_receptance
 from tipdamp.hbm.balance.reduced import StuckMatrices
 from tipdamp.hbm.balance.restraint import (
     SUPPORT,
-    FreeMotions,
+    FloatingMotions,
     acts_along,
     check_rest,
     floating_motions,
@@ -166,7 +166,7 @@ class ContactProblem:
         """(motions of a structure that floats, what to do where another one is free); InputError where one is that
         nothing holds at rest."""
         has_springs = self.law.stuck_stiffness(self.contacts).any()
-        free = FreeMotions(np.zeros((len(self.K), 0)))
+        free = FloatingMotions(np.zeros((len(self.K), 0)))
         if self._stuck_factor is None:
             free = floating_motions(self.M, self.stiffness, self.stuck_stiffness, self.B)
         if has_springs and not self.law.stiffness_at_rest(self.contacts).any():

@@ -25,7 +25,7 @@ from tipdamp.hbm.balance.floating import coupled_poles, damping_of_free, modes_b
 from tipdamp.hbm.balance.kernels import modal_factors
 from tipdamp.hbm.balance.restraint import (
     SUPPORT,
-    FreeMotions,
+    FloatingMotions,
     acts_along,
     check_restrained,
     floating_motions,
@@ -114,7 +114,7 @@ class Receptance:
 
 def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping_ratio: ArrayLike | None = None,
                      describe: Callable | None = None, remedy: str = SUPPORT,
-                     free: FreeMotions | None = None) -> Receptance:
+                     free: FloatingMotions | None = None) -> Receptance:
     """Receptance of (K, M), which restrains every motion, with a damping matrix C or with damping ratios of its modes.
 
     damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes above.
@@ -127,7 +127,7 @@ def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping
         both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
         raise InputError(f"damping: {both} given, exactly one is needed")
     given = ratios(damping_ratio, r) if C is None else np.empty(0)
-    free = free or FreeMotions(np.zeros((r, 0)))
+    free = free or FloatingMotions(np.zeros((r, 0)))
     gauged, e = with_gauge(M, K, free.shapes), free.shapes.shape[1]
     check_restrained(gauged, describe, remedy=remedy)
     shapes, period2 = modes_beside(M, gauged, free.shapes)

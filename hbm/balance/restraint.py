@@ -18,7 +18,7 @@ EPS = np.finfo(float).eps
 SUPPORT = "keep more contacts or support the body"
 
 
-class FreeMotions(NamedTuple):
+class FloatingMotions(NamedTuple):
     """Motions that nothing resists.
 
     shapes : (r, e) of unit modal mass
@@ -30,14 +30,14 @@ class FreeMotions(NamedTuple):
     unsure: float = 0.0
 
 
-def floating_motions(M: np.ndarray, K: np.ndarray, stuck: np.ndarray, B: Any) -> FreeMotions:
+def floating_motions(M: np.ndarray, K: np.ndarray, stuck: np.ndarray, B: Any) -> FloatingMotions:
     """Motions of a structure that floats as a whole: neither K nor the contacts resist them.
 
     stuck (r, r) : K with the springs of the contacts; B (n, r) : relative motion there. Under harmonic forces alone
     mass bounds the vibration along them. None where they are not all that K leaves to each of its bodies: a body that
     some of its contacts hold must not move about the others.
     """
-    none = FreeMotions(np.zeros((len(K), 0)))
+    none = FloatingMotions(np.zeros((len(K), 0)))
     scale, scaled = in_units(stuck)
     motions, unsure = _loose(scaled)
     if not motions.shape[1]:
@@ -54,7 +54,7 @@ def floating_motions(M: np.ndarray, K: np.ndarray, stuck: np.ndarray, B: Any) ->
     mass = motions.T @ (scale[:, None] * M * scale) @ motions
     if not np.all(np.diag(mass) > 0):
         return none
-    return FreeMotions(scale[:, None] * motions @ np.linalg.inv(np.linalg.cholesky(mass)).T, unsure)
+    return FloatingMotions(scale[:, None] * motions @ np.linalg.inv(np.linalg.cholesky(mass)).T, unsure)
 
 
 def with_gauge(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -67,7 +67,7 @@ def with_gauge(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> np.ndarray:
     return K + held @ held.T
 
 
-def acts_along(free: FreeMotions, K: np.ndarray, load: np.ndarray) -> np.ndarray | None:
+def acts_along(free: FloatingMotions, K: np.ndarray, load: np.ndarray) -> np.ndarray | None:
     """The first free motion (r,) along which a load (r,) acts by more than rounding; None where there is none."""
     scale = units(K)
     for motion in free.shapes.T:

@@ -23,7 +23,7 @@ FURTHER = 0.5            # the same, before a value is given up: an S-bend besid
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredPoint:
     """A solved point, the value of a quantity there, and its slope by the arc length."""
 
     point: Point
@@ -36,7 +36,7 @@ class Maximum:
     """best : the highest point; solved : whether it is the maximum, to the tolerance of the settings;
     points : all solved points from one end to the other; calls : evaluations of the residual."""
 
-    best: Measured
+    best: MeasuredPoint
     solved: bool
     points: list[Point]
     calls: int
@@ -47,7 +47,7 @@ def metric_at(point: Point, weights: np.ndarray) -> Metric:
     return Metric(weights, max(size(weights * point.x), 1e-300), 0.01 * max(abs(point.parameter), 1e-300))
 
 
-def maximum(evaluate: Evaluate, ends: tuple[Measured, Measured], measure: Callable[[Point], Measured], metric: Metric,
+def maximum(evaluate: Evaluate, ends: tuple[MeasuredPoint, MeasuredPoint], measure: Callable[[Point], MeasuredPoint], metric: Metric,
             settings: Settings, enough: float = np.inf) -> Maximum:
     """The maximum between two points of a branch, or the first point that reaches the value `enough`."""
     a, b = ends
@@ -103,8 +103,8 @@ def _cubic(a, b, apart, share):
             + share * rest * (rise * rest - fall * share))
 
 
-def maximum_by_value(evaluate: Evaluate, three: tuple[Measured, Measured, Measured],
-                     measure: Callable[[Point], Measured], metric: Metric, settings: Settings) -> Maximum:
+def maximum_by_value(evaluate: Evaluate, three: tuple[MeasuredPoint, MeasuredPoint, MeasuredPoint],
+                     measure: Callable[[Point], MeasuredPoint], metric: Metric, settings: Settings) -> Maximum:
     """The maximum around the middle one of three points, by halving: where slopes mislead.
 
     Where a mean motion is all but undetermined, the tangent runs along it, and no slope along the arc means anything.
@@ -173,7 +173,7 @@ def distance(a: Point, b: Point, metric: Metric) -> float:
     return metric.norm(b.x - a.x, b.parameter - a.parameter)
 
 
-def bound(a: Measured, b: Measured, metric: Metric, bent: float = BENT) -> float:
+def bound(a: MeasuredPoint, b: MeasuredPoint, metric: Metric, bent: float = BENT) -> float:
     """What a concave quantity cannot exceed between two points; infinite where their tangents do not meet between.
 
     bent : share of one side of a corner by which its bend may shift it along the other

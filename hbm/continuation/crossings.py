@@ -121,7 +121,7 @@ def _tip(evaluate, a, b, parameter, metric, settings):
     toward = np.sign(parameter - a.parameter)
 
     def measure(point):
-        return arc.Measured(point, toward * point.parameter, toward * point.tangent[1] / metric.norm(*point.tangent))
+        return arc.MeasuredPoint(point, toward * point.parameter, toward * point.tangent[1] / metric.norm(*point.tangent))
 
     ends = measure(a), measure(b)
     beyond = toward * parameter - max(end.value for end in ends)

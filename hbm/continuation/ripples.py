@@ -6,7 +6,7 @@ of a branch there may then be several maxima close to one another; points are ad
 
 from collections.abc import Callable
 
-from tipdamp.hbm.continuation.arc import Measured, distance, lies_between
+from tipdamp.hbm.continuation.arc import MeasuredPoint, distance, lies_between
 from tipdamp.hbm.continuation.corrector import between
 from tipdamp.hbm.continuation.point import Evaluate, Metric, Point
 from tipdamp.hbm.continuation.settings import Settings
@@ -20,8 +20,8 @@ class TooManyRipples(Exception):
         self.calls = calls
 
 
-def resolve(evaluate: Evaluate, known: list[Measured], measure: Callable[[Point], Measured], metric: Metric,
-            settings: Settings) -> tuple[list[Measured], int]:
+def resolve(evaluate: Evaluate, known: list[MeasuredPoint], measure: Callable[[Point], MeasuredPoint], metric: Metric,
+            settings: Settings) -> tuple[list[MeasuredPoint], int]:
     """(the points of a branch with those between, residual calls): each maximum that may be the largest has a bracket.
 
     A part of the branch is halved until its middle agrees with the cubic through its ends or, at a kink, it was concave

@@ -9,7 +9,7 @@ from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.curve.energy import EnergyBalance
-from tipdamp.hbm.curve.equilibrium import Kept
+from tipdamp.hbm.curve.equilibrium import KeptPoints
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.records import Motion
@@ -75,10 +75,10 @@ def _kept(curve, problem, point, parameter):
     if not 0 <= check_whole("point", point, 0) < len(points) or not points[point].converged:
         raise InputError(f"point {point}: not a solved point of the curve, which has {len(points)}")
     at = points[point]
-    return Kept(equation, [replace(at, detail=equation.evaluate(at.x, at.parameter))])
+    return KeptPoints(equation, [replace(at, detail=equation.evaluate(at.x, at.parameter))])
 
 
-def _cycles(kept: Kept, n: int) -> ContactCycles:
+def _cycles(kept: KeptPoints, n: int) -> ContactCycles:
     balance, law, w, contacts = kept.balance, kept.problem.law, kept.w[0], kept.contacts[0]
     tau = 2 * np.pi * np.arange(n + 1) / n
     u = np.einsum("th,pdh->tpd", fourier.basis(tau, balance.H), kept.u[0])

@@ -72,7 +72,7 @@ def _limit(equation, point, springs=0.0):
     springs : share of the rounding of the motion of stiff contacts that comes on top as well, once further steps are of
         no help; none of it where it exceeds the limit, as there the stiffness is said to be too large
     """
-    kept = Kept(equation, [point])
+    kept = KeptPoints(equation, [point])
     terms, motion = (float(kept.over_scale(error)[0]) for error in (kept.rounding(), kept.rounding_of_springs()))
     motion = springs * motion if motion <= DEFAULT.equilibrium else 0.0
     return DEFAULT.equilibrium + terms + motion
@@ -81,7 +81,7 @@ def _limit(equation, point, springs=0.0):
 def doubt(equation: Equation, point: Point) -> float:
     """Share of the vibration of a point by which rounding of the terms moves its branch: forces of that size and of
     random phase, answered by the linearised equations."""
-    kept, detail, balance = Kept(equation, [point]), point.detail, point.detail.balance
+    kept, detail, balance = KeptPoints(equation, [point]), point.detail, point.detail.balance
     shapes, orders = balance.receptance.shapes, np.arange(balance.H + 1)
     forces = kept.rounding_forces()[0]
     forces = forces * np.exp(2j * np.pi * np.random.default_rng(0).random(forces.shape))
@@ -111,10 +111,10 @@ def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray
     motion = np.concatenate([_parts(points[i].detail.modal[None]) for i in solved])
     share, last = np.zeros(2), len(solved) - 1
     for k in {0, last, int(motion[:, 1].argmax())}:
-        error = Kept(equation, [points[solved[k]]]).response_error()[0]
+        error = KeptPoints(equation, [points[solved[k]]]).response_error()[0]
         share = np.maximum(share, error / np.maximum(motion[k], TINY))
     for run in _alike(points, solved, equation.balance):        # one after the other: all at once need memory
-        kept = Kept(equation, [points[i] for i in run])
+        kept = KeptPoints(equation, [points[i] for i in run])
         found[run] = kept.over_scale(kept.contact_error() + share * _parts(kept.modal))
         energy[run] = [one.error for one in kept.energies()]
     return found, energy
@@ -134,7 +134,7 @@ def _alike(points, chosen, balance):
     return runs
 
 
-class Kept:
+class KeptPoints:
     """What is kept of n points of one balance: modal (n, m, H+1) and its u (n, P, nd, nh) m, and the contact forces of
     Newton's method.
 
@@ -333,7 +333,7 @@ def with_residuals(curve: ForcedResponse, residuals: np.ndarray, bad: np.ndarray
     if not bad.any():
         return replace(curve, force_residual=residuals)
     worst = int(np.nanargmax(np.where(bad, residuals, 0.0)))
-    at = Kept(equation, [points[worst]])
+    at = KeptPoints(equation, [points[worst]])
     problem = at.problem if at.contacts[0] is at.problem.contacts else at.problem.with_contacts(at.contacts[0])
     reason = _too_stiff(problem, at.forces[0], at.w[0], at.motion()[0], DEFAULT.equilibrium)
     ended = (f"{curve.ended}; {bad.sum()} point{'s' * int(bad.sum() > 1)} left out, as the forces do not balance to "

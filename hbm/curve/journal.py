@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 
-class Block(NamedTuple):
+class JournalBlock(NamedTuple):
     """Steps as two plain arrays: numbers (n,) float64, and layout (k,) int64, for each step its mark, the number of its
     arrays, and for each of these whether it is complex, its number of dimensions, and these."""
 
@@ -38,7 +38,7 @@ class Journal:
 
     every: float = 5.0
 
-    def __init__(self, keep: Callable[[Block], None], blocks: Iterable[Block] = (),
+    def __init__(self, keep: Callable[[JournalBlock], None], blocks: Iterable[JournalBlock] = (),
                  clock: Callable[[], float] = time.monotonic):
         self.keep, self.clock, self.due = keep, clock, clock() + self.every
         self.known = chain.from_iterable(map(unpacked, blocks))
@@ -65,7 +65,7 @@ class Journal:
         self.fresh, self.due = [], self.clock() + self.every
 
 
-def packed(steps: Iterable[tuple[int, tuple[np.ndarray, ...]]]) -> Block:
+def packed(steps: Iterable[tuple[int, tuple[np.ndarray, ...]]]) -> JournalBlock:
     """Steps (mark, real or complex arrays) as one block."""
     numbers: list[np.ndarray] = []
     layout: list[int] = []
@@ -74,10 +74,10 @@ def packed(steps: Iterable[tuple[int, tuple[np.ndarray, ...]]]) -> Block:
         for a in arrays:
             layout += [int(np.iscomplexobj(a)), a.ndim, *a.shape]
             numbers.append(np.ascontiguousarray(a).ravel().view(float))
-    return Block(np.concatenate([np.empty(0), *numbers]), np.array(layout, dtype=np.int64))
+    return JournalBlock(np.concatenate([np.empty(0), *numbers]), np.array(layout, dtype=np.int64))
 
 
-def unpacked(block: Block) -> Iterator[tuple[int, tuple[np.ndarray, ...]]]:
+def unpacked(block: JournalBlock) -> Iterator[tuple[int, tuple[np.ndarray, ...]]]:
     """The steps of a block; raises StaleJournal where its two arrays do not fit."""
     try:
         if block.numbers.dtype != float or block.layout.dtype.kind != "i" or block.layout.ndim != 1:

@@ -28,7 +28,7 @@ def refine_largest(equation: Equation, branch: Branch, outputs: Outputs, groups:
     Returns (n, m) bool, for the branch as it is afterwards.
     """
     output, least = Output(equation, branch, outputs, settings), outputs.noise(branch.points)
-    found: dict[int, tuple[arc.Measured, bool]] = {}
+    found: dict[int, tuple[arc.MeasuredPoint, bool]] = {}
     seen = np.nanmax(outputs.amplitudes(branch.points)[0], axis=0, initial=0.0) > least
     for group in groups:
         _solve_extremes(output, [j for j in group if seen[j]], found)
@@ -107,7 +107,7 @@ class Output:
     outputs: Outputs
     settings: Settings
 
-    def top(self, j: int) -> tuple[arc.Measured, bool]:
+    def top(self, j: int) -> tuple[arc.MeasuredPoint, bool]:
         """(the largest maximum of output j along the branch, whether it is solved)."""
         heights = self._heights(j)
         return self.largest(j, heights, self._high(heights))
@@ -145,7 +145,7 @@ class Output:
         return balance.sampled(point.x, w)
 
     def largest(self, j: int, heights: np.ndarray, high: np.ndarray,
-                points: list[Point] | None = None) -> tuple[arc.Measured, bool]:
+                points: list[Point] | None = None) -> tuple[arc.MeasuredPoint, bool]:
         """(the highest maximum of output j, whether it is solved): every bracket beside a `high` point is closed that
         may hold it.
 
@@ -201,12 +201,12 @@ class Output:
         self._enter(arc.Maximum(found[0], False, [end.point for end in found], calls))
         return found
 
-    def _measured(self, points: list[Point], j: int, metric: Metric) -> list[arc.Measured]:
+    def _measured(self, points: list[Point], j: int, metric: Metric) -> list[arc.MeasuredPoint]:
         """Amplitude of output j and its slope at solved points with their tangents."""
         values, slopes = self.outputs.amplitudes(points)[:, :, j]
         for point in points:
             point.detail.forget()
-        return [arc.Measured(point, float(value), float(slope) / metric.norm(*point.tangent))
+        return [arc.MeasuredPoint(point, float(value), float(slope) / metric.norm(*point.tangent))
                 for point, value, slope in zip(points, values, slopes, strict=True)]
 
     def _enter(self, found) -> arc.Maximum:

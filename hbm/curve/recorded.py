@@ -52,7 +52,7 @@ class Once:
         return self.made[0]
 
 
-class Kept(NamedTuple):
+class KeptForces(NamedTuple):
     """What a curve needs of the contact forces of a point: see `hbm.laws.records.ContactForces`."""
 
     g: np.ndarray
@@ -123,7 +123,7 @@ class Recorded:
 
     def _keep(self, modal=None, *forces):
         if modal is not None:
-            self.known = modal, Kept(*forces)
+            self.known = modal, KeptForces(*forces)
 
     def _result(self, mark, compute):
         return self.balance.journal.result(mark, compute)

@@ -18,7 +18,7 @@ from tipdamp.hbm.laws.records import ContactForces, Motion, SliderStart, Tangent
 
 
 @dataclass(frozen=True)
-class CycleSettings:
+class SamplingSettings:
     """Tolerances of the sampled cycle."""
 
     step: float = 1e-30          # of the complex step: its square is below rounding
@@ -29,10 +29,10 @@ class CycleSettings:
     rounding: float = 1e-12      # relative size of derivatives, and of slider motion, that are none
 
 
-SETTINGS = CycleSettings()
+SETTINGS = SamplingSettings()
 
 
-class Cycle(NamedTuple):
+class SampledCycle(NamedTuple):
     """A periodic cycle of n samples: motion u (n, P, nd), states before and after each step, force, tangents.
 
     dforce : (n, P, nd, nd nh + 1) derivative of the force by the harmonics of u, and by omega
@@ -88,7 +88,7 @@ def _complex_steps(law, motion, state, contacts, rate):
     return force[:P].real, new[:P].real, by.reshape(m, P, nd + len(new.T)).transpose(1, 2, 0)
 
 
-def periodic(law, contacts, x, start: SliderStart, grid, omega: float, newton: bool = True) -> Cycle:
+def periodic(law, contacts, x, start: SliderStart, grid, omega: float, newton: bool = True) -> SampledCycle:
     """The cycle of a law once its state repeats: the states sample by sample, then all tangents in one call.
 
     At least two periods. A state that creeps is taken to the one that repeats by Newton on the map of the period,
@@ -124,7 +124,7 @@ def periodic(law, contacts, x, start: SliderStart, grid, omega: float, newton: b
         if not repeats.all() or not _regular(A).all():
             return periodic(law, contacts, x, start, grid, omega, newton=False)
         dforce[:, creeps] = _fixed_point(order, rows, tuple(np.ascontiguousarray(a[:, creeps]) for a in by), A)
-    return Cycle(u, before, after.reshape(n, P, ns), force.reshape(n, P, nd), t, dforce)
+    return SampledCycle(u, before, after.reshape(n, P, ns), force.reshape(n, P, nd), t, dforce)
 
 
 def _stacked(t, u_rate, dt_by_omega):

@@ -10,7 +10,7 @@ from tipdamp.hbm.time.stuck_system import StuckSystem
 
 
 @dataclass(frozen=True)
-class Cycle:
+class IntegratedCycle:
     """Where an integration over whole periods ends, and what its last period was.
 
     state : at the end, of the kind that the integrator takes
@@ -48,7 +48,7 @@ class Integrator(Protocol):
     def on_orbit(self, point) -> Any:
         """State at t = 0 of a solution of the harmonic balance."""
 
-    def periods(self, state, n: int = 1) -> Cycle:
+    def periods(self, state, n: int = 1) -> IntegratedCycle:
         """n periods from a state at the begin of a period."""
 
     def vector(self, state) -> np.ndarray:
@@ -57,5 +57,5 @@ class Integrator(Protocol):
     def from_vector(self, v: np.ndarray) -> Any:
         """The state that `vector` makes of it, brought to where the motion allows it."""
 
-    def change(self, before, cycle: Cycle) -> float:
+    def change(self, before, cycle: IntegratedCycle) -> float:
         """Change of motion and memory over a cycle from the state before, relative to the vibration in it."""

@@ -14,7 +14,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import compilation
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear
 from tipdamp.hbm.time import events
-from tipdamp.hbm.time.base import Cycle
+from tipdamp.hbm.time.base import IntegratedCycle
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import stuck_system
 
@@ -107,7 +107,7 @@ class ExactIntegrator:
         return events.Present(state.z.copy(), np.array(state.state, dtype=np.int64),
                               np.array(state.memory, dtype=float, order="C"), np.zeros((P * nd, nd)), np.zeros(P * nd))
 
-    def periods(self, state: ExactState, n: int = 1) -> Cycle:
+    def periods(self, state: ExactState, n: int = 1) -> IntegratedCycle:
         """As in `Integrator`."""
         present, H = self._present(state), self.stuck.balance.H
         record = events.Record(np.zeros((len(present.a), H + 1), complex), np.zeros(len(present.state)),
@@ -123,7 +123,7 @@ class ExactIntegrator:
             going = None
         force = record.G * (self.stuck.w / np.pi)
         force[:, 0] /= 2
-        return Cycle(ExactState(present.z, present.state, present.memory), force, record.dissipated, going is not None,
+        return IntegratedCycle(ExactState(present.z, present.state, present.memory), force, record.dissipated, going is not None,
                      int(record.count[0]), int(record.count[1]))
 
     def vector(self, state: ExactState) -> np.ndarray:
@@ -135,7 +135,7 @@ class ExactIntegrator:
         n = len(self.stuck.weight)
         return self._settled(v[:n] / self.stuck.weight, v[n:].reshape(self.stuck.shape[0], -1))
 
-    def change(self, before: ExactState, cycle: Cycle) -> float:
+    def change(self, before: ExactState, cycle: IntegratedCycle) -> float:
         """As in `Integrator`."""
         after = cycle.state
         return self.stuck.change((before.z, after.z), (before.memory, after.memory), cycle.force)

@@ -12,7 +12,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws.records import Motion
 from tipdamp.hbm.time import events
-from tipdamp.hbm.time.base import Cycle
+from tipdamp.hbm.time.base import IntegratedCycle
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import stuck_system
 
@@ -105,12 +105,12 @@ class SampledIntegrator:
         u = (self.known[0, 0] + stuck.system.out @ z).reshape(stuck.shape)
         return self._begin(z, stuck.law.state_at(u, memory, stuck.contacts))
 
-    def change(self, before: SampledState, cycle: Cycle) -> float:
+    def change(self, before: SampledState, cycle: IntegratedCycle) -> float:
         """As in `Integrator`."""
         after = cycle.state
         return self.stuck.change((before.z, after.z), (before.memory, after.memory), cycle.force)
 
-    def periods(self, state: SampledState, n: int = 1) -> Cycle:
+    def periods(self, state: SampledState, n: int = 1) -> IntegratedCycle:
         """As in `Integrator`."""
         samples = self.settings.samples
         for _ in range(n):
@@ -123,7 +123,7 @@ class SampledIntegrator:
         force = (2 / samples) * g[1:].T @ self.waves
         force[:, 0] /= 2
         work = (0.5 * (g[1:] + g[:-1]) * np.diff(u, axis=0)).sum(axis=0)
-        return Cycle(state, force, work.reshape(self.stuck.shape).sum(axis=1), True, n * samples, 0)
+        return IntegratedCycle(state, force, work.reshape(self.stuck.shape).sum(axis=1), True, n * samples, 0)
 
     def _step(self, i, begin: SampledState) -> SampledState:
         """The step that ends at sample i."""

@@ -34,7 +34,7 @@ def available() -> bool:
 
 
 @dataclass(frozen=True)
-class Block:
+class CellBlock:
     """Cells of one type. V - dolfinx space of displacements, or of one direction of them; place : (k,) int - node of
     the mesh of each of its k nodes; nodes - number of nodes of the whole mesh; kind - of CELLS."""
 
@@ -44,7 +44,7 @@ class Block:
     kind: str
 
     @classmethod
-    def of(cls, position: np.ndarray, kind: str, cells: np.ndarray) -> "Block":
+    def of(cls, position: np.ndarray, kind: str, cells: np.ndarray) -> "CellBlock":
         """position (n, 3) m of the mesh's nodes; cells (c, k) indices into it, numbered as gmsh does."""
         from tipdamp.modal.solvers import petsc
 
@@ -64,7 +64,7 @@ class Block:
             V = _space(grid, degree, (3,))
         return cls(V, used[_input_node(grid, V)], len(position), kind)
 
-    def one_direction(self) -> "Block":
+    def one_direction(self) -> "CellBlock":
         """The same cells with one number a node: for a form that acts on each direction alike, a ninth of the work."""
         with _quiet_compiler():
             V = _space(self.V.mesh, CELLS[self.kind][1], ())

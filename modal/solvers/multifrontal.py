@@ -47,7 +47,7 @@ class CarryingFactor:
     each, as of `dissection`. Raises SingularStiffness where K is not positive definite."""
 
     def __init__(self, K: sp.csr_matrix, W: sp.csr_matrix, sets: Sequence[tuple[np.ndarray, int]]):
-        assembly = _Assembly(K, W.T.tocsr(), np.concatenate([one for one, _ in sets]))
+        assembly = _FrontAssembly(K, W.T.tocsr(), np.concatenate([one for one, _ in sets]))
         self.dofs, self.rows = K.shape[0], W.shape[0]
         self.compliance = np.zeros((self.rows,) * 2, order="F")
         self.chunks: list[_Chunk] = []
@@ -95,7 +95,7 @@ class CarryingFactor:
         return -self.swept(load)[self.dofs:]
 
 
-class _Assembly:
+class _FrontAssembly:
     """Rows of K, of W' and of what was eliminated before, put together front by front."""
 
     def __init__(self, K, Wt, order):

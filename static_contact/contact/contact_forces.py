@@ -8,7 +8,7 @@ from tipdamp.hbm.contact import ContactTable
 
 
 @dataclass(frozen=True)
-class Motion:
+class LoadedMotion:
     """A rigid motion of the bodies that no contact normal resists, and how the load acts along it.
 
     name - for example 'roll about the damper axis'; unit - 'N' or 'N m'; load - of the applied loads along it.
@@ -20,7 +20,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class ContactForces:
+class StaticForces:
     """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening of open ones (0
     where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
     motions - free ones and the load along each; held : {name: N or N m} - force on what holds a motion
@@ -35,7 +35,7 @@ class ContactForces:
     pairs: ContactTable
     force: np.ndarray
     opening: np.ndarray
-    motions: tuple[Motion, ...]
+    motions: tuple[LoadedMotion, ...]
     reactions: dict[str, float]
     held: dict[str, float]
     balance: float | None
@@ -44,8 +44,8 @@ class ContactForces:
 
 
 @dataclass(frozen=True)
-class Preload(ContactForces):
-    """ContactForces with the displacement (r,) m of the bodies
+class Preload(StaticForces):
+    """StaticForces with the displacement (r,) m of the bodies
     residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
     """
 

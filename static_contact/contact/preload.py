@@ -25,7 +25,7 @@ from tipdamp.static_contact.bodies.free_motions import name_of_drift
 from tipdamp.static_contact.bodies.rigid_motions import SETTINGS as RIGID
 from tipdamp.static_contact.bodies.rigid_motions import RigidMotionSettings
 from tipdamp.static_contact.bodies.stuck_bodies import reference_stiffness
-from tipdamp.static_contact.contact.contact_forces import ContactForces, Motion, Preload
+from tipdamp.static_contact.contact.contact_forces import LoadedMotion, Preload, StaticForces
 from tipdamp.static_contact.normal.complementarity import ContactSolution, NoEquilibrium, solve_complementarity
 from tipdamp.static_contact.normal.normal_contact import NormalContact
 from tipdamp.static_contact.normal.unloaded import unstressed
@@ -69,7 +69,7 @@ class StaticContact:
         self._warn_of_rounding()
 
     def solve(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False,
-              near: ContactForces | None = None) -> Preload:
+              near: StaticForces | None = None) -> Preload:
         """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
 
         A load along a motion that no contact resists raises InputError with its amount; below 1e-3 of what the load
@@ -88,7 +88,7 @@ class StaticContact:
         return Preload(**vars(forces), displacement=q, residual=residual)
 
     def forces(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False,
-               near: ContactForces | None = None) -> ContactForces:
+               near: StaticForces | None = None) -> StaticForces:
         """As `solve`, without the displacement of the bodies, whose balance alone is checked: for many further cases
         of bodies with many dofs."""
         load, gap, taken = self._given(load, gap, constrain)
@@ -119,7 +119,7 @@ class StaticContact:
         return load, gap, self.motions.taken_up(along)
 
     def _checked(self, load, gap, taken, found, left, constrain):
-        """ContactForces of a solution that leaves `left` (r,) N of the load unbalanced, and how much that is."""
+        """StaticForces of a solution that leaves `left` (r,) N of the load unbalanced, and how much that is."""
         force, kn = found.N, self.kn
         along, idle = self.motions.shape.T @ load, self.loose.idle
         applied = load - taken
@@ -142,10 +142,10 @@ class StaticContact:
                              f"{self.settings.residual:g}): the model's K resists, or drives, the motion of a damper "
                              "that floats")
         spring = np.where(np.isinf(kn), 0.0, kn)
-        return ContactForces(
+        return StaticForces(
             pairs=self.pairs.replace(preload=np.where(found.closed, force, spring * (found.u - gap)), gap=gap),
             force=force, opening=np.where(found.closed, 0.0, gap - found.u),
-            motions=tuple(Motion(*name, float(amount)) for name, amount in zip(self.motions.names, along, strict=True)),
+            motions=tuple(LoadedMotion(*name, float(amount)) for name, amount in zip(self.motions.names, along, strict=True)),
             reactions=reaction, held={one.name: float(f) for one, f in zip(self.held, held, strict=True)},
             balance=balance, iterations=found.sets, method=found.method), _ratio(left, scale)
 

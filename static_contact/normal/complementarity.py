@@ -63,7 +63,7 @@ class ContactSolution(NamedTuple):
     method: str
 
 
-class ContactProblem(Protocol):
+class ComplementarityProblem(Protocol):
     """What `solve_complementarity` asks of a problem; k0 : (P,) N/m reference springs, free : (P,) bool - may close."""
 
     @property
@@ -82,7 +82,7 @@ class ContactProblem(Protocol):
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
 
 
-def wrong_pairs(problem: ContactProblem, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray,
+def wrong_pairs(problem: ComplementarityProblem, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray,
                 rounding: float = SETTINGS.rounding) -> np.ndarray:
     """(P,) bool - closed pairs that pull and open pairs that overlap, by more than rounding."""
     push = np.where(closed, -N, problem.k0 * (u - gap))
@@ -94,7 +94,7 @@ def no_equilibrium(closed: np.ndarray, drift: np.ndarray | None = None) -> NoEqu
     return NoEquilibrium(f"the {int(closed.sum())} pairs that stay closed do not hold the damper", drift)
 
 
-def solve_complementarity(problem: ContactProblem, u0: Any, gap: np.ndarray,
+def solve_complementarity(problem: ComplementarityProblem, u0: Any, gap: np.ndarray,
                           settings: ComplementaritySettings = SETTINGS,
                           start: np.ndarray | None = None) -> ContactSolution:
     """The solution under a load u0 in the problem's own terms, with the gaps (P,) m.

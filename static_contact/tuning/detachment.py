@@ -94,7 +94,7 @@ DEFAULT = DetachmentOptions()
 
 
 @dataclass(frozen=True)
-class _Kept:
+class _KeptStations:
     """kept (P,) bool; front, back - number of its stations before and behind the middle."""
 
     front: int
@@ -182,20 +182,20 @@ def _best_allowed(sets, history, target_hz, pairs, options) -> tuple[int, tuple[
                      "[tune] preload = \"resolved\"")
 
 
-def _from_middle(pairs, closed, at_least) -> Iterator[_Kept]:
+def _from_middle(pairs, closed, at_least) -> Iterator[_KeptStations]:
     """Every number of stations at the two ends, at least one at each; those that differ in open pairs alone once."""
     stations = int(pairs.station.max()) + 1
-    yield _Kept((stations + 1) // 2, stations // 2, pairs.carrying)
+    yield _KeptStations((stations + 1) // 2, stations // 2, pairs.carrying)
     counts = range(1, stations)
     front = [n for n in counts if n == 1 or (closed & ends_of(pairs, n, 0) & ~ends_of(pairs, n - 1, 0)).any()]
     back = [n for n in counts if n == 1 or (closed & ends_of(pairs, 0, n) & ~ends_of(pairs, 0, n - 1)).any()]
     for count in range(stations - 1, max(at_least, 2) - 1, -1):
         for f in sorted((f for f in front if count - f in back), key=lambda f: abs(2 * f - count - 0.5)):
             if (closed & ~ends_of(pairs, f, count - f)).any():
-                yield _Kept(f, count - f, ends_of(pairs, f, count - f) & pairs.carrying)
+                yield _KeptStations(f, count - f, ends_of(pairs, f, count - f) & pairs.carrying)
 
 
-def _least_loaded(pairs, closed, options) -> Iterator[_Kept]:
+def _least_loaded(pairs, closed, options) -> Iterator[_KeptStations]:
     """Stations leave by their part of the side's load, summed over the sides; of equal ones the inner first."""
     load = np.where(closed, 1.0 if options.load is None else options.load, 0.0)
     share = sum((load / load[pairs.side == side].sum()) * (pairs.side == side) for side in pairs.sides
@@ -205,7 +205,7 @@ def _least_loaded(pairs, closed, options) -> Iterator[_Kept]:
     order = stations[np.lexsort((-np.abs(stations - pairs.station.max() / 2), -share))]
     for count in range(len(order), options.at_least - 1, -1):
         kept = np.isin(pairs.station, order[:count]) & pairs.carrying
-        yield _Kept(*halves(pairs, kept), kept)
+        yield _KeptStations(*halves(pairs, kept), kept)
 
 
 def halves(pairs: ContactTable, kept: np.ndarray) -> tuple[int, int]:

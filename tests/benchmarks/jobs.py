@@ -16,12 +16,12 @@ import numpy as np
 
 from tests.benchmarks.record import one_thread, record
 from tests.hbm.cases import rig
-from tipdamp.engine.curves import Case, Curves, compile_kernels
+from tipdamp.engine.curves import CurveCase, Curves, compile_kernels
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
 from tipdamp.stages.respond import make_curve
 
-CASES = [Case(float(Fe), H, band) for H in (5, 3, 1) for Fe in np.linspace(20, 2, 7) for band in ((2300., 3300.),
+CASES = [CurveCase(float(Fe), H, band) for H in (5, 3, 1) for Fe in np.linspace(20, 2, 7) for band in ((2300., 3300.),
                                                                                                 (3300., 2300.))][:40]
 
 

@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("dolfinx")
 from tipdamp.modal.elasticity import strain  # noqa: E402
 from tipdamp.modal.elements import dolfinx_compat  # noqa: E402
-from tipdamp.modal.elements.dolfinx_compat import CELLS, Block  # noqa: E402
+from tipdamp.modal.elements.dolfinx_compat import CELLS, CellBlock  # noqa: E402
 
 from .blocks import block  # noqa: E402
 
@@ -38,7 +38,7 @@ def mesh(request):
 
 def test_every_node_is_in_its_place(mesh):
     kind, position, cells = mesh
-    found = Block.of(position, kind, cells)
+    found = CellBlock.of(position, kind, cells)
     assert np.sort(found.place).tolist() == np.unique(cells).tolist()
     assert np.abs(found.V.tabulate_dof_coordinates()[:len(found.place)] - position[found.place]).max() < 1e-14
 
@@ -49,7 +49,7 @@ def test_forms_of_fields(mesh):
     kind, position, cells = mesh
     import ufl
 
-    found = Block.of(position, kind, cells)
+    found = CellBlock.of(position, kind, cells)
     rng = np.random.default_rng(5)
     A, B = rng.standard_normal((2, 3, 3))
     a, b = position @ A.T, position @ B.T
@@ -76,7 +76,7 @@ def test_forms_of_fields(mesh):
 def test_quadrature_is_full(mesh):
     """The degree is ours, not the form compiler's guess."""
     kind, position, cells = mesh
-    assert Block.of(position, kind, cells).dx.metadata() == {"quadrature_degree": CELLS[kind][2]}
+    assert CellBlock.of(position, kind, cells).dx.metadata() == {"quadrature_degree": CELLS[kind][2]}
 
 
 def test_the_compiler_keeps_quiet(caplog):

@@ -165,12 +165,12 @@ def test_every_warning_in_the_terminal_the_summary_and_the_report(tmp_path, monk
     """Of every stage that warns, and of energy that is not in balance."""
     study = chain(tmp_path)
     stages(study, "tune")
-    energies = equilibrium.Kept.energies
+    energies = equilibrium.KeptPoints.energies
 
     def off(self):
         return [replace(one, friction=one.friction + 0.01 * one.input) for one in energies(self)]
 
-    monkeypatch.setattr(equilibrium.Kept, "energies", off)
+    monkeypatch.setattr(equilibrium.KeptPoints, "energies", off)
     said = planted(monkeypatch, ("inspect", "reduce", "preload", "tune", "respond", "cycles"))
     done = [tipdamp(verb, study, "--quiet", "--jobs", "1") if verb == "respond" else tipdamp(verb, study, "--quiet")
             for verb in (*said, "report")]

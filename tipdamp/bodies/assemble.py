@@ -78,7 +78,7 @@ def materials(study: Study, mesh: Mesh) -> tuple[Material, dict[str, Material]]:
                                        if m.group in mesh.cell_groups}
 
 
-def _material(section: schema.Material | schema.OtherMaterial) -> Material:
+def _material(section: schema.MaterialSection | schema.OtherMaterial) -> Material:
     return Material(section.E, section.nu, section.density)
 
 

@@ -13,7 +13,7 @@ from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.dof_table import DIRECTIONS
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.results.static_results import Reduction
+from tipdamp.results.static_results import ReductionFacts
 from tipdamp.study.view import Study
 
 
@@ -53,10 +53,10 @@ def given_model(study: Study) -> tuple[ReducedModel, ContactTable]:
     return model, pairs
 
 
-def size_of(model: ReducedModel) -> Reduction:
+def size_of(model: ReducedModel) -> ReductionFacts:
     """Numbers of dofs and modes of given matrices."""
     modes = {b: int(((model.body == b) & (model.direction == "mode")).sum()) for b in (BLADES, DAMPER)}
-    return Reduction(dofs=model.size, masters=model.size - sum(modes.values()), modes=modes)
+    return ReductionFacts(dofs=model.size, masters=model.size - sum(modes.values()), modes=modes)
 
 
 def ground_warnings(model: ReducedModel, pairs: ContactTable) -> list[str]:

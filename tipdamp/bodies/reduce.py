@@ -19,7 +19,7 @@ from tipdamp.modal.craig_bampton import assemble, craig_bampton
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.reduction import Reduction as BodyReduction
 from tipdamp.modal.truncation import Truncation, join
-from tipdamp.results.static_results import Reduction
+from tipdamp.results.static_results import ReductionFacts
 from tipdamp.static_contact.tuning.reduction_error import enough_modes, own_error
 from tipdamp.study.schema import Blades, Damper
 from tipdamp.study.view import Study
@@ -43,9 +43,9 @@ class ReducedBodies:
     pull_positions: list[float]
 
     @property
-    def size(self) -> Reduction:
+    def size(self) -> ReductionFacts:
         """Numbers of dofs and modes."""
-        return Reduction(dofs=sum(p.body.dofs for p in self.parts), masters=sum(len(p.boundary) for p in self.parts),
+        return ReductionFacts(dofs=sum(p.body.dofs for p in self.parts), masters=sum(len(p.boundary) for p in self.parts),
                          modes={p.body.name: len(p.mode_omega) for p in self.parts},
                          load_modes={p.body.name: p.load_modes for p in self.parts},
                          contact_shapes={p.body.name: p.contact_shapes for p in self.parts},

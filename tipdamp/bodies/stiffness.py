@@ -23,7 +23,7 @@ from tipdamp.static_contact.stiffness.nodal_stiffness import (
     nodal_stiffness,
 )
 from tipdamp.static_contact.stiffness.rough_surfaces import Roughness
-from tipdamp.study.schema import Material, OtherMaterial, Side
+from tipdamp.study.schema import MaterialSection, OtherMaterial, SideSection
 from tipdamp.study.view import Study
 
 MODELS = {"halfspace": "halfspace_3d"}      # names in a study file that differ from those of `nodal_stiffness.MODELS`
@@ -103,7 +103,7 @@ def _tributary(study, name, mine, need_area=False) -> np.ndarray:
     return patch.tributary * (width if need_area and not patch.is_area else 1.0)
 
 
-def contact_side(side: Side, length: float, moduli: Moduli, width: float | None = None) -> ContactSide:
+def contact_side(side: SideSection, length: float, moduli: Moduli, width: float | None = None) -> ContactSide:
     """A side for half-space theory, with the sizes that its shape has; width - in place of one that is not stated."""
     return ContactSide(side.shape, length, MaterialPair(*moduli), radius=None if side.shape == "flat" else side.radius,
                        width=None if side.shape == "cylinder" else side.width or width)
@@ -126,7 +126,7 @@ def node_stiffness(study: Study, pairs: ContactTable,
     return kn, kt
 
 
-def can_touch(side: Side, pairs: ContactTable, weights: np.ndarray, one: NodalStiffness) -> np.ndarray:
+def can_touch(side: SideSection, pairs: ContactTable, weights: np.ndarray, one: NodalStiffness) -> np.ndarray:
     """(n,) bool: contact points of a round side between which and the blade there is less than the side's force presses
     them together by, load / kn beyond their mean distance, each beside the nearest of its station; all of a flat."""
     if side.shape == "flat" or not pairs.on_surface.all():
@@ -206,7 +206,7 @@ def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -
     return found
 
 
-def material_at(study: Study, mesh: Mesh, nodes: np.ndarray, where: str) -> Material | OtherMaterial:
+def material_at(study: Study, mesh: Mesh, nodes: np.ndarray, where: str) -> MaterialSection | OtherMaterial:
     """The material section of the cells that hold the nodes; InputError when they are of several."""
     numbers = np.concatenate([mesh.number[kind][np.isin(cells, mesh.index(nodes)).any(axis=1)]
                               for kind, cells in mesh.cells.items()])

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from tipdamp.engine.curves import Case, Curves
+from tipdamp.engine.curves import CurveCase, Curves
 from tipdamp.hbm.balance.activity import Activity, activity
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.memory import SMALL, available_bytes, curve_bytes
 
 
-def check_room(curves: Curves, cases: Sequence[Case], jobs: int) -> None:
+def check_room(curves: Curves, cases: Sequence[CurveCase], jobs: int) -> None:
     """InputError where the cases may need more memory than there is, `jobs` of them at once, with what would fit.
 
     Every kept pair can slip or lift off, whether an interface reduction follows it or not; where all of them would not
@@ -27,11 +27,11 @@ def check_room(curves: Curves, cases: Sequence[Case], jobs: int) -> None:
 class Need:
     """Bytes of cases, with what is active at each level."""
 
-    def __init__(self, curves: Curves, cases: Sequence[Case], active: dict[float, Activity]) -> None:
+    def __init__(self, curves: Curves, cases: Sequence[CurveCase], active: dict[float, Activity]) -> None:
         self.contacts, self.nd = len(curves.problem.contacts), len(curves.problem.law.components)
         self.cases, self.active, self.available = cases, active, available_bytes()
 
-    def of(self, case: Case, most: float = float("inf")) -> float:
+    def of(self, case: CurveCase, most: float = float("inf")) -> float:
         """One case, with at most so many harmonics."""
         active = self.active[case.Fe_N].components / self.nd
         return curve_bytes(active, self.contacts, self.nd, int(min(case.H, most)))

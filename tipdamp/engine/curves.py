@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from tipdamp import hbm
 from tipdamp.engine.store import Store, fingerprint
 from tipdamp.hbm.balance.problem import ContactProblem
-from tipdamp.hbm.curve.journal import Block, Journal, StaleJournal
+from tipdamp.hbm.curve.journal import Journal, JournalBlock, StaleJournal
 from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.laws import ContactLaw, Contacts
 from tipdamp.hbm.response import follow_band
@@ -29,7 +29,7 @@ DAMAGED = (OSError, ValueError, KeyError, EOFError, RuntimeError, BadZipFile)   
 
 
 @dataclass(frozen=True)
-class Case:
+class CurveCase:
     """One curve: force level in N, harmonics, and the band in Hz as it is followed."""
 
     Fe_N: float
@@ -69,7 +69,7 @@ class Curves:
     samples: int | None = None
     peaks: Sequence[Sequence[str]] | None = None
 
-    def finished(self, case: Case) -> bool:
+    def finished(self, case: CurveCase) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""
         record = self.store.record(case.name)
         if record is None or record.key != self.key(case) or list(record.outputs) != [case.file]:
@@ -80,11 +80,11 @@ class Curves:
         logging.getLogger("tipdamp").warning("%s is damaged, changed or gone; it is made anew", path)
         return False
 
-    def load(self, case: Case) -> ForcedResponse:
+    def load(self, case: CurveCase) -> ForcedResponse:
         """A finished curve."""
         return ForcedResponse.load(self.store.path(case.file))
 
-    def key(self, case: Case) -> str:
+    def key(self, case: CurveCase) -> str:
         """Fingerprint of all that the curve follows from: equations, law, excitation, outputs, program."""
         return fingerprint(self._equations, case.Fe_N, case.H, case.band)
 
@@ -93,7 +93,7 @@ class Curves:
         return fingerprint(_program(), *_leaves((self.problem, self.force, self.rows, self.start, self.samples,
                                                  self.peaks)))
 
-    def make(self, case: Case, progress: Callable) -> None:
+    def make(self, case: CurveCase, progress: Callable) -> None:
         """Compute a curve and put it into the store; one that was interrupted goes on where it was."""
         try:
             curve = self._followed(case, progress, Journal(self._keep(case), self._journal(case)))
@@ -119,11 +119,11 @@ class Curves:
         found = self.store.path(".stages").glob(f"{case.name}.{self.key(case)}.*.npz")
         return sorted(self.store.path(f".stages/{path.name}") for path in found)
 
-    def _journal(self, case) -> Iterator[Block]:
+    def _journal(self, case) -> Iterator[JournalBlock]:
         for path in self._blocks(case):
             try:
                 with open_npz(path) as z:
-                    block = Block(z["numbers"], z["layout"])
+                    block = JournalBlock(z["numbers"], z["layout"])
             except DAMAGED:
                 raise StaleJournal from None
             yield block
@@ -139,7 +139,7 @@ class Curves:
             path.unlink(missing_ok=True)
 
 
-def sweep(store: Store, cases: Collection[Case]) -> None:
+def sweep(store: Store, cases: Collection[CurveCase]) -> None:
     """Remove curves, and journals of curves, that belong to no case: those of other versions of the study.
 
     A curve that somebody has changed since is named and stays.

@@ -17,7 +17,7 @@ _FLAT = 1e-6      # width over length below which the pairs lie on one line
 
 
 @dataclass(frozen=True)
-class Patch:
+class PressurePatch:
     """One side of the damper between its pairs. rows : (p,) int - rows of the contact table
     cells : (c, 3) triangles of an area or (c, 2) pieces of a line - indices into `rows`
     tributary : (p,) m2 or m - area or length of each pair: the part of the cells that is nearest to it
@@ -49,7 +49,7 @@ class Patch:
         return pressure * (closed.sum() / carried if carried > 0 else 1.0) / (1e6 if self.is_area else 1e3)
 
 
-def patches(pairs: ContactTable, hard: bool = False) -> list[Patch]:
+def patches(pairs: ContactTable, hard: bool = False) -> list[PressurePatch]:
     """One for each side of which at least two pairs lie apart; hard - the preload is that of pairs without springs."""
     found = [_patch(pairs, side, hard) for side in pairs.sides]
     return [patch for patch in found if patch is not None]
@@ -75,7 +75,7 @@ def _patch(pairs, side, hard):
         tributary = pairs.area[rows]
     kn = (pairs.kn * pairs.weight)[rows]
     by_springs = not hard and np.isfinite(kn).all() and kn.any()
-    return Patch(side, rows, cells, tributary, tributary.sum() * kn / kn.sum() if by_springs else tributary)
+    return PressurePatch(side, rows, cells, tributary, tributary.sum() * kn / kn.sum() if by_springs else tributary)
 
 
 def _nearest(corner):

@@ -24,7 +24,7 @@ _TRIANGLES = {3: [(0, 1, 2)], 6: [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)], 4
 
 
 @dataclass(frozen=True)
-class Surface:
+class OuterSurface:
     """node : (n,) int - the user's numbers; position : (n, 3) m; triangles : (t, 3) int, outward counter-clockwise
     edges : (e, 2) int - sharp edges; recovery : (3n, r) float32 or None - x, y, z of each node from the body's r
     reduced dofs; thinned - not every node of the outside is there."""
@@ -43,14 +43,14 @@ class Surface:
         return (self.recovery @ np.asarray(q, dtype=np.float32)).reshape(-1, 3)
 
 
-def skin(mesh: Mesh, body: str, reduction: Reduction | None = None, max_nodes: int = MAX_NODES) -> Surface:
+def skin(mesh: Mesh, body: str, reduction: Reduction | None = None, max_nodes: int = MAX_NODES) -> OuterSurface:
     """Boundary faces of a mesh as triangles through all their nodes, or fewer where there are more than `max_nodes`."""
     triangles = np.concatenate([block[:, _TRIANGLES[block.shape[1]]].reshape(-1, 3) for block in boundary_faces(mesh)])
     whole = len(np.unique(triangles))
     triangles = _thinned(mesh.position, triangles, max_nodes)
     used, inverse = np.unique(triangles, return_inverse=True)
     triangles = inverse.reshape(-1, 3)
-    return Surface(body, mesh.node[used], mesh.position[used], triangles, _sharp_edges(mesh.position[used], triangles),
+    return OuterSurface(body, mesh.node[used], mesh.position[used], triangles, _sharp_edges(mesh.position[used], triangles),
                    None if reduction is None else _recovery(reduction, used), len(used) < whole)
 
 
@@ -110,7 +110,7 @@ def _recovery(reduction, index) -> np.ndarray:
     return rows
 
 
-def save(surfaces: Iterable[Surface], path: Path) -> None:
+def save(surfaces: Iterable[OuterSurface], path: Path) -> None:
     """Several bodies in one .npz."""
     content: dict[str, Any] = {"bodies": np.array([s.body for s in surfaces])}
     for s in surfaces:
@@ -123,9 +123,9 @@ def save(surfaces: Iterable[Surface], path: Path) -> None:
         np.savez(file, **content)
 
 
-def load(path: Path) -> dict[str, Surface]:
+def load(path: Path) -> dict[str, OuterSurface]:
     """{body: Surface}"""
     with open_npz(path) as z:
-        return {body: Surface(body, z[f"{body}/node"], z[f"{body}/position"], z[f"{body}/triangles"],
+        return {body: OuterSurface(body, z[f"{body}/node"], z[f"{body}/position"], z[f"{body}/triangles"],
                               z[f"{body}/edges"], z[f"{body}/recovery"] if f"{body}/recovery" in z else None,
                               bool(z[f"{body}/thinned"])) for body in z["bodies"].tolist()}

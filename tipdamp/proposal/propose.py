@@ -33,7 +33,7 @@ INTO = 20.0          # degrees: a pull this near to one is meant to act along it
 
 
 @dataclass(frozen=True)
-class Side:
+class ProposedSide:
     """A proposed contact side: name, candidate, group of either body or '' where none is that patch; matching - whether
     the nodes of both lie at the same places."""
 
@@ -56,7 +56,7 @@ class Proposal:
     cells: str
     length: str
     reach: float
-    sides: tuple[Side, ...]
+    sides: tuple[ProposedSide, ...]
     axis: np.ndarray
     pull: np.ndarray
     groups: dict[str, list[str]]
@@ -154,7 +154,7 @@ def _sides(patches, meshes, axis, pull):
     across = np.cross(axis, pull)
     order = sorted(_grouped(patches, meshes), key=lambda one: float(one[0].box.mean(axis=0) @ across))
     names = ["left", "right"] if len(order) == 2 else [f"side_{i}" for i in range(1, len(order) + 1)]
-    return tuple(Side(name, *one, _match(meshes, one[0])) for name, one in zip(names, order, strict=True))
+    return tuple(ProposedSide(name, *one, _match(meshes, one[0])) for name, one in zip(names, order, strict=True))
 
 
 def _grouped(patches, meshes):

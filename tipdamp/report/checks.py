@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tipdamp.checks.pairs import pair_names
-from tipdamp.report.results import Case, Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import NEGLIGIBLE, force_along, moment, names_of_pairs, number, sentence
 from tipdamp.results.static_results import SideForces, TuneStep
 
@@ -135,11 +135,11 @@ def _respond(results):
                "level counts friction twice.")
 
 
-def _name(case: Case) -> str:
+def _name(case: ReportedCurve) -> str:
     return f"Fe = {case.Fe:g} N, H = {case.H}"
 
 
-def _both_ways(case: Case):
+def _both_ways(case: ReportedCurve):
     facts, back = case.facts, case.facts.back
     if back is None:
         return
@@ -153,7 +153,7 @@ def _off(value: float | None, other: float | None) -> float:
     return 0.0 if value is None or other is None else value / other - 1
 
 
-def _no_slip(results, case: Case):
+def _no_slip(results, case: ReportedCurve):
     if case.facts.slipping_pairs:
         return
     difference = results.respond.stuck_difference.get(case.facts.file)

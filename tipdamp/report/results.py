@@ -8,7 +8,7 @@ import numpy as np
 from tipdamp.checks import pairs as pair_checks
 from tipdamp.engine.store import Store
 from tipdamp.fields import surface
-from tipdamp.fields.surface import Surface
+from tipdamp.fields.surface import OuterSurface
 from tipdamp.fields.visualization import Shapes
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.io.npz import open_npz
@@ -33,7 +33,7 @@ R = TypeVar("R", bound=Result)
 
 
 @dataclass(frozen=True)
-class Case:
+class ReportedCurve:
     """One curve with its figures."""
 
     facts: CurveResult
@@ -114,12 +114,12 @@ class Results:
     whole: ContactTable | None = None
     kept: ContactTable | None = None
     loads: dict[str, ContactTable] = field(default_factory=dict)
-    cases: tuple[Case, ...] = ()
+    cases: tuple[ReportedCurve, ...] = ()
     stuck: StuckResponse | None = None
     said: dict[str, list[str]] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
     model: ReducedModel | None = None
-    surfaces: dict[str, Surface] = field(default_factory=dict)
+    surfaces: dict[str, OuterSurface] = field(default_factory=dict)
     shapes: tuple[Shapes, ...] = ()
 
     @property
@@ -132,11 +132,11 @@ class Results:
         """Values of H, ascending."""
         return sorted({case.H for case in self.cases})
 
-    def of_order(self, H: int) -> list[Case]:
+    def of_order(self, H: int) -> list[ReportedCurve]:
         """The curves of one H, ascending in Fe."""
         return [case for case in self.cases if case.H == H]
 
-    def solved(self, H: int) -> list[Case]:
+    def solved(self, H: int) -> list[ReportedCurve]:
         """Those of one H with a solved point."""
         return [case for case in self.of_order(H) if not case.facts.solved_nothing]
 
@@ -168,7 +168,7 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
     tune, respond = read("tune", TuneResult), read("respond", RespondResult)
     measured, agreement = read("measured", MeasuredResult), read("agreement", AgreementResult)
     cycles = read("cycles", CyclesResult)
-    cases = [Case(c, ForcedResponse.load(store.path(c.file))) for c in (respond.responses if respond else ())]
+    cases = [ReportedCurve(c, ForcedResponse.load(store.path(c.file))) for c in (respond.responses if respond else ())]
     records = {stage: store.record(stage) for stage in said}
     model, skins = store.path("model.npz"), store.path("surface.npz")
     return Results(

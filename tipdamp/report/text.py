@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tipdamp.results.static_results import Redistribution
+from tipdamp.results.static_results import RedistributionFacts
 
 NOTHING = "\N{EN DASH}"
 MICRO = 1e6             # µm in a metre
@@ -53,7 +53,7 @@ def force_along(motion: str, load: float) -> str:
     return f"{amount(load, 'N m' if motion.startswith('roll') else 'N')} along '{motion}'"
 
 
-def moment(done: Redistribution, axis: np.ndarray) -> str:
+def moment(done: RedistributionFacts, axis: np.ndarray) -> str:
     """What a kept preload leaves: '-0.0424 N m about the axis of the damper and 0.0123 N m across it'."""
     along = f"{amount(done.moment_Nm, 'N m')} about the axis of the damper"
     if done.moments_Nm is None:

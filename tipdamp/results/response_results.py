@@ -107,7 +107,7 @@ class RespondResult(Result):
 
 # ---- measured --------------------------------------------------------------------------------------------------
 
-class Damping(Record):
+class MeasuredDamping(Record):
     """A damping ratio identified on each repeat: mean and sample standard deviation; refused - why there is none."""
     zeta: Number = None
     deviation: Number = None
@@ -128,8 +128,8 @@ class MeasuredFacts(Record):
     peak_m_per_N: Number
     peak_hz_deviation: Number
     peak_m_per_N_deviation: Number
-    half_power: Damping
-    circle_fit: Damping
+    half_power: MeasuredDamping
+    circle_fit: MeasuredDamping
 
 
 class MeasuredResult(Result):
@@ -206,7 +206,7 @@ class Agreement(Record):
     share_inside: Number
     peak: Number
     frequency: Number
-    half_power: Damping
+    half_power: MeasuredDamping
 
 
 class AgreementResult(Result):

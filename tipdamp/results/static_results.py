@@ -6,6 +6,8 @@ from pydantic import BeforeValidator
 
 from tipdamp.engine.store import plain
 from tipdamp.results.record import Number, Numbers, Record, Result, Texts
+from tipdamp.static_contact.tuning.area_detachment import AreaStep
+from tipdamp.static_contact.tuning.detachment import GradedStation
 
 T = TypeVar("T")
 
@@ -70,7 +72,7 @@ class InspectResult(Result):
 
 # ---- reduce ----------------------------------------------------------------------------------------------------
 
-class Reduction(Record):
+class ReductionFacts(Record):
     """Size of the reduction; modes {body: fixed-interface modes}, load_modes {body: static shapes of loads},
     contact_shapes {body: static shapes of forces on contact points}, tractions {body: cells over which these forces are
     spread}, empty where they act on every point."""
@@ -101,7 +103,7 @@ class ReduceResult(Result):
     """reduce.json. rows {side: rows of the patch}; side_materials {side: E, nu, E, nu} where a model needs them;
     free_hz {'out_of_phase', 'in_phase'}, empty where no mode involves both blades."""
     file: ClassVar[str] = "reduce.json"
-    reduction: Reduction
+    reduction: ReductionFacts
     rows: dict[str, int]
     highest_fixed_interface_hz: dict[str, float] = {}
     side_materials: dict[str, tuple[float, float, float, float]] = {}
@@ -247,26 +249,12 @@ class TuneStep(Stations):
     mac: float
 
 
-class GradedStation(Record):
-    """The station that keeps only a part (0..1) of its area."""
-    station: int
-    part: float
-
-
-class StationWorth(Record):
-    """What the stuck frequency would lose without a kept station, or gain with one that is not kept; position_m along
-    the axis."""
+class PlacedWorth(Record):
+    """The worth of a station as in StationWorth; position_m along the axis."""
     station: int
     kept: bool
     hz: float
     position_m: float
-
-
-class AreaStep(Record):
-    """A kept share of the closed area of every side that was tried; mac as in TuneStep."""
-    share: float
-    hz: float
-    mac: float
 
 
 class KeptSide(Record):
@@ -317,7 +305,7 @@ class KeptCase(Record):
     refused: str | None = None
 
 
-class Redistribution(Record):
+class RedistributionFacts(Record):
     """How the preload came onto the kept stations. Scaled: factor of each side and the moment left about the axis of
     the damper, and about x, y, z; moment_share - of the load times the length of the contact, that which no hold takes;
     where it is more than 1 % `resolved` - the same pairs with their static contact solved again. Solved again:
@@ -346,7 +334,7 @@ class TuneResult(Result):
     graded: GradedStation | None = None
     equivalent: tuple[TuneStep, ...] = ()
     passed_over: tuple[TuneStep, ...] = ()
-    station_worth: tuple[StationWorth, ...] = ()
+    station_worth: tuple[PlacedWorth, ...] = ()
     area: KeptArea | None = None
     closed_pairs: OfSets[int]
     open_pairs: OfSets[int]
@@ -357,7 +345,7 @@ class TuneResult(Result):
     stuck_modes_hz: OfSets[Numbers]
     full_model_check: dict[str, FullModelCheck] = {}
     preload_kept: dict[str, SideForces]
-    redistribution: Redistribution
+    redistribution: RedistributionFacts
     roll_stiffness_Nm_per_rad: float
     cases: dict[str, KeptCase] = {}
 

@@ -15,7 +15,7 @@ from tipdamp.results.response_results import (
     Agreement,
     AgreementResult,
     CurveResult,
-    Damping,
+    MeasuredDamping,
     MeasuredFacts,
     MeasuredResult,
     RespondResult,
@@ -68,20 +68,20 @@ def _highest(hz, amplitude):
     return float(hz[k]), float(amplitude[k])
 
 
-def _half_power(hz, path_hz, path) -> Damping:
+def _half_power(hz, path_hz, path) -> MeasuredDamping:
     """As for a measured curve: on the computed curve at the measured frequencies."""
     values = values_at(hz, *drawn(path_hz, path))
     if any(len(v) > 1 and np.ptp(v) > 1e-9 * v.max() for v in values):
-        return Damping(refused="the computed curve folds")
+        return MeasuredDamping(refused="the computed curve folds")
     covered = np.array([len(v) > 0 for v in values])
     try:
-        return Damping(zeta=half_power(hz[covered], np.array([v[0] for v in values if len(v)])).zeta)
+        return MeasuredDamping(zeta=half_power(hz[covered], np.array([v[0] for v in values if len(v)])).zeta)
     except (InputError, ValueError) as error:
-        return Damping(refused=str(error))
+        return MeasuredDamping(refused=str(error))
 
 
 def _zeta(study, store):
-    """Damping ratio of the stuck mode nearest to the tracked frequency."""
+    """MeasuredDamping ratio of the stuck mode nearest to the tracked frequency."""
     zeta, tune = study.respond.damping_ratio, TuneResult.load(store)
     mode = int(np.abs(np.array(tune.stuck_modes_hz.tuned) - tune.stuck_hz.tuned).argmin())
     return zeta[min(mode, len(zeta) - 1)]

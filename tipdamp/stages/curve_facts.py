@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tipdamp.checks.pairs import pair_names
-from tipdamp.engine.curves import Case
+from tipdamp.engine.curves import CurveCase
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.contact import ContactTable
@@ -20,7 +20,7 @@ from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import Respond
 
 
-def curve_result(settings: Respond, kept: ContactTable, problem: ContactProblem, case: Case,
+def curve_result(settings: Respond, kept: ContactTable, problem: ContactProblem, case: CurveCase,
                  ways: Sequence[ForcedResponse]) -> CurveResult:
     """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force; counts.
 

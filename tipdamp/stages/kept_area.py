@@ -36,11 +36,10 @@ def keep(study: Study, assembly: StuckAssembly, line: ContactTable, follow: np.n
         kept = detach_area(assembly, line, fade, target_hz, follow, options, report)
     closed = line.carrying & (load > 0)
     sides = {patch.side: _side(patch, closed, area, line, kept.pairs, tune.cell_size) for patch in found}
-    steps = tuple(results.AreaStep(**vars(step)) for step in kept.history)
     front, back = halves(line, kept.pairs.weight > 0)
     return kept.pairs, {
         "area": results.KeptArea(share=kept.chosen.share, hz_per_percent=kept.hz_per_share / 100, sides=sides,
-                                 history=steps, mirrors=tuple(
+                                 history=kept.history, mirrors=tuple(
                                      results.KeptMirror(normal=tuple(m.normal), noise=m.noise) for m in mirrors)),
         "tuned_pairs": results.Stations(front=front, back=back), "history": (),
         "kept_stations": tuple(np.unique(line.station[kept.pairs.carrying]).tolist())}

@@ -35,7 +35,7 @@ class KeptPreload:
     forces {side: N} of equilibrium; balance - unbalanced part; tangential (P, 2) N with friction, else None."""
 
     pairs: ContactTable
-    facts: results.Redistribution
+    facts: results.RedistributionFacts
     forces: dict[str, float]
     balance: float
     tangential: np.ndarray | None = None
@@ -47,7 +47,7 @@ class KeptContact:
 
     study: Study
     model: ReducedModel
-    reduction: results.Reduction
+    reduction: results.ReductionFacts
     pairs: ContactTable
 
     @cached_property
@@ -142,7 +142,7 @@ def _of_table(study, model, whole, line):
                          "set [tune] preload = 'scaled' or 'resolved'")
     kept, load = line.select(line.carrying), loads.force_at_rest(study, model)
     _check_held(study, kept, load)
-    return KeptPreload(line, results.Redistribution(), inputs.equilibrium(study, model, whole),
+    return KeptPreload(line, results.RedistributionFacts(), inputs.equilibrium(study, model, whole),
                        inputs.balance_error(study, kept, load))
 
 
@@ -160,12 +160,12 @@ def _resolved(study, contact, whole):
     bodies, line = contact.bodies, contact.pairs
     if not study.preload.friction:
         result = contact.statics.solve(loads.at_rest(study, bodies.model), constrain=True)
-        facts = results.Redistribution(reactions=result.reactions, residual=result.residual)
+        facts = results.RedistributionFacts(reactions=result.reactions, residual=result.residual)
         forces = inputs.equilibrium(study, bodies.model, whole)
         return KeptPreload(inputs.preload_map(result, line), facts, forces, result.balance)
     state = friction.solve(study, bodies, contact.statics.pairs, friction.history(study, bodies.model))
     kept = inputs.preload_map(state, line)
-    facts = results.Redistribution(friction=friction.facts(state), residual=state.residual)
+    facts = results.RedistributionFacts(friction=friction.facts(state), residual=state.residual)
     balance = inputs.balance_error(study, kept.select(kept.carrying), loads.force_at_rest(study, bodies.model),
                                    state.tangential[kept.carrying])
     return KeptPreload(kept, facts, inputs.side_sums(state.pairs), balance, state.tangential)
@@ -193,7 +193,7 @@ def _scaled(study, model, whole, line, tangential):
 
 
 def _scaled_facts(done, moment, axis):
-    return results.Redistribution(scale=done.scale, moment_Nm=float(moment @ axis), moments_Nm=moment)
+    return results.RedistributionFacts(scale=done.scale, moment_Nm=float(moment @ axis), moments_Nm=moment)
 
 
 def kept_case(study: Study, contact: KeptContact, name: str) -> results.KeptCase:

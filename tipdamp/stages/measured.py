@@ -10,7 +10,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.measured.damping import circle_fit, half_power, highest_peak
 from tipdamp.measured.frf import Frf, MeasuredCurve, average, write_band
 from tipdamp.measured.read import read_measured
-from tipdamp.results.response_results import Damping, MeasuredFacts, MeasuredResult
+from tipdamp.results.response_results import MeasuredDamping, MeasuredFacts, MeasuredResult
 from tipdamp.stages.stage import Stage
 from tipdamp.study.view import Study
 
@@ -70,13 +70,13 @@ def _deviation(values: np.ndarray) -> np.ndarray:
     return values.std(axis=0, ddof=1) if len(values) > 1 else np.full(values.shape[1:], np.nan)
 
 
-def identified(method: Callable[[Frf], float], repeats: Sequence[Frf]) -> Damping:
-    """Damping of each repeat by a method; refused for all where one is refused."""
+def identified(method: Callable[[Frf], float], repeats: Sequence[Frf]) -> MeasuredDamping:
+    """MeasuredDamping of each repeat by a method; refused for all where one is refused."""
     try:
         zeta = np.array([method(one) for one in repeats])
     except InputError as error:
-        return Damping(refused=str(error))
-    return Damping(zeta=zeta.mean(), deviation=float(_deviation(zeta)))
+        return MeasuredDamping(refused=str(error))
+    return MeasuredDamping(zeta=zeta.mean(), deviation=float(_deviation(zeta)))
 
 
 def _refusals(facts: MeasuredFacts):

@@ -38,7 +38,7 @@ from tipdamp.study.view import Study
 
 
 @dataclass(frozen=True)
-class AtRest:
+class PatchAtRest:
     """State of the whole patch at rest: the static solution, with or without friction; forces {side: N} that balance
     the load; facts - of PreloadResult."""
 
@@ -111,7 +111,7 @@ def _frictionless(study, contact):
     result = contact.solve(loads.at_rest(study, contact.model))
     motions = [FreeMotion(name=name, unit=m.unit, load=m.load)
                for name, m in zip(only_friction.directed(contact.motions), result.motions, strict=True)]
-    return AtRest(result, equilibrium(study, contact.model, result.pairs), result.balance,
+    return PatchAtRest(result, equilibrium(study, contact.model, result.pairs), result.balance,
                   {"method": result.method, "free_motions": motions, "reactions": result.reactions,
                    "held": result.held})
 
@@ -123,7 +123,7 @@ def _with_friction(study, store, bodies, contact, pairs):
         friction.save(path, pairs, state.tangential, state.slider, state.slips)
     balance = balance_error(study, state.pairs, loads.force_at_rest(study, bodies.model), state.tangential)
     facts = friction.facts(state, equilibrium(study, bodies.model, state.pairs))
-    return AtRest(state, side_sums(state.pairs), balance, {
+    return PatchAtRest(state, side_sums(state.pairs), balance, {
         "method": "friction", "friction": facts, "held": spring_forces(contact.held, state.displacement)})
 
 

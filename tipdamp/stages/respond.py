@@ -11,7 +11,7 @@ from tipdamp.bodies.interface import FILES, doubts, facts_of, in_words, keep_sha
 from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import pair_names
 from tipdamp.checks.room import check_room
-from tipdamp.engine.curves import Case, Curves, forget, sweep
+from tipdamp.engine.curves import CurveCase, Curves, forget, sweep
 from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
@@ -78,7 +78,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     """Forced response of the kept pairs at every excitation level and every number of harmonics."""
     settings, assembly = study.respond, assembled(study, store)
     ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
-    cases = [[Case(Fe, H, way) for way in ways] for H in settings.harmonics for Fe in settings.levels]
+    cases = [[CurveCase(Fe, H, way) for way in ways] for H in settings.harmonics for Fe in settings.levels]
     contact = assembly.vibrating, assembly.kept
     for text in adrift(study, PreloadResult.load(store).free_motions, contact, assembly.curves.force):
         logging.getLogger("tipdamp").warning(text)             # before the curves: the first point may not be found
@@ -102,7 +102,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     return [*(case.file for both in cases for case in both), *keep_shapes(store, assembly.interface)]
 
 
-def _make(cases: list[Case], curves: Curves, tick: Ticker, workers: Workers) -> None:
+def _make(cases: list[CurveCase], curves: Curves, tick: Ticker, workers: Workers) -> None:
     """Make the curves that the store does not have, each with a bar of its own; the longest first."""
     missing = sorted((case for case in cases if not curves.finished(case)), key=lambda case: (-case.H, -case.Fe_N))
     check_room(curves, missing, workers.jobs)
@@ -133,7 +133,7 @@ def _make(cases: list[Case], curves: Curves, tick: Ticker, workers: Workers) -> 
     sweep(curves.store, cases)
 
 
-def make_curve(curves: Curves, case: Case, report: Callable[[float, str], None]) -> None:
+def make_curve(curves: Curves, case: CurveCase, report: Callable[[float, str], None]) -> None:
     """Work of one process: one curve into the store."""
     begin, end = case.band
 

@@ -25,7 +25,7 @@ LARGEST = 5              # places of each body that are named
 BALANCED = 1e-3          # part of the forces at rest that a free body may take up by its inertia without a word
 
 
-class AtRest(NamedTuple):
+class BodyAtRest(NamedTuple):
     """A body, its displacement (n, 3) m at rest, and the part of the forces on it that is not balanced."""
 
     whole: WholeBody
@@ -65,7 +65,7 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
     return [file for one in found for file in one.files]
 
 
-def _at_rest(study: Study, assembly: Assembly, tick: Tick) -> list[AtRest]:
+def _at_rest(study: Study, assembly: Assembly, tick: Tick) -> list[BodyAtRest]:
     """The bodies, reduced again, under their loads and the contact forces of the kept pairs at rest."""
     reduced = reduced_model(study, lambda share, what: tick(0.8 * (share or 0.0), what))
     contact = contact_forces([part.body for part in reduced.parts], assembly.kept, assembly.rest)
@@ -75,7 +75,7 @@ def _at_rest(study: Study, assembly: Assembly, tick: Tick) -> list[AtRest]:
         mesh = reduced.meshes[part.body.name]
         force = body_load(study, part.body, mesh) - contact[part.body.name]
         whole = whole_body(study, assembly.model, part, mesh)
-        found.append(AtRest(whole, *whole.at_rest(force)))
+        found.append(BodyAtRest(whole, *whole.at_rest(force)))
     return found
 
 

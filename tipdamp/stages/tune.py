@@ -160,7 +160,7 @@ def _keep(study, assembly, line, follow, goal, options, tick) -> tuple[ContactTa
 
 def _by_station(found: Detachment, along: np.ndarray) -> tuple[ContactTable, dict]:
     """The pairs, and fields of TuneResult; along (P,) m: the pairs along the axis."""
-    worth = [results.StationWorth(**vars(w), position_m=along[found.pairs.station == w.station].mean())
+    worth = [results.PlacedWorth(**vars(w), position_m=along[found.pairs.station == w.station].mean())
              for w in found.worth]
     return found.pairs, {
         "tuned_pairs": results.Stations(front=found.chosen.front, back=found.chosen.back), "history": found.history,

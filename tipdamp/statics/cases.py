@@ -17,7 +17,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.mesh import Mesh
-from tipdamp.results.static_results import Reduction
+from tipdamp.results.static_results import ReductionFacts
 from tipdamp.static_contact.bodies.compliance import Compliance
 from tipdamp.static_contact.bodies.iterative_bodies import stuck_bodies
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance
@@ -66,7 +66,7 @@ def reads(study: Study) -> tuple[str, ...]:
     return _READS * ("model" not in study and study.preload.bodies != "reduced")
 
 
-def static_bodies(study: Study, model: ReducedModel, reduction: Reduction) -> StaticBodies:
+def static_bodies(study: Study, model: ReducedModel, reduction: ReductionFacts) -> StaticBodies:
     """By [preload] bodies. 'auto' is the reduced model where it is exact in the statics of every pair.
 
     Raises InputError where the study wants what its model cannot give.

@@ -8,7 +8,7 @@ from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.io.room import check_size
 from tipdamp.hbm.validation import check_samples
 from tipdamp.study.law import laws_with_sliders
-from tipdamp.study.schema import Contact, LoadCase, Respond, Section, Side, Tune
+from tipdamp.study.schema import ContactSection, LoadCase, Respond, SideSection, StudySection, Tune
 from tipdamp.study.view import Study
 
 MOST_CURVES, CURVE_SECONDS, CURVE_MB = 1000, 1, 0.05        # of a study; of a curve of a small model
@@ -40,7 +40,7 @@ def check_study(study: Study) -> None:
         if file.is_file():
             check_size(file)
     if not contact.pairs and contact.mu is None:
-        raise InputError(f"{path}: [contact] mu is missing: {Contact.data_sheets()['mu'].text}")
+        raise InputError(f"{path}: [contact] mu is missing: {ContactSection.data_sheets()['mu'].text}")
     if "model" in study and not contact.pairs:
         raise InputError(f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV")
     if "model" in study and "reduction" in contact.model_fields_set:
@@ -70,7 +70,7 @@ def check_study(study: Study) -> None:
     check_loads(study)
 
 
-def check_contact(where: str, contact: Contact) -> None:
+def check_contact(where: str, contact: ContactSection) -> None:
     """Keys of a stiffness model have no meaning without one."""
     for key in OF_MODELS:
         if key in contact.model_fields_set and contact.stiffness == "given":
@@ -82,7 +82,7 @@ def check_contact(where: str, contact: Contact) -> None:
                          "\"rough_series\" has a tangent only")
 
 
-def check_side(where: str, side: Side, contact: Contact) -> None:
+def check_side(where: str, side: SideSection, contact: ContactSection) -> None:
     """Nodes, shape and stiffness of one side: given, or what its model needs."""
     matched, stated = not contact.pairs, dict(side)
     if matched and contact.method == "surfaces" and side.per_node:
@@ -97,7 +97,7 @@ def check_side(where: str, side: Side, contact: Contact) -> None:
               **{key: theory and contact.stiffness == its for key, its in NEEDED.items()}}
     for key, needed in needs.items():
         if needed and not stated[key]:
-            raise InputError(f"{where} {key} is missing: {Side.data_sheets()[key].text}")
+            raise InputError(f"{where} {key} is missing: {SideSection.data_sheets()[key].text}")
     if side.depth and len(side.depth) != 2:
         raise InputError(f"{where} depth = {list(side.depth)}: must be two numbers [blade, damper]")
     for key, its in NEEDED.items():
@@ -119,11 +119,11 @@ def _check_given_stiffness(where, side, model):
             raise InputError(f"{where} {absent} is missing: {other} is given; only both together {why}")
 
 
-def refuse_beside_pairs(path: Path, contact: Contact, sides: dict[str, Side]) -> None:
+def refuse_beside_pairs(path: Path, contact: ContactSection, sides: dict[str, SideSection]) -> None:
     """What the table of pairs gives is given there alone."""
     own = ("blade", "damper", *(key for way in GIVEN for key in way), "gap", *NEEDED)
     of_all = ("mu", *OF_MODELS, "shares", "stiffness")
-    given: list[tuple[str, Section, tuple[str, ...]]] = [("[contact]", contact, of_all)]
+    given: list[tuple[str, StudySection, tuple[str, ...]]] = [("[contact]", contact, of_all)]
     given += [(f"[contact.{name}]", side, own) for name, side in sides.items()]
     for where, section, keys in given:
         for key in keys:
@@ -197,7 +197,7 @@ def check_loads(study: Study) -> None:
                 raise InputError(f"{where} {key}: no load case [loads.{name}]; {nearest(name, list(study.loads))}")
 
 
-def check_modes(where: str, body: Section) -> None:
+def check_modes(where: str, body: StudySection) -> None:
     """One way alone says how many modes are kept."""
     given = [k for k in ("modes", "modes_below_hz", "error") if k in body.model_fields_set]
     if len(given) > 1:

@@ -2,7 +2,17 @@
 
 import numpy as np
 
-from tipdamp.study.schema import REFERENCE, SECTIONS, UNITS, LoadCase, Measured, OtherMaterial, Section, Side, Top
+from tipdamp.study.schema import (
+    REFERENCE,
+    SECTIONS,
+    UNITS,
+    LoadCase,
+    Measured,
+    OtherMaterial,
+    SideSection,
+    StudySection,
+    Top,
+)
 from tipdamp.study.values import Key
 
 
@@ -16,9 +26,9 @@ def reference() -> str:
              "`[units]`; all lengths, forces, stresses and densities of the file, mesh coordinates included, are in "
              "them. Frequencies are in Hz.", "", "## [units]", "", "| key | choices (first: default) |", "|---|---|",
              *(f"| `{k}` | {', '.join(v)} |" for k, v in UNITS.items()), *_table("top of the file", Top)]
-    after: dict[str, tuple[str, type[Section]]] = {
+    after: dict[str, tuple[str, type[StudySection]]] = {
         "material": ("[material.NAME], one for each other material", OtherMaterial),
-        "contact": ("[contact.NAME], one for each side of the damper", Side),
+        "contact": ("[contact.NAME], one for each side of the damper", SideSection),
         "rotation": ("[loads.NAME], one for each further load case of the preload", LoadCase),
         "respond": ("[measured.NAME], one for each measured curve", Measured)}
     for name, section in SECTIONS.items():
@@ -34,7 +44,7 @@ def json_schema() -> dict:
     """JSON schema of a whole study file, in its own units."""
     number = {"type": "number", "minimum": 0}
     sections = {name: _object(section) for name, section in SECTIONS.items()}
-    for name, inner in (("contact", Side), ("material", OtherMaterial)):
+    for name, inner in (("contact", SideSection), ("material", OtherMaterial)):
         sections[name]["additionalProperties"] = _object(inner)
     units = {key: {"enum": list(names), "default": next(iter(names))} for key, names in UNITS.items()}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Study of tipdamp", **_object(Top),
@@ -47,7 +57,7 @@ def json_schema() -> dict:
                               "additionalProperties": False}}}
 
 
-def _object(section: type[Section]) -> dict:
+def _object(section: type[StudySection]) -> dict:
     """The section's own schema; an absent value has no form in TOML, so no default None."""
     schema = section.model_json_schema()
     for key in schema["properties"].values():
@@ -56,14 +66,14 @@ def _object(section: type[Section]) -> dict:
     return {k: v for k, v in schema.items() if k not in ("title", "$defs")}
 
 
-def _table(title: str, section: type[Section]) -> list[str]:
+def _table(title: str, section: type[StudySection]) -> list[str]:
     rows = [f"| `{name}` | {', '.join(key.choices) or key.kind.shown} | {key.unit} | {_default(section, name)} | "
             f"{_range(key)} | {key.text} |" for name, key in section.data_sheets().items()]
     head = ["", f"## {title}", "", "| key | kind | unit | default | range | meaning |", "|---|---|---|---|---|---|"]
     return head + rows
 
 
-def _default(section: type[Section], name: str) -> str:
+def _default(section: type[StudySection], name: str) -> str:
     field = section.model_fields[name]
     if field.is_required():
         return "required"

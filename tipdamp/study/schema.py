@@ -77,7 +77,7 @@ Holds = Annotated[tuple[HoldChoice, ...], Key(
     "the mean alone, rigidly", "force/length")]
 
 
-class Section(BaseModel):
+class StudySection(BaseModel):
     """A section of a study: frozen, read by attribute; a key that it does not have is refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -89,14 +89,14 @@ class Section(BaseModel):
                 for name, field in cls.model_fields.items()}
 
 
-class Top(Section):
+class Top(StudySection):
     """Keys at the top of the file."""
     title: Annotated[str, Key(TEXT, "shown on the report")] = ""
     results: Annotated[str, Key(TEXT, "folder of the results, relative to the study file; default: results/<study "
                                 "name>")] = ""
 
 
-class Material(Section):
+class MaterialSection(StudySection):
     """[material]: of all cells that no other material names."""
     E: Young
     nu: Poisson
@@ -104,7 +104,7 @@ class Material(Section):
     wave_speed: WaveSpeed = (2000.0, 7000.0)
 
 
-class OtherMaterial(Section):
+class OtherMaterial(StudySection):
     """[material.NAME]: of a group of cells."""
     group: Annotated[str, Key(TEXT, "cells that are made of it: a group of cells of one of the meshes")]
     E: Young
@@ -113,7 +113,7 @@ class OtherMaterial(Section):
     wave_speed: WaveSpeed = (2000.0, 7000.0)
 
 
-class Blades(Section):
+class Blades(StudySection):
     """[blades]: both blades on their fixture."""
     mesh: Annotated[str, Key(TEXT, "mesh of both blades on their fixture: .msh, .inp, .cdb or .bdf; it may hold the "
                              "damper too")]
@@ -125,7 +125,7 @@ class Blades(Section):
     load_modes: LoadModes = False
 
 
-class Damper(Section):
+class Damper(StudySection):
     """[damper]: its mesh, reduction and pull."""
     mesh: Annotated[str, Key(TEXT, "mesh of the damper: .msh, .inp, .cdb or .bdf; it may be the file of the blades")]
     cells: Cells = ()
@@ -145,7 +145,7 @@ class Damper(Section):
     hold: Holds = ()
 
 
-class Model(Section):
+class Model(StudySection):
     """[model]: reduced matrices instead of meshes."""
     matrices: Annotated[str, Key(TEXT, ".npz with M, K, the dof table, groups and the load 'pull', instead of meshes")]
     axis: Axis = (0.0, 1.0, 0.0)
@@ -154,7 +154,7 @@ class Model(Section):
     hold: Holds = ()
 
 
-class Contact(Section):
+class ContactSection(StudySection):
     """[contact]: what all sides have in common."""
     pairs: Annotated[str, Key(TEXT, "CSV of your own pairs of the whole patch, instead of those matched between the "
                               "meshes")] = ""
@@ -196,7 +196,7 @@ class Contact(Section):
         CHOICE, "statics of the preload: on the 'springs' kn, or 'hard' (the bodies alone are elastic)")] = "springs"
 
 
-class Side(Section):
+class SideSection(StudySection):
     """[contact.NAME]: one side of the damper."""
     blade: Annotated[str | FacePick, Key(
         FACES, "group of the blades' mesh: a surface, or nodes; or { ... } with what the faces fulfil: plane (normal) "
@@ -254,7 +254,7 @@ class Side(Section):
         return any(value is not None for value in (self.kn, self.kn_per_area, self.kn_total))
 
 
-class Rotation(Section):
+class RotationSection(StudySection):
     """[rotation]: axis and speed of the blades."""
     axis: Annotated[Vector, Key(VECTOR, "axis of rotation")] = (1.0, 0.0, 0.0)
     point: Annotated[Vector, Key(TRIPLE, "a point on the axis", "length")] = (0.0, 0.0, 0.0)
@@ -262,7 +262,7 @@ class Rotation(Section):
                                 "Coriolis forces); 0: at rest", low=0)] = 0.0
 
 
-class LoadCase(Section):
+class LoadCase(StudySection):
     """[loads.NAME]: a further load case of the preload."""
     pull: Annotated[float | None, Key(NUMBER, "pull on the damper in this case; default: Fc", "force", low=0)] = None
     speed: Annotated[float, Key(NUMBER, "rad/s about the axis of [rotation]: centrifugal load on blades and damper, "
@@ -278,7 +278,7 @@ class LoadCase(Section):
         "stress")] = ()
 
 
-class Preload(Section):
+class PreloadSection(StudySection):
     """[preload]: bodies, load history and friction of the static contact."""
     bodies: Annotated[Literal["auto", "reduced", "full"], Key(
         CHOICE, "on which the static contact is solved: 'reduced': the reduced model, exact where every pair has dofs "
@@ -296,7 +296,7 @@ class Preload(Section):
                                 "stress_*.vtu; both are assembled and factorised for it")] = False
 
 
-class Tune(Section):
+class Tune(StudySection):
     """[tune]: which stations, or which part of the closed area, are kept."""
     target_hz: Annotated[float | None, Key(NUMBER, "measured stuck frequency that the kept stations must meet", low=0,
                                            open_low=True)] = None
@@ -341,7 +341,7 @@ class Tune(Section):
         return {"preload": "table", **given} if "kept" in given else given
 
 
-class Free(Section):
+class Free(StudySection):
     """[free]: response without damper."""
     band: Annotated[Band | None, Key(BAND, "first and last frequency of the response without damper, Hz; default: "
                                      "around the blades' own out-of-phase and in-phase modes", low=0,
@@ -350,7 +350,7 @@ class Free(Section):
                                           "the lowest", low=0, high=0.9999)] = (0.005,)
 
 
-class Respond(Section):
+class Respond(StudySection):
     """[respond]: excitation, outputs and settings of the forced response."""
     excitation: Annotated[Texts, Key(ONE_OR_MORE, "group of one node where the force acts, or several groups, such as "
                                      "one on each blade")] = ("excitation",)
@@ -395,7 +395,7 @@ class Respond(Section):
                    Field(json_schema_extra={"default": DEFAULT})] = LawChoice()
 
 
-class Measured(Section):
+class Measured(StudySection):
     """[measured.NAME]: a measured response curve, set beside the computed ones."""
     files: Annotated[Texts, Key(ONE_OR_MORE, "measured file, or one for each repeat: universal (.unv, .uff, dataset "
                                 "58), text (.csv, .txt, .dat) or MATLAB (.mat)")]
@@ -421,6 +421,6 @@ class Measured(Section):
                                   "standard deviations of the repeats where these are wider", low=0, high=1)] = 0.05
 
 
-SECTIONS: dict[str, type[Section]] = {
-    "material": Material, "blades": Blades, "damper": Damper, "model": Model, "contact": Contact, "rotation": Rotation,
-    "preload": Preload, "tune": Tune, "free": Free, "respond": Respond}
+SECTIONS: dict[str, type[StudySection]] = {
+    "material": MaterialSection, "blades": Blades, "damper": Damper, "model": Model, "contact": ContactSection, "rotation": RotationSection,
+    "preload": PreloadSection, "tune": Tune, "free": Free, "respond": Respond}

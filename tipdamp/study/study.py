@@ -14,11 +14,21 @@ from pydantic import ValidationError
 from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.validation import brief
 from tipdamp.study import checks
-from tipdamp.study.schema import REFERENCE, SECTIONS, UNITS, LoadCase, Measured, OtherMaterial, Section, Side, Top
+from tipdamp.study.schema import (
+    REFERENCE,
+    SECTIONS,
+    UNITS,
+    LoadCase,
+    Measured,
+    OtherMaterial,
+    SideSection,
+    StudySection,
+    Top,
+)
 from tipdamp.study.values import NUMBER, Key, number
 from tipdamp.study.view import Study
 
-S = TypeVar("S", bound=Section)
+S = TypeVar("S", bound=StudySection)
 LARGEST = 1_000_000                    # bytes of a study file
 DEEP = re.compile(r"""(?<![\w"'-])(?:[\w"'-]+\s*\.\s*){16}""")        # a dotted key, for which tomllib takes long
 TABLES = {"loads": "[loads.takeoff]", "measured": "[measured.run_1]"}     # sections of tables with names of their own
@@ -30,7 +40,7 @@ def load_study(path: str | Path) -> Study:
     raw = _toml(path)
     sides, materials = (_named(raw, section) for section in ("contact", "material"))
     loads, measured = (_named_tables(path, raw, section) for section in TABLES)
-    _refuse_unknown(path, raw, {"contact": (Side, sides), "material": (OtherMaterial, materials),
+    _refuse_unknown(path, raw, {"contact": (SideSection, sides), "material": (OtherMaterial, materials),
                                 "loads": (LoadCase, loads), "measured": (Measured, measured)})
     factors = _units(path, raw.pop("units", {}))
     top = _read(Top, f"{path}:", {k: raw.pop(k) for k in Top.model_fields if k in raw}, factors)
@@ -38,7 +48,7 @@ def load_study(path: str | Path) -> Study:
     given = {"free": {}, "preload": {}, **raw}
     sections: dict[str, Any] = {name: _read(section, f"{path}: [{name}]", given[name], factors)
                                 for name, section in SECTIONS.items() if name in given}
-    tables = {"sides": _tables(Side, f"{path}: [contact.%s]", sides, factors),
+    tables = {"sides": _tables(SideSection, f"{path}: [contact.%s]", sides, factors),
               "materials": _tables(OtherMaterial, f"{path}: [material.%s]", materials, factors),
               "loads": _tables(LoadCase, f"{path}: [loads.%s]", loads, factors)}
     if "measured" in raw:

@@ -24,18 +24,18 @@ class Study:
     title: str
     results: Path
     length_unit: float
-    material: schema.Material
+    material: schema.MaterialSection
     blades: schema.Blades
     damper: schema.Damper
     model: schema.Model
     driver: schema.Damper | schema.Model
-    contact: schema.Contact
-    rotation: schema.Rotation
-    preload: schema.Preload
+    contact: schema.ContactSection
+    rotation: schema.RotationSection
+    preload: schema.PreloadSection
     tune: schema.Tune
     free: schema.Free
     respond: schema.Respond
-    sides: dict[str, schema.Side]
+    sides: dict[str, schema.SideSection]
     materials: dict[str, schema.OtherMaterial]
     loads: dict[str, schema.LoadCase]
     measured: dict[str, schema.Measured]

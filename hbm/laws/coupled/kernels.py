@@ -26,7 +26,7 @@ TINY = 1e-150                # of what is divided by: products with the quotient
 P1, P2, LIMIT, RATE1, RATE2, LIMIT_RATE = range(6)      # of the motion at an instant, in forces
 
 
-class CycleSettings(NamedTuple):
+class CoupledSettings(NamedTuple):
     """Tolerances of the periodic cycle."""
 
     max_periods: int = 60        # a slider that creeps longer is taken as it is then
@@ -45,7 +45,7 @@ class CycleSettings(NamedTuple):
     panels: int = 20             # ... and more of them for each harmonic
 
 
-SETTINGS = CycleSettings()
+SETTINGS = CoupledSettings()
 STAGES = 6
 
 

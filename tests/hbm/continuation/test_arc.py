@@ -62,7 +62,7 @@ def test_maximum_of_the_parameter_is_the_fold(sharpness):
     evaluate, point = parabola(sharpness)
 
     def measure(q):
-        return arc.Measured(q, q.parameter, q.tangent[1] / METRIC.norm(*q.tangent))
+        return arc.MeasuredPoint(q, q.parameter, q.tangent[1] / METRIC.norm(*q.tangent))
 
     ends = point(0.8, 1), point(1.3, -1)
     found = arc.maximum(evaluate, tuple(map(measure, ends)), measure, METRIC, DEFAULT)
@@ -77,7 +77,7 @@ def test_kinked_maximum_is_found_by_its_two_tangents():
         return Implicit(x[0] - 1 + abs(p), 1.0, 1.0 if p >= 0 else -1.0)
 
     def measure(q):
-        return arc.Measured(q, q.x[0], q.tangent[0][0] / METRIC.norm(*q.tangent))
+        return arc.MeasuredPoint(q, q.x[0], q.tangent[0][0] / METRIC.norm(*q.tangent))
 
     ends = [heading(Point(np.array([1 - abs(p)]), p, True, 1, evaluate(np.array([1 - abs(p)]), p)), 1)
             for p in (-0.3, 0.7)]

@@ -30,7 +30,7 @@ def evaluate(x, p):
 
 
 def measure(q):
-    return arc.Measured(q, q.x[0], q.tangent[0][0] / METRIC.norm(*q.tangent))
+    return arc.MeasuredPoint(q, q.x[0], q.tangent[0][0] / METRIC.norm(*q.tangent))
 
 
 def measured(first, last):

@@ -7,7 +7,7 @@ from tests.hbm.cases import beam, load, rig, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.settings import Settings
-from tipdamp.hbm.curve.journal import Block, Journal, StaleJournal, packed, unpacked
+from tipdamp.hbm.curve.journal import Journal, JournalBlock, StaleJournal, packed, unpacked
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.response import follow_band
 
@@ -109,7 +109,7 @@ def test_damaged_block(damage):
     else:
         layout[4] = -5 if damage == "negative" else 500
     with pytest.raises(StaleJournal):
-        list(unpacked(Block(numbers, layout)))
+        list(unpacked(JournalBlock(numbers, layout)))
 
 
 @pytest.mark.parametrize("numbers, layout", [
@@ -117,4 +117,4 @@ def test_damaged_block(damage):
     (np.zeros(2), np.array([1.5, 2.5])), (np.zeros(2), np.array([1, 1, 0, 1, -3]))])
 def test_blocks_that_no_journal_writes_are_stale(numbers, layout):
     with pytest.raises(StaleJournal):
-        list(unpacked(Block(numbers, layout)))
+        list(unpacked(JournalBlock(numbers, layout)))

@@ -7,7 +7,7 @@ from tests.benchmarks.hundreds import face_to_face, loosened
 from tests.conftest import changed
 from tipdamp.bodies import interface
 from tipdamp.checks.pairs import pair_names
-from tipdamp.engine.curves import Case
+from tipdamp.engine.curves import CurveCase
 from tipdamp.engine.store import Store
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.response import follow_band
@@ -58,7 +58,7 @@ def study_of(tmp_path):
 
 def curve_and_facts(study, store, band=BAND):
     assembly = assembled(study, store)
-    problem, case = assembly.curves.problem, Case(5.0, 3, band)
+    problem, case = assembly.curves.problem, CurveCase(5.0, 3, band)
     curve = follow_band(problem, case.Fe_N * assembly.curves.force, band, harmonics=case.H,
                         outputs=assembly.curves.rows)
     found = curve_result(study.respond, assembly.kept, problem, case, (curve,))
@@ -91,7 +91,7 @@ def test_when_it_is_made(study_of, monkeypatch):
     made, again = (assembled(study, store) for _ in range(2))
     assert made.interface is not None
     # a curve that was interrupted goes on where it was
-    assert made.curves.key(Case(5.0, 3, BAND)) == again.curves.key(Case(5.0, 3, BAND))
+    assert made.curves.key(CurveCase(5.0, 3, BAND)) == again.curves.key(CurveCase(5.0, 3, BAND))
     assert assembled(*study_of('followed = 12\ninterface = "whole"\n')).interface is None
     study, store = study_of('interface = "reduced"\n')
     assert assembled(study, store).interface is None
@@ -110,7 +110,7 @@ def test_beside_a_hold(study_of, hold):
     # written once, and the same for the stages behind
     assert interface.keep_shapes(store, None) == [] and len(interface.keep_shapes(store, shapes.interface)) == 2
     again = assembled(study, store, responded=True)
-    assert again.curves.key(Case(5.0, 3, BAND)) == shapes.curves.key(Case(5.0, 3, BAND))
+    assert again.curves.key(CurveCase(5.0, 3, BAND)) == shapes.curves.key(CurveCase(5.0, 3, BAND))
     assert (again.interface.basis == shapes.interface.basis).all() and again.interface.followed.sum() == 12
     assert facts.shapes < facts.dofs / 2 and shapes.interface is not None
     assert few.peak_m == pytest.approx(whole.peak_m, rel=1e-4) and few.held_change == pytest.approx(

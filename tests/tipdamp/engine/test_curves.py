@@ -82,7 +82,7 @@ def test_jobs_do_not_change_the_numbers(study):
 def test_everything_counts_in_the_key(tmp_path):
     """Each field of the problem, those of its records too; only the words for motions do not."""
     problem = oscillator()
-    base, case = curves.Curves(problem, FORCE.real, Y2, None, Store(tmp_path)), curves.Case(1.0, 3, (1.0, 2.0))
+    base, case = curves.Curves(problem, FORCE.real, Y2, None, Store(tmp_path)), curves.CurveCase(1.0, 3, (1.0, 2.0))
 
     def other(**changes):
         return replace(base, problem=replace(problem, **changes))
@@ -101,7 +101,7 @@ def test_everything_counts_in_the_key(tmp_path):
 
 
 def test_levels_that_look_alike_have_files_of_their_own():
-    names = {curves.Case(level, 1, (1.0, 2.0)).name for level in (5.0, 5.0000001, 1e-7, 1.00000001e-7)}
+    names = {curves.CurveCase(level, 1, (1.0, 2.0)).name for level in (5.0, 5.0000001, 1e-7, 1.00000001e-7)}
     assert len(names) == 4
 
 

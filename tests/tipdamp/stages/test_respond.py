@@ -13,7 +13,7 @@ from tests.tipdamp.report.files import table
 from tests.tipdamp.rig_study import read, text
 from tipdamp.cli import main
 from tipdamp.engine import curves
-from tipdamp.engine.curves import Case
+from tipdamp.engine.curves import CurveCase
 from tipdamp.engine.store import Store
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.receptance import linear_response
@@ -182,7 +182,7 @@ def test_a_curve_without_any_solved_point(tmp_path, hold):
                    harmonics=np.full_like(curve.harmonics, np.nan),
                    energy_error=np.full_like(curve.energy_error, np.nan))
     settings = Respond(levels=[1.0], band=[0.1, 0.5], damping_ratio=0.01, patches=["left", "right"])
-    found = curve_result(settings, table(), problem, Case(1.0, 1, (0.1, 0.5)), (none, none))
+    found = curve_result(settings, table(), problem, CurveCase(1.0, 1, (0.1, 0.5)), (none, none))
     assert found.peak_m is found.at_least_m is found.energy_error is None and not len(peak_shape(none, found))
     store = Store(tmp_path)
     RespondResult(responses=[found], law={"name": "Jenkins1D"}, zeta=(0.01,)).save(store)
@@ -204,7 +204,7 @@ def test_pairs_that_lift_off_are_counted():
     curve = replace(curve, share_open=opened, share_slip=slip, share_stick=1 - opened - slip)
     settings = Respond(levels=[1.0], band=[0.1, 0.5], damping_ratio=0.01, patches=["left", "right"])
     kept = table().select(np.arange(10)).replace(preload=np.where(np.arange(10) == 4, -1.0, 1.0))
-    found = curve_result(settings, kept, problem, Case(1.0, 1, (0.1, 0.5)), (curve,))
+    found = curve_result(settings, kept, problem, CurveCase(1.0, 1, (0.1, 0.5)), (curve,))
     assert found.lift_off_pairs == ("left 1", "right 1/0") and len(found.slipping_pairs) == 4
 
 
@@ -214,7 +214,7 @@ def test_a_peak_of_another_mode_is_named(tmp_path):
     found, shapes = [], []
     for Fe in (0.01, 0.02, 0.75):
         problem, curve = two_blades(Fe)
-        found.append(curve_result(settings, table(), problem, Case(Fe, 1, (0.1, 0.5)), (curve,)))
+        found.append(curve_result(settings, table(), problem, CurveCase(Fe, 1, (0.1, 0.5)), (curve,)))
         shapes.append(peak_shape(curve, found[-1]))
     found = with_macs(found, shapes)
     assert found[0].mac is None and found[1].mac == pytest.approx(1.0) and found[2].mac < respond.LIMITS.same_mode

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tipdamp.fields.surface import Surface
+from tipdamp.fields.surface import OuterSurface
 from tipdamp.report.text import MM
 
 
@@ -34,7 +34,7 @@ class ModeShapes:
     name: str
     title: str
     caption: str
-    surfaces: dict[str, Surface]
+    surfaces: dict[str, OuterSurface]
     modes: tuple[Mode, ...]
     first: int
     eye: tuple

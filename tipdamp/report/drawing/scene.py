@@ -91,14 +91,14 @@ class Scene:
         return list(dict.fromkeys(item.case for item in self.items if item.case))
 
 
-class View(NamedTuple):
+class Viewpoint(NamedTuple):
     """eye - from where a scene is seen; up - what is drawn upwards."""
 
     eye: tuple
     up: tuple
 
 
-def view(outward: ArrayLike, axis: ArrayLike) -> View:
+def view(outward: ArrayLike, axis: ArrayLike) -> Viewpoint:
     """The view that shows both sides of a damper with its axis across the picture; outward - where its sides look."""
     along, out = np.asarray(axis, dtype=float), np.asarray(outward, dtype=float)
     along = along / np.linalg.norm(along)
@@ -107,7 +107,7 @@ def view(outward: ArrayLike, axis: ArrayLike) -> View:
         up = np.eye(3)[np.abs(along).argmin()]
     up = up / np.linalg.norm(up)
     across = np.cross(along, up)
-    return View(tuple(1.15 * up + 0.75 * across - 0.3 * along), tuple(up))
+    return Viewpoint(tuple(1.15 * up + 0.75 * across - 0.3 * along), tuple(up))
 
 
 def inside(position: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.ndarray:

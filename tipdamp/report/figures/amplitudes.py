@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from tipdamp.report.drawing.figure import VERMILION, Curve, Item, Marks, Panel
-from tipdamp.report.results import Case, Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import hertz, listing, micro
 
 
@@ -17,7 +17,7 @@ def amplitude_panel(results: Results, title: str, label: str, items: Sequence[It
                  y_range=(0.0, 1.06 * top))
 
 
-def failures(case: Case, amplitude: np.ndarray) -> Iterator[Item]:
+def failures(case: ReportedCurve, amplitude: np.ndarray) -> Iterator[Item]:
     """A mark on the gap of each failed point, at the height of its neighbours, and where a curve stops early."""
     hz, bad = case.curve.frequency, ~np.isfinite(amplitude)
     if not case.facts.complete and not bad.all() and not (bad.any() and case.curve.reached_end):
@@ -29,12 +29,12 @@ def failures(case: Case, amplitude: np.ndarray) -> Iterator[Item]:
         yield Marks(hz[bad], height, "failed point", VERMILION, "x", size=9)
 
 
-def levels_of(cases: Sequence[Case]) -> str:
+def levels_of(cases: Sequence[ReportedCurve]) -> str:
     """'Fe = 1, 6 and 20 N'."""
     return f"Fe = {listing(f'{c.Fe:g}' for c in cases)} N"
 
 
-def peakless(cases: Sequence[Case]) -> str:
+def peakless(cases: Sequence[ReportedCurve]) -> str:
     """Sentences on the curves that have no peak, and on those without a solved point; empty where all have one."""
     parts = [f"{c.Fe:g} N, H = {c.H} (at least {micro(c.at_least_per_newton)} µm/N at {hertz(c.facts.at_least_hz)} Hz)"
              for c in cases if not c.has_peak and not c.facts.solved_nothing]
@@ -43,11 +43,11 @@ def peakless(cases: Sequence[Case]) -> str:
                               for c in cases if c.facts.solved_nothing)])
 
 
-def reason(case: Case) -> str:
+def reason(case: ReportedCurve) -> str:
     """Why a curve ended, without the advice that follows."""
     return re.split("[:;]", case.facts.ended)[0]
 
 
-def panel_title(case: Case) -> str:
+def panel_title(case: ReportedCurve) -> str:
     """Of a panel for one level."""
     return f"Fe = {case.Fe:g} N" + ": no point solved" * case.facts.solved_nothing

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from tipdamp.fields.surface import Surface
+from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Item, Points, Scene, Segments
 from tipdamp.report.figures.surroundings import NO_SURFACE, box_of, node_numbers, pair_name, surroundings, view_of
@@ -24,7 +24,7 @@ def figures(results: Results) -> Iterator[Scene]:
         yield contact_pairs(results.whole, results.places(results.whole), results.surfaces, results.axis)
 
 
-def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surfaces: Mapping[str, Surface],
+def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surfaces: Mapping[str, OuterSurface],
                   axis: ArrayLike, angles: np.ndarray | None = None,
                   edges: Mapping[str, np.ndarray] | None = None) -> Scene:
     """places {body: (P, 3) m} of the nodes of the pairs; angles (P,) degrees between n and the surface of the damper,

@@ -6,7 +6,7 @@ import numpy as np
 
 from tipdamp.report.drawing.figure import DARK, ORANGE, PALE, Band, Figure, Panel
 from tipdamp.report.figures.amplitudes import failures
-from tipdamp.report.results import Case, Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import listing
 
 
@@ -24,7 +24,7 @@ def figures(results: Results) -> Iterator[Figure]:
                  row_height=250)
 
 
-def _panel(case: Case, pairs: int, band: tuple) -> Panel:
+def _panel(case: ReportedCurve, pairs: int, band: tuple) -> Panel:
     curve = case.curve
     stick, slip, opened = (s.sum(axis=1) for s in (curve.share_stick, curve.share_slip, curve.share_open))
     hz, zero = curve.frequency, np.zeros(len(curve.frequency))

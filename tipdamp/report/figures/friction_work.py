@@ -18,7 +18,7 @@ from tipdamp.report.drawing.figure import (
     level_colors,
 )
 from tipdamp.report.figures.axial import AXIAL, of_side, side_title
-from tipdamp.report.results import Case, Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO
 
 MOST_PAIRS = 60          # rows of the state map that can be told apart
@@ -78,7 +78,7 @@ def _map(results, H) -> Figure:
                   tuple(panels), row_height=240)
 
 
-def _states(results, case: Case) -> Figure:
+def _states(results, case: ReportedCurve) -> Figure:
     curve, names = case.curve, results.cycles.pairs
     hz, items = curve.frequency, list[Item]()
     for row, _ in enumerate(names):

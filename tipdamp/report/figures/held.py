@@ -6,7 +6,7 @@ import numpy as np
 
 from tipdamp.report.drawing.figure import DASHES, Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.report.figures.amplitudes import levels_of
-from tipdamp.report.results import Case, Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import hertz, listing, number
 
 
@@ -25,7 +25,7 @@ def figures(results: Results) -> Iterator[Figure]:
                  f"highest amplitude of blade 1: {listing(at)}.", panels, columns=min(2, len(panels)))
 
 
-def _panel(results: Results, cases: list[Case], k: int, name: str, unit: str) -> Panel:
+def _panel(results: Results, cases: list[ReportedCurve], k: int, name: str, unit: str) -> Panel:
     items: list[Item] = []
     for i, (case, color) in enumerate(zip(cases, level_colors(len(cases)), strict=True)):
         facts = case.facts.held[name]

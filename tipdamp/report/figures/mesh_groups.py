@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from tipdamp.bodies.read import named_groups
 from tipdamp.checks import pairs as pair_checks
-from tipdamp.fields.surface import Surface
+from tipdamp.fields.surface import OuterSurface
 from tipdamp.modal.mesh import Mesh
 from tipdamp.report.drawing.scene import BLADE, BODY, Item, Points, Scene, Segments, Solid, view
 from tipdamp.report.figures.surroundings import box_around
@@ -15,7 +15,7 @@ MAX_NODES = 2000         # of one group that are drawn
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#7b3f9d", "#E69F00", "#56B4E9", "#a0522d", "#CC79A7", "#7f8c1f", "#222222")
 
 
-def mesh_groups(study: Study, meshes: dict[str, Mesh], surfaces: dict[str, Surface], unmatched: bool) -> Scene:
+def mesh_groups(study: Study, meshes: dict[str, Mesh], surfaces: dict[str, OuterSurface], unmatched: bool) -> Scene:
     """All groups of nodes, those that the study does not name switched off; unmatched - also contact nodes without a
     partner."""
     named = {(group.body, group.name) for group in named_groups(study)}

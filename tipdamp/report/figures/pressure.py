@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.fields.pressure import Patch, patches
-from tipdamp.fields.surface import Surface
+from tipdamp.fields.pressure import PressurePatch, patches
+from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import Item, Points, Scale, Scene, Segments, Solid
 from tipdamp.report.figures.surroundings import NO_SURFACE, box_of, node_numbers, pair_name, surroundings, view_of
@@ -26,7 +26,7 @@ def figures(results: Results) -> Iterator[Scene]:
         yield pressure_map(tables, results.surfaces, results.axis, results.study.contact.normal == "hard")
 
 
-def pressure_map(tables: Mapping[str, ContactTable], surfaces: Mapping[str, Surface], axis: ArrayLike,
+def pressure_map(tables: Mapping[str, ContactTable], surfaces: Mapping[str, OuterSurface], axis: ArrayLike,
                  hard: bool = False) -> Scene:
     """Preload of {load case: ContactTable} on the damper: colour is pressure (or force per length), stems are pairs;
     hard - it is that of pairs without springs."""
@@ -56,7 +56,7 @@ def _scales(sides, tables) -> dict[str, Scale]:
     return {unit: Scale(TITLES[unit], value or 1.0) for unit, value in high.items()}
 
 
-def _loaded(table: ContactTable, patch: Patch, scale: Scale) -> Iterator[Solid | Points]:
+def _loaded(table: ContactTable, patch: PressurePatch, scale: Scale) -> Iterator[Solid | Points]:
     """The patch in colour, a hair above the damper's surface; pieces of a line take the mean of their ends."""
     values, texts = patch.load(table.preload), tuple(_texts(table, patch))
     lift = 0.002 * np.ptp(table.position[patch.rows], axis=0).max()
@@ -77,13 +77,13 @@ def _stems(table: ContactTable, mm_per_newton: float) -> Iterator[Segments | Poi
         yield Points(start[~closed], "open pairs", "#D55E00", 2.5, "square-open", hover=texts)
 
 
-def _texts(table: ContactTable, patch: Patch) -> Iterator[str]:
+def _texts(table: ContactTable, patch: PressurePatch) -> Iterator[str]:
     for i, value in zip(patch.rows, patch.load(table.preload), strict=True):
         yield (f"{pair_name(table, i)}\npreload {number(table.preload[i])} N, {number(value)} {patch.unit}\n"
                f"{node_numbers(table, i)}")
 
 
-def _meaning(patch: Patch) -> str:
+def _meaning(patch: PressurePatch) -> str:
     what = "preload over area" if patch.is_area else "preload over length, as the pairs form a line"
     by = "tributary" if np.allclose(patch.loaded, patch.tributary) else "in the ratio of the nodal stiffness"
     return f"side '{patch.side}' {patch.unit} ({what}, {by})"

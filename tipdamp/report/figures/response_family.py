@@ -6,7 +6,7 @@ import numpy as np
 
 from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Item, Marks, level_colors
 from tipdamp.report.figures.amplitudes import amplitude_panel, failures, levels_of, peakless
-from tipdamp.report.results import Case, Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO, hertz, micro
 
 DASHES = ("solid", "dash", "dashdot")
@@ -34,7 +34,7 @@ def figures(results: Results) -> Iterator[Figure]:
             amplitude_panel(results, "absolute", "amplitude (µm)", absolute)), row_height=400)
 
 
-def _curve(results, case: Case, color, dash, factor) -> Iterator[Item]:
+def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
     amplitude = factor * case.patch(results.first_patch)
     top, low = amplitude.max(axis=1), amplitude.min(axis=1)
     hz, facts = case.curve.frequency, case.facts

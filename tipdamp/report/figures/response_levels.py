@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from tipdamp.report.drawing.figure import BLUE, DASHES, GREY, VERMILION, Band, Curve, Figure, Item
 from tipdamp.report.figures.amplitudes import amplitude_panel, failures, panel_title, peakless
-from tipdamp.report.results import Case, Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO, listing, percent
 
 
@@ -24,7 +24,7 @@ def figures(results: Results) -> Iterator[Figure]:
                  columns=min(3, len(panels)), row_height=290)
 
 
-def _items(results, case: Case) -> Iterator[Item]:
+def _items(results, case: ReportedCurve) -> Iterator[Item]:
     amplitude = MICRO * case.patch(results.first_patch)
     hz, top, low = case.curve.frequency, amplitude.max(axis=1), amplitude.min(axis=1)
     yield Band(hz, low, top, f"H = {case.H}, patch of blade 1", VERMILION, 0.28)

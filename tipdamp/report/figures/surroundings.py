@@ -5,16 +5,16 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.fields.surface import Surface
+from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.report.drawing.scene import BLADE, BODY, Segments, Solid, View, inside, view
+from tipdamp.report.drawing.scene import BLADE, BODY, Segments, Solid, Viewpoint, inside, view
 from tipdamp.report.text import MM
 
 NO_SURFACE = (" The study starts from matrices: there is no mesh whose surface or mode shapes could be shown, only the "
               "pairs.")
 
 
-def surroundings(surfaces: Mapping[str, Surface], box: np.ndarray) -> Iterator[Solid | Segments]:
+def surroundings(surfaces: Mapping[str, OuterSurface], box: np.ndarray) -> Iterator[Solid | Segments]:
     """The damper, and of the blades what is near it, light and translucent."""
     for body, surface in surfaces.items():
         place = MM * surface.position
@@ -28,12 +28,12 @@ def surroundings(surfaces: Mapping[str, Surface], box: np.ndarray) -> Iterator[S
             yield Segments(place[edges[:, 0]], place[edges[:, 1]], body, "#8d97a1" if near else "#a9c3d8", 1.5)
 
 
-def view_of(pairs: ContactTable, axis: ArrayLike) -> View:
+def view_of(pairs: ContactTable, axis: ArrayLike) -> Viewpoint:
     """Onto both sides; each side counts once, however many pairs it has."""
     return view(np.sum([pairs.normal[pairs.side == s].mean(axis=0) for s in pairs.sides], axis=0), axis)
 
 
-def box_of(pairs: ContactTable, surfaces: Mapping[str, Surface], margin: float) -> np.ndarray:
+def box_of(pairs: ContactTable, surfaces: Mapping[str, OuterSurface], margin: float) -> np.ndarray:
     """(2, 3) mm around the damper and its pairs."""
     return box_around([MM * pairs.position, *(MM * surfaces[b].position for b in surfaces if b == "damper")], margin)
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import NOTHING, hertz, micro, number, percent
-from tipdamp.results.response_results import Damping
+from tipdamp.results.response_results import MeasuredDamping
 
 
 def tables(results: Results) -> Iterator[Table]:
@@ -39,7 +39,7 @@ def _computed(one, zeta):
             percent(one.frequency), _zeta(one.half_power), percent(identified / zeta - 1 if identified else None, 1))
 
 
-def _zeta(damping: Damping) -> str:
+def _zeta(damping: MeasuredDamping) -> str:
     return _plus_minus(number(damping.zeta), number(damping.deviation, 2))
 
 

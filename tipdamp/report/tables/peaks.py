@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.figures.amplitudes import reason
-from tipdamp.report.results import Case, Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import NOTHING, hertz, micro, names_of_pairs, number
 
 CLOSE = 1e-6             # difference of two peaks below which they are equal
@@ -28,7 +28,7 @@ def tables(results: Results) -> Iterator[Table]:
                 tuple(_row(case) for case in results.cases), left=(7, 11))
 
 
-def _row(case: Case):
+def _row(case: ReportedCurve):
     facts = case.facts
     largest, per_newton = ((micro(facts.peak_m), micro(case.peak_per_newton)) if case.has_peak else
                            (_at_least(facts.at_least_m), _at_least(case.at_least_per_newton)))
@@ -42,7 +42,7 @@ def _at_least(value: float | None) -> str:
     return NOTHING if value is None else f"at least {micro(value)}"
 
 
-def _state(case: Case) -> str:
+def _state(case: ReportedCurve) -> str:
     facts, failed = case.facts, f"{case.facts.failed_points} points failed" if case.facts.failed_points else ""
     if facts.solved_nothing:
         return f"no solved point: {reason(case)}"
